@@ -1,0 +1,1 @@
+#include "core/mesh/shape.hpp"

@@ -1,0 +1,101 @@
+#pragma once
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/monitor.hpp"
+#include "core/modal/eigen_solver.hpp"
+#include "fit/ringdown.hpp"
+#include "fit/specimen.hpp"
+
+namespace klang::fit {
+
+enum class FitStatus { kNotRun, kConverged, kNotConverged, kNoPartials, kNoMatch };
+
+/// One estimated number. When the data do not determine it, identifiable is false, std and ci95 are empty (or prior-only)
+/// and why says which combination is determined instead.
+struct FitParameter {
+  std::string name;  ///< "lame_lambda_pa", "youngs_modulus_pa", "rayleigh_stiffness_s", "D3.length_m", ...
+  double value = 0.0;
+  std::optional<double> std;
+  std::optional<std::array<double, 2>> ci95;
+  bool identifiable = false;
+  std::string why;            ///< empty, or one sentence
+  double start_value = 0.0;
+  bool derived = false;       ///< computed from the fitted ones with its covariance (E, nu from lambda, mu)
+};
+
+struct PartialMatch {
+  int specimen = 0;
+  int partial = -1;           ///< row of that specimen's table
+  int mode = -1;              ///< 0-based elastic mode
+  double frequency_hz = 0.0;
+  std::optional<double> frequency_std_hz;
+  double model_frequency_hz = 0.0;
+  double deviation_cents = 0.0;  ///< measured against model
+  std::optional<double> decay_per_s, decay_std_per_s, model_decay_per_s;
+};
+
+enum class DampingKind { kRayleigh, kLossFactor, kMassOnly, kStiffnessOnly, kZener };
+
+/// decay_per_s(omega) of a candidate: Rayleigh (a omega^2 + b)/2; loss factor eta omega/2; mass b/2; stiffness a omega^2/2;
+/// Zener (D/2) omega (omega tau)/(1 + (omega tau)^2).
+struct DampingCandidate {
+  DampingKind kind = DampingKind::kRayleigh;
+  std::string model;                       ///< "rayleigh", "loss_factor", "mass_only", "stiffness_only", "zener"
+  std::vector<FitParameter> parameters;
+  std::optional<double> aicc, aicc_weight; ///< empty when there are too few partials
+  double rms_relative_residual = 0.0;      ///< of decays
+  double decay_per_s(double angular_frequency_rad_s) const;
+};
+
+struct DampingResult {
+  std::string model;                         ///< best by AICc, "" when no decay was measured
+  std::vector<DampingCandidate> candidates;  ///< best first
+};
+
+struct SpecimenResult {
+  std::string name;
+  RingdownResult ringdown;            ///< not run when partials came from a table
+  PartialTable partials;
+  modal::ModalModel model;            ///< at the fitted parameters (full solve)
+  bool none_missing = false;
+  std::vector<int> unmatched_partials;
+  std::vector<double> predicted_frequency_hz, predicted_decay_per_s;  ///< all modes in band
+  double rms_deviation_cents = 0.0, max_deviation_cents = 0.0;
+  audio::Signal recorded, fitted;     ///< empty without a recording
+};
+
+struct FitOptions {
+  int n_modes = 0;              ///< model modes a specimen; 0: as many as the partials' range needs
+  double gate_cents = 60.0;     ///< widest accepted deviation after the fit, 1 to 600
+  double model_std_cents = 2.0; ///< how far the model itself may be off (mesh, dimensions), added to the partials' own
+  bool robust = true;
+  std::uint64_t seed = 1;
+  void validate() const;
+};
+
+struct FitResult {
+  FitStatus status = FitStatus::kNotRun;
+  std::string message;
+  std::vector<FitParameter> parameters;      ///< asked ones first, then derived ones
+  std::vector<std::vector<double>> correlation;  ///< of the identifiable asked parameters
+  DampingResult damping;
+  std::vector<PartialMatch> matches;
+  std::vector<SpecimenResult> specimens;
+  double cost_initial = 0.0, cost_final = 0.0;
+  int n_iterations = 0;
+  std::vector<std::string> warnings;
+  std::map<std::string, double> wall_time_s;
+  bool usable() const { return status == FitStatus::kConverged; }
+};
+
+/// The main job: partials of each specimen, matched to its modes, and the parameters that explain them all.
+FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor& monitor = silent_monitor());
+
+/// Text of an enum for JSON: "converged", "no_partials", ...
+std::string to_text(FitStatus status);
+
+}  // namespace klang::fit

@@ -1,0 +1,1 @@
+#include "fit/partial_table.hpp"

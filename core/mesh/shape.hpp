@@ -17,8 +17,8 @@ namespace klang::mesh {
 ///   shell_box   edge_m, wall_m (< edge_m / 2): hollow closed cube            centred
 ///   ellipsoid   a_m, b_m, c_m: semi-axes along x, y, z                      centred
 ///   sphere      radius_m                                                   centred
-///   bowl        outer_radius_m, wall_m, depth_m: spherical cap of even wall, rim up; docs in shape.cpp's table
-///   revolution  profile_csv: closed polygon of columns r_m, z_m turned about the z axis
+///   bowl        outer_radius_m, wall_m, depth_m: spherical cap of even wall, rim up; docs in shape.cpp's
+///   table revolution  profile_csv: closed polygon of columns r_m, z_m turned about the z axis
 struct ShapeSpec {
   std::string kind;
   std::map<std::string, double> dims;  ///< by name with unit, e.g. {"length_m", 0.505}
@@ -37,17 +37,20 @@ double shape_volume_m3(const ShapeSpec& spec);
 double shape_area_m2(const ShapeSpec& spec);
 
 struct ShapeMeshOptions {
-  int order = 2;               ///< 1 or 2
-  double max_edge_m = 0.0;     ///< > 0: no edge along a sweep longer than this; 0: from the wavelength rule
-  double wavelength_m = 0.0;   ///< shortest structural wavelength to resolve; 0: default resolution for the low modes
+  int order = 2;            ///< 1 or 2
+  double max_edge_m = 0.0;  ///< > 0: no edge along a sweep longer than this; 0: from the wavelength rule
+  double wavelength_m =
+      0.0;  ///< shortest structural wavelength to resolve; 0: default resolution for the low modes
   double elements_per_wavelength = 4.0;  ///< of quadratic elements (linear ones get twice as many)
-  int refinement = 0;          ///< each level halves every edge: convergence studies
+  int refinement = 0;                    ///< each level halves every edge: convergence studies
 };
 
-/// How often each direction of a sweep is divided. Kept apart from the dimensions so that a body whose dimensions
-/// change a little keeps its topology (shape derivatives by differences, nested convergence levels).
+/// How often each direction of a sweep is divided. Kept apart from the dimensions so that a body whose
+/// dimensions change a little keeps its topology (shape derivatives by differences, nested convergence
+/// levels).
 struct ShapeDivisions {
-  std::array<int, 3> counts{};  ///< meaning by kind: tube (axial, around, through the wall), box (x, y, z), ...
+  std::array<int, 3>
+      counts{};  ///< meaning by kind: tube (axial, around, through the wall), box (x, y, z), ...
 };
 ShapeDivisions shape_divisions(const ShapeSpec& spec, const ShapeMeshOptions& options);
 

@@ -1,0 +1,314 @@
+#include "fit/damping.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/check.hpp"
+#include "core/base/conventions.hpp"
+#include "fit/detail/statistics.hpp"
+
+namespace klang::fit {
+namespace {
+
+constexpr double kUnknownScatter = 0.2;     // relative, where one or two decays cannot show their scatter
+constexpr double kLargestOwnStd = 0.7;      // relative; beyond it ln(decay) is no normal variable
+constexpr double kIdentifiableStd = 0.5;    // relative; beyond it the 95 % interval reaches zero
+
+struct KindFacts {
+  DampingKind kind;
+  const char* text;
+  std::vector<const char*> parameters;
+};
+
+const std::vector<KindFacts>& kinds() {
+  static const std::vector<KindFacts> facts = {
+      {DampingKind::kRayleigh, "rayleigh", {"rayleigh_stiffness_s", "rayleigh_mass_per_s"}},
+      {DampingKind::kLossFactor, "loss_factor", {"loss_factor"}},
+      {DampingKind::kMassOnly, "mass_only", {"rayleigh_mass_per_s"}},
+      {DampingKind::kStiffnessOnly, "stiffness_only", {"rayleigh_stiffness_s"}},
+      {DampingKind::kZener, "zener", {"zener_strength", "zener_relaxation_time_s"}},
+  };
+  return facts;
+}
+
+const KindFacts& facts_of(DampingKind kind) {
+  for (const KindFacts& facts : kinds()) {
+    if (facts.kind == kind) return facts;
+  }
+  KLANG_CHECK(false, "unknown damping kind");
+}
+
+struct Data {
+  Eigen::VectorXd omega, log_decay, sigma;  // sigma of ln decay, measurement only
+};
+
+/// Weighted residuals (ln decay_i - ln model_i) / total_i; parameters are scaled by their start.
+class DampingCost : public ceres::CostFunction {
+ public:
+  DampingCost(DampingKind kind, const Data& data, Eigen::VectorXd total_sigma, Eigen::VectorXd scale)
+      : kind_(kind), data_(data), sigma_(std::move(total_sigma)), scale_(std::move(scale)) {
+    set_num_residuals(static_cast<int>(data.omega.size()));
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(scale_.size()));
+  }
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Eigen::Index n = scale_.size();
+    std::array<double, 2> p{}, g{};
+    for (Eigen::Index j = 0; j < n; ++j) p[static_cast<std::size_t>(j)] = blocks[0][j] * scale_[j];
+    for (Eigen::Index i = 0; i < data_.omega.size(); ++i) {
+      const double model = log_decay(kind_, p.data(), data_.omega[i], g.data());
+      if (!std::isfinite(model)) return false;
+      residuals[i] = (data_.log_decay[i] - model) / sigma_[i];
+      for (Eigen::Index j = 0; jacobians && jacobians[0] && j < n; ++j) {
+        jacobians[0][i * n + j] = -g[static_cast<std::size_t>(j)] * scale_[j] / sigma_[i];
+      }
+    }
+    return true;
+  }
+
+ private:
+  DampingKind kind_;
+  const Data& data_;
+  Eigen::VectorXd sigma_, scale_;
+};
+
+struct Solution {
+  Eigen::VectorXd value;        // physical units
+  Eigen::VectorXd scale;
+  double scatter = 0.0;
+  double minus_two_log_likelihood = 0.0;
+  double rms = 0.0;
+  bool usable = false;
+};
+
+Eigen::VectorXd residuals_of(DampingKind kind, const Data& data, const Eigen::VectorXd& value) {
+  Eigen::VectorXd residual(data.omega.size());
+  std::array<double, 2> g{};
+  for (Eigen::Index i = 0; i < residual.size(); ++i) {
+    residual[i] = data.log_decay[i] - log_decay(kind, value.data(), data.omega[i], g.data());
+  }
+  return residual;
+}
+
+Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& start) {
+  Solution solution;
+  solution.value = start;
+  solution.scale = start;
+  solution.scatter = kUnknownScatter;
+  const auto n = data.omega.size();
+  const double n_parameters = static_cast<double>(start.size());
+  for (int round = 0; round < 12; ++round) {
+    const Eigen::VectorXd total = (data.sigma.array().square() + solution.scatter * solution.scatter).sqrt();
+    ceres::Problem problem;
+    Eigen::VectorXd x = solution.value.cwiseQuotient(solution.scale);
+    problem.AddResidualBlock(new DampingCost(kind, data, total.cwiseMax(1e-9), solution.scale), nullptr, x.data());
+    for (int j = 0; j < static_cast<int>(x.size()); ++j) {
+      // Positive; the relaxation time stays within a hundredth and a hundredfold of where it starts.
+      const bool time = kind == DampingKind::kZener && j == 1;
+      problem.SetParameterLowerBound(x.data(), j, time ? 1e-3 : kind == DampingKind::kRayleigh ? 0.0 : 1e-12);
+      if (time) problem.SetParameterUpperBound(x.data(), j, 1e3);
+    }
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_QR;
+    options.max_num_iterations = 200;
+    options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 1e-14;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    if (!summary.IsSolutionUsable()) return solution;
+    solution.value = x.cwiseProduct(solution.scale);
+    const Eigen::VectorXd residual = residuals_of(kind, data, solution.value);
+    const double scatter = detail::scatter_estimate(residual, data.sigma, Eigen::VectorXd::Ones(n), n_parameters,
+                                                    kUnknownScatter, 0.0);
+    const bool settled = std::abs(scatter - solution.scatter) <= 1e-6 * (1e-3 + scatter);
+    solution.scatter = scatter;
+    if (settled) break;
+  }
+  const Eigen::VectorXd residual = residuals_of(kind, data, solution.value);
+  const Eigen::ArrayXd variance = data.sigma.array().square() + solution.scatter * solution.scatter;
+  solution.minus_two_log_likelihood =
+      (residual.array().square() / variance.max(1e-18) + variance.max(1e-18).log() + std::log(2.0 * kPi)).sum();
+  solution.rms = std::sqrt((residual.array().exp() - 1.0).square().mean());
+  solution.usable = solution.value.allFinite() && std::isfinite(solution.minus_two_log_likelihood);
+  return solution;
+}
+
+/// Starts from moments of the data; where the surface has several valleys, from several places.
+std::vector<Eigen::VectorXd> starts(DampingKind kind, const Data& data) {
+  const Eigen::ArrayXd decay = data.log_decay.array().exp(), omega = data.omega.array();
+  const auto log_mean = [](const Eigen::ArrayXd& values) { return std::exp(values.log().mean()); };
+  const auto one = [](double a) { return Eigen::VectorXd::Constant(1, a); };
+  const auto two = [](double a, double b) { return (Eigen::VectorXd(2) << a, b).finished(); };
+  const double stiffness = log_mean(2.0 * decay / omega.square()), mass = log_mean(2.0 * decay);
+  switch (kind) {
+    case DampingKind::kRayleigh: return {two(0.5 * stiffness, 0.5 * mass), two(stiffness, 0.05 * mass),
+                                         two(0.05 * stiffness, mass)};
+    case DampingKind::kLossFactor: return {one(log_mean(2.0 * decay / omega))};
+    case DampingKind::kMassOnly: return {one(mass)};
+    case DampingKind::kStiffnessOnly: return {one(stiffness)};
+    case DampingKind::kZener: {
+      std::vector<Eigen::VectorXd> all;
+      for (const double factor : {0.03, 0.3, 1.0, 3.0, 30.0}) {
+        const double tau = factor / log_mean(omega);
+        const Eigen::ArrayXd x = omega * tau;
+        all.push_back(two(log_mean(2.0 * decay * (1.0 + x.square()) / (omega * x)), tau));
+      }
+      return all;
+    }
+  }
+  return {};
+}
+
+DampingCandidate candidate_of(DampingKind kind, const Data& data) {
+  DampingCandidate candidate;
+  const KindFacts& facts = facts_of(kind);
+  candidate.kind = kind;
+  candidate.model = facts.text;
+  Solution best;
+  for (const Eigen::VectorXd& start : starts(kind, data)) {
+    const Solution solution = solve_from(kind, data, start);
+    if (solution.usable && (!best.usable || solution.minus_two_log_likelihood < best.minus_two_log_likelihood)) {
+      best = solution;
+    }
+  }
+  if (!best.usable) return candidate;
+  const auto n = data.omega.size(), n_parameters = best.value.size();
+  candidate.rms_relative_residual = best.rms;
+  const double k = static_cast<double>(n_parameters) + 1.0, count = static_cast<double>(n);
+  if (count - k - 1.0 > 0.0) {
+    candidate.aicc = best.minus_two_log_likelihood + 2.0 * k + 2.0 * k * (k + 1.0) / (count - k - 1.0);
+  }
+
+  // Information in relative units of the start values, so that the two columns compare.
+  const Eigen::ArrayXd total = (data.sigma.array().square() + best.scatter * best.scatter).sqrt().max(1e-9);
+  Eigen::MatrixXd jacobian(n, n_parameters);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    std::array<double, 2> g{};
+    log_decay(kind, best.value.data(), data.omega[i], g.data());
+    for (Eigen::Index j = 0; j < n_parameters; ++j) {
+      jacobian(i, j) = g[static_cast<std::size_t>(j)] * best.scale[j] / total[i];
+    }
+  }
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(jacobian.transpose() * jacobian);
+  const double dof = count - static_cast<double>(n_parameters);
+  const double quantile = dof >= 1.0 ? detail::student_t_975(dof) : detail::student_t_975(1e9);
+  for (Eigen::Index j = 0; j < n_parameters; ++j) {
+    FitParameter parameter;
+    parameter.name = facts.parameters[static_cast<std::size_t>(j)];
+    parameter.value = best.value[j];
+    parameter.start_value = best.scale[j];
+    double variance = 0.0;
+    for (Eigen::Index m = 0; m < n_parameters; ++m) {
+      const double along = eigen.eigenvectors()(j, m);
+      variance += along * along / std::max(eigen.eigenvalues()[m], 1e-30);
+    }
+    const double std = std::sqrt(variance) * best.scale[j];
+    parameter.identifiable = dof >= 0.0 && std <= kIdentifiableStd * std::abs(parameter.value);
+    if (std <= 1e3 * std::max(std::abs(parameter.value), best.scale[j])) {
+      parameter.std = std;
+      parameter.ci95 = {{std::max(0.0, parameter.value - quantile * std), parameter.value + quantile * std}};
+    }
+    if (!parameter.identifiable) {
+      parameter.why = dof < 0.0 ? "fewer decays than parameters" : "its interval reaches zero: the decays do not need it";
+      if (dof < 0.0) parameter.std.reset(), parameter.ci95.reset();
+    }
+    candidate.parameters.push_back(parameter);
+  }
+  return candidate;
+}
+
+}  // namespace
+
+std::string to_text(DampingKind kind) { return facts_of(kind).text; }
+
+const DampingCandidate* find_candidate(const DampingResult& damping, DampingKind kind) {
+  for (const DampingCandidate& candidate : damping.candidates) {
+    if (candidate.kind == kind) return &candidate;
+  }
+  return nullptr;
+}
+
+double log_decay(DampingKind kind, const double* p, double omega, double* gradient) {
+  double decay = 0.0;
+  switch (kind) {
+    case DampingKind::kRayleigh:
+      decay = 0.5 * (p[0] * omega * omega + p[1]);
+      gradient[0] = 0.5 * omega * omega / decay;
+      gradient[1] = 0.5 / decay;
+      break;
+    case DampingKind::kLossFactor:
+      decay = 0.5 * p[0] * omega;
+      gradient[0] = 1.0 / p[0];
+      break;
+    case DampingKind::kMassOnly:
+      decay = 0.5 * p[0];
+      gradient[0] = 1.0 / p[0];
+      break;
+    case DampingKind::kStiffnessOnly:
+      decay = 0.5 * p[0] * omega * omega;
+      gradient[0] = 1.0 / p[0];
+      break;
+    case DampingKind::kZener: {
+      const double x = omega * p[1];
+      decay = 0.5 * p[0] * omega * x / (1.0 + x * x);
+      gradient[0] = 1.0 / p[0];
+      gradient[1] = (1.0 - x * x) / (1.0 + x * x) / p[1];
+      break;
+    }
+  }
+  return std::log(decay);
+}
+
+double DampingCandidate::decay_per_s(double angular_frequency_rad_s) const {
+  if (parameters.empty()) return 0.0;
+  std::array<double, 2> p{}, gradient{};
+  for (std::size_t j = 0; j < parameters.size() && j < 2; ++j) p[j] = parameters[j].value;
+  return std::exp(log_decay(kind, p.data(), angular_frequency_rad_s, gradient.data()));
+}
+
+DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std::string>& warnings) {
+  std::vector<DecayPoint> used;
+  for (const DecayPoint& point : points) {
+    const bool fits = point.frequency_hz > 0 && point.decay_per_s > 0 && std::isfinite(point.decay_std_per_s) &&
+                      point.decay_std_per_s >= 0 && point.decay_std_per_s <= kLargestOwnStd * point.decay_per_s;
+    if (fits) used.push_back(point);
+  }
+  if (used.size() < points.size()) {
+    warnings.push_back(std::to_string(points.size() - used.size()) + " decays left out: not positive or too uncertain");
+  }
+  DampingResult result;
+  if (used.empty()) return result;
+  if (used.size() <= 2) warnings.push_back("few decays: their scatter is assumed to be 20 %");
+
+  const auto n = static_cast<Eigen::Index>(used.size());
+  Data data{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const DecayPoint& point = used[static_cast<std::size_t>(i)];
+    data.omega[i] = 2.0 * kPi * point.frequency_hz;
+    data.log_decay[i] = std::log(point.decay_per_s);
+    data.sigma[i] = point.decay_std_per_s / point.decay_per_s;
+  }
+  double best = 0.0, sum = 0.0;
+  for (const KindFacts& facts : kinds()) {
+    DampingCandidate candidate = candidate_of(facts.kind, data);
+    if (!candidate.parameters.empty()) result.candidates.push_back(std::move(candidate));
+  }
+  const auto rank = [](const DampingCandidate& c) {
+    return c.aicc ? *c.aicc : 1e12 + 1e6 * static_cast<double>(c.parameters.size()) + c.rms_relative_residual;
+  };
+  std::stable_sort(result.candidates.begin(), result.candidates.end(),
+                   [&](const DampingCandidate& a, const DampingCandidate& b) { return rank(a) < rank(b); });
+  if (result.candidates.empty()) return result;
+  best = rank(result.candidates.front());
+  for (const DampingCandidate& c : result.candidates) sum += c.aicc ? std::exp(-0.5 * (*c.aicc - best)) : 0.0;
+  for (DampingCandidate& c : result.candidates) {
+    if (c.aicc) c.aicc_weight = std::exp(-0.5 * (*c.aicc - best)) / sum;
+  }
+  result.model = result.candidates.front().model;
+  return result;
+}
+
+}  // namespace klang::fit

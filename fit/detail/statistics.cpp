@@ -1,0 +1,54 @@
+#include "fit/detail/statistics.hpp"
+
+#include <cmath>
+
+#include "core/base/check.hpp"
+#include "core/base/conventions.hpp"
+
+namespace klang::fit::detail {
+
+double student_t_975(double degrees_of_freedom) {
+  KLANG_CHECK(degrees_of_freedom >= 1.0, "needs a degree of freedom");
+  constexpr double kTail = 0.975;
+  if (degrees_of_freedom == 1.0) return std::tan(kPi * (kTail - 0.5));
+  if (degrees_of_freedom == 2.0) {
+    const double a = 2.0 * kTail - 1.0;
+    return a * std::sqrt(2.0 / (1.0 - a * a));
+  }
+  if (degrees_of_freedom < 3.0) {  // between the exact ones, linear in the logarithm
+    const double low = degrees_of_freedom < 2.0 ? 1.0 : 2.0;
+    const double t = degrees_of_freedom - low;
+    return std::exp((1.0 - t) * std::log(student_t_975(low)) + t * std::log(student_t_975(low + 1.0)));
+  }
+  const double z = 1.959963984540054, z2 = z * z, v = 1.0 / degrees_of_freedom;
+  const double g1 = z * (z2 + 1.0) / 4.0;
+  const double g2 = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
+  const double g3 = z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
+  const double g4 = z * ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92160.0;
+  return z + v * (g1 + v * (g2 + v * (g3 + v * g4)));
+}
+
+double scatter_estimate(const Eigen::VectorXd& residual, const Eigen::VectorXd& sigma, const Eigen::VectorXd& weight,
+                        double n_parameters, double prior_s, double prior_dof) {
+  const double dof = weight.sum() - n_parameters + prior_dof;
+  if (!(dof > 0.0)) return prior_s;
+  // The excess falls with s: bisection in log s cannot fail.
+  const auto excess = [&](double s) {
+    double sum = prior_dof * prior_s * prior_s / (s * s);
+    for (Eigen::Index i = 0; i < residual.size(); ++i) {
+      sum += weight[i] * residual[i] * residual[i] / (sigma[i] * sigma[i] + s * s);
+    }
+    return sum - dof;
+  };
+  const double largest = std::max(residual.size() ? residual.cwiseAbs().maxCoeff() : 0.0, prior_s);
+  if (!(largest > 0.0)) return 0.0;
+  double low = 1e-9 * largest, high = 1e3 * largest;
+  if (excess(low) <= 0.0) return 0.0;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = std::sqrt(low * high);
+    (excess(middle) > 0.0 ? low : high) = middle;
+  }
+  return std::sqrt(low * high);
+}
+
+}  // namespace klang::fit::detail

@@ -1,0 +1,157 @@
+#include "fit/damping.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/conventions.hpp"
+#include "core/base/random.hpp"
+#include "fit/detail/statistics.hpp"
+
+namespace klang::fit {
+namespace {
+
+std::vector<double> frequencies() {
+  return {588, 660, 782, 878, 983, 1167, 1575, 1770, 2100, 2350, 2969, 3330, 3900, 4681, 6630, 8750};
+}
+
+double truth(DampingKind kind, double frequency_hz) {
+  const double omega = 2.0 * kPi * frequency_hz;
+  switch (kind) {
+    case DampingKind::kRayleigh: return 0.5 * (1e-7 * omega * omega + 3.0);
+    case DampingKind::kLossFactor: return 0.5 * 4e-4 * omega;
+    case DampingKind::kMassOnly: return 0.5 * 6.0;
+    case DampingKind::kStiffnessOnly: return 0.5 * 2e-7 * omega * omega;
+    case DampingKind::kZener: return 0.5 * 2e-3 * omega * omega * 6e-5 / (1.0 + std::pow(omega * 6e-5, 2));
+  }
+  return 0.0;
+}
+
+std::vector<DecayPoint> sample(DampingKind kind, double relative_std, double scatter, std::uint64_t seed) {
+  RandomStream random(seed, 7);
+  std::vector<DecayPoint> points;
+  for (const double f : frequencies()) {
+    const double clean = truth(kind, f);
+    const double decay = clean * std::exp(scatter * random.normal()) * (1.0 + relative_std * random.normal());
+    points.push_back({f, decay, relative_std * decay});
+  }
+  return points;
+}
+
+TEST(Damping, EachModelIsRecognisedFromItsOwnDecays) {
+  for (const DampingKind kind : {DampingKind::kRayleigh, DampingKind::kLossFactor, DampingKind::kMassOnly,
+                                 DampingKind::kStiffnessOnly, DampingKind::kZener}) {
+    std::vector<std::string> warnings;
+    const DampingResult result = fit_damping(sample(kind, 0.01, 0.0, 3), warnings);
+    ASSERT_EQ(result.candidates.size(), 5u);
+    EXPECT_EQ(result.candidates.front().kind, kind) << "found " << result.model << " for " << to_text(kind);
+    double sum = 0.0;
+    for (const auto& candidate : result.candidates) sum += candidate.aicc_weight.value_or(0.0);
+    EXPECT_NEAR(sum, 1.0, 1e-9);
+    for (const double f : frequencies()) {
+      const double model = result.candidates.front().decay_per_s(2.0 * kPi * f);
+      EXPECT_NEAR(model / truth(kind, f), 1.0, 0.02) << to_text(kind) << " at " << f << " Hz";
+    }
+  }
+}
+
+TEST(Damping, RayleighIntervalsCoverTheTruthInNinetyToNinetyNineOfHundredSeeds) {
+  // With clean decays, and with the 20 % that radiation and supports add.
+  for (const double scatter : {0.0, 0.2}) {
+    int stiffness = 0, mass = 0;
+    constexpr int kSeeds = 200;
+    for (int seed = 0; seed < kSeeds; ++seed) {
+      std::vector<std::string> warnings;
+      const auto points = sample(DampingKind::kRayleigh, 0.01, scatter, 100u + static_cast<unsigned>(seed));
+      const DampingResult result = fit_damping(points, warnings);
+      const DampingCandidate* rayleigh = find_candidate(result, DampingKind::kRayleigh);
+      ASSERT_NE(rayleigh, nullptr);
+      const auto& a = rayleigh->parameters[0];
+      const auto& b = rayleigh->parameters[1];
+      ASSERT_TRUE(a.ci95 && b.ci95);
+      stiffness += (*a.ci95)[0] <= 1e-7 && 1e-7 <= (*a.ci95)[1];
+      mass += (*b.ci95)[0] <= 3.0 && 3.0 <= (*b.ci95)[1];
+    }
+    EXPECT_GE(stiffness, 0.90 * kSeeds) << "scatter " << scatter;
+    EXPECT_LE(stiffness, 0.99 * kSeeds) << "scatter " << scatter;
+    EXPECT_GE(mass, 0.90 * kSeeds) << "scatter " << scatter;
+    EXPECT_LE(mass, 0.99 * kSeeds) << "scatter " << scatter;
+  }
+}
+
+TEST(Damping, ParameterThatTheDecaysDoNotNeedIsReportedSo) {
+  std::vector<std::string> warnings;
+  const DampingResult result = fit_damping(sample(DampingKind::kStiffnessOnly, 0.02, 0.0, 5), warnings);
+  const DampingCandidate* rayleigh = find_candidate(result, DampingKind::kRayleigh);
+  ASSERT_NE(rayleigh, nullptr);
+  EXPECT_TRUE(rayleigh->parameters[0].identifiable);
+  EXPECT_FALSE(rayleigh->parameters[1].identifiable);
+  EXPECT_FALSE(rayleigh->parameters[1].why.empty());
+}
+
+TEST(Damping, OneDecayGivesNoConfidentPair) {
+  std::vector<std::string> warnings;
+  const DampingResult result = fit_damping({{588.0, 1.0, 0.01}}, warnings);
+  const DampingCandidate* rayleigh = find_candidate(result, DampingKind::kRayleigh);
+  ASSERT_NE(rayleigh, nullptr);
+  for (const auto& parameter : rayleigh->parameters) {
+    EXPECT_FALSE(parameter.identifiable);
+    EXPECT_FALSE(parameter.std.has_value());
+  }
+  EXPECT_FALSE(result.candidates.front().aicc.has_value());
+  EXPECT_FALSE(warnings.empty());
+}
+
+TEST(Damping, NothingMeasuredGivesNoModel) {
+  std::vector<std::string> warnings;
+  EXPECT_TRUE(fit_damping({}, warnings).candidates.empty());
+  EXPECT_TRUE(fit_damping({{100.0, -1.0, 0.0}, {100.0, std::nan(""), 0.0}}, warnings).model.empty());
+}
+
+TEST(Damping, DerivativesMatchDifferences) {
+  for (const DampingKind kind : {DampingKind::kRayleigh, DampingKind::kLossFactor, DampingKind::kMassOnly,
+                                 DampingKind::kStiffnessOnly, DampingKind::kZener}) {
+    std::array<double, 2> p = {2e-7, 5.0};
+    if (kind == DampingKind::kLossFactor) p = {4e-4, 0.0};
+    if (kind == DampingKind::kMassOnly) p = {5.0, 0.0};
+    if (kind == DampingKind::kZener) p = {2e-3, 6e-5};
+    const int n = kind == DampingKind::kRayleigh || kind == DampingKind::kZener ? 2 : 1;
+    for (const double omega : {3e3, 2e4, 6e4}) {
+      std::array<double, 2> gradient{}, unused{};
+      log_decay(kind, p.data(), omega, gradient.data());
+      for (std::size_t j = 0; j < static_cast<std::size_t>(n); ++j) {
+        ASSERT_NE(gradient[j], 0.0);
+        auto high = p, low = p;
+        const double h = 1e-5 * p[j];
+        high[j] += h;
+        low[j] -= h;
+        const double slope =
+            (log_decay(kind, high.data(), omega, unused.data()) - log_decay(kind, low.data(), omega, unused.data())) /
+            (2.0 * h);
+        EXPECT_NEAR(gradient[j] / slope, 1.0, 1e-6) << to_text(kind) << " parameter " << j;
+      }
+    }
+  }
+}
+
+TEST(Statistics, StudentQuantilesMatchTables) {
+  // Abramowitz and Stegun 1964, table 26.10.
+  EXPECT_NEAR(detail::student_t_975(1), 12.706, 1e-3);
+  EXPECT_NEAR(detail::student_t_975(2), 4.303, 1e-3);
+  EXPECT_NEAR(detail::student_t_975(3), 3.182, 5e-3);
+  EXPECT_NEAR(detail::student_t_975(5), 2.571, 1e-3);
+  EXPECT_NEAR(detail::student_t_975(10), 2.228, 1e-3);
+  EXPECT_NEAR(detail::student_t_975(1e9), 1.960, 1e-3);
+}
+
+TEST(Statistics, ScatterMakesTheReducedChiSquaredOne) {
+  Eigen::VectorXd residual(6), sigma = Eigen::VectorXd::Constant(6, 0.5), weight = Eigen::VectorXd::Ones(6);
+  residual << 1, -2, 3, -1, 2, -3;
+  const double s = detail::scatter_estimate(residual, sigma, weight, 1, 0.0, 0.0);
+  EXPECT_NEAR((residual.array().square() / (0.25 + s * s)).sum(), 5.0, 1e-6);
+  EXPECT_EQ(detail::scatter_estimate(0.1 * residual, sigma, weight, 1, 0.0, 0.0), 0.0);
+  EXPECT_EQ(detail::scatter_estimate(residual.head(1), sigma.head(1), weight.head(1), 1, 0.7, 0.0), 0.7);
+}
+
+}  // namespace
+}  // namespace klang::fit

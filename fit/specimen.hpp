@@ -1,10 +1,12 @@
 #pragma once
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/base/conventions.hpp"
 #include "core/mesh/shape.hpp"
 #include "core/modal/oscillator_bank.hpp"
 #include "core/solid/material.hpp"

@@ -46,7 +46,7 @@ struct Data {
   Eigen::VectorXd omega, log_decay, sigma;  // sigma of ln decay, measurement only
 };
 
-/// Weighted residuals (ln decay_i - ln model_i) / total_i; parameters are scaled by their start.
+/// Weighted residuals (ln decay_i - ln model_i) / total_i over x = ln(parameter / scale): positive without constraints.
 class DampingCost : public ceres::CostFunction {
  public:
   DampingCost(DampingKind kind, const Data& data, Eigen::VectorXd total_sigma, Eigen::VectorXd scale)
@@ -57,13 +57,14 @@ class DampingCost : public ceres::CostFunction {
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     const Eigen::Index n = scale_.size();
     std::array<double, 2> p{}, g{};
-    for (Eigen::Index j = 0; j < n; ++j) p[static_cast<std::size_t>(j)] = blocks[0][j] * scale_[j];
+    for (Eigen::Index j = 0; j < n; ++j) p[static_cast<std::size_t>(j)] = scale_[j] * std::exp(blocks[0][j]);
     for (Eigen::Index i = 0; i < data_.omega.size(); ++i) {
       const double model = log_decay(kind_, p.data(), data_.omega[i], g.data());
       if (!std::isfinite(model)) return false;
       residuals[i] = (data_.log_decay[i] - model) / sigma_[i];
       for (Eigen::Index j = 0; jacobians && jacobians[0] && j < n; ++j) {
-        jacobians[0][i * n + j] = -g[static_cast<std::size_t>(j)] * scale_[j] / sigma_[i];
+        const auto k = static_cast<std::size_t>(j);
+        jacobians[0][i * n + j] = -g[k] * p[k] / sigma_[i];
       }
     }
     return true;
@@ -103,23 +104,24 @@ Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& s
   for (int round = 0; round < 12; ++round) {
     const Eigen::VectorXd total = (data.sigma.array().square() + solution.scatter * solution.scatter).sqrt();
     ceres::Problem problem;
-    Eigen::VectorXd x = solution.value.cwiseQuotient(solution.scale);
+    Eigen::VectorXd x = solution.value.cwiseQuotient(solution.scale).array().log();
     problem.AddResidualBlock(new DampingCost(kind, data, total.cwiseMax(1e-9), solution.scale), nullptr, x.data());
     for (int j = 0; j < static_cast<int>(x.size()); ++j) {
-      // Positive; the relaxation time stays within a hundredth and a hundredfold of where it starts.
-      const bool time = kind == DampingKind::kZener && j == 1;
-      problem.SetParameterLowerBound(x.data(), j, time ? 1e-3 : kind == DampingKind::kRayleigh ? 0.0 : 1e-12);
-      if (time) problem.SetParameterUpperBound(x.data(), j, 1e3);
+      // Down to nothing (1e-9 of where it starts); a relaxation time stays within a thousandfold.
+      const double reach = kind == DampingKind::kZener && j == 1 ? std::log(1e3) : std::log(1e9);
+      problem.SetParameterLowerBound(x.data(), j, -reach);
+      problem.SetParameterUpperBound(x.data(), j, reach);
     }
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
     options.max_num_iterations = 200;
-    options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 1e-14;
+    options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 1e-12;
+    options.max_num_consecutive_invalid_steps = 100;  // round-off at the bottom of a valley is no failure
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
     if (!summary.IsSolutionUsable()) return solution;
-    solution.value = x.cwiseProduct(solution.scale);
+    solution.value = x.array().exp() * solution.scale.array();
     const Eigen::VectorXd residual = residuals_of(kind, data, solution.value);
     const double scatter = detail::scatter_estimate(residual, data.sigma, Eigen::VectorXd::Ones(n), n_parameters,
                                                     kUnknownScatter, 0.0);

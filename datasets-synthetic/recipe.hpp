@@ -14,7 +14,8 @@ namespace klang::datasets {
 struct SyntheticRecording {
   std::string name;
   audio::Signal signal;
-  std::vector<double> frequency_hz, decay_per_s, amplitude, phase_rad;  ///< true partials, at the first strike
+  std::vector<double> frequency_hz, decay_per_s, amplitude,
+      phase_rad;  ///< true partials, at the first strike
   std::vector<double> strikes_s;
 };
 
@@ -24,8 +25,10 @@ struct Dataset {
   std::string specimen_toml;  ///< ready for klang fit, with the paths of the recordings as written
 };
 
-/// Makes the recordings of a recipe (docs/recipes.md). Same recipe and seed: same bits, on any number of threads.
-Dataset make_dataset(const std::filesystem::path& recipe_toml, std::uint64_t seed, Monitor& monitor = silent_monitor());
+/// Makes the recordings of a recipe (docs/recipes.md). Same recipe and seed: same bits, on any number of
+/// threads.
+Dataset make_dataset(const std::filesystem::path& recipe_toml, std::uint64_t seed,
+                     Monitor& monitor = silent_monitor());
 Dataset make_dataset_from_text(std::string_view toml, const std::string& name, std::uint64_t seed,
                                Monitor& monitor = silent_monitor());
 

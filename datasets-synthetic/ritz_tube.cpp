@@ -85,7 +85,10 @@ int default_axial_order(double length_m, double outer_m, double wall_m, const so
   const double ring_hz = bar / (2.0 * kPi * outer_m);
   const double wave_m =
       highest_hz > ring_hz ? std::min({beam_m, plate_m, shear_m}) : std::min(beam_m, shear_m);
-  return std::clamp(static_cast<int>(std::ceil(16.0 + 1.6 * 2.0 * length_m / wave_m)), 4, 120);
+  // Shell edge layers of about sqrt(radius wall) at the ends, where polynomials are dense as 1 / degree^2.
+  const double ends = 6.5 * std::sqrt(length_m / std::sqrt(outer_m * wall_m));
+  const double waves = 16.0 + 1.6 * 2.0 * length_m / wave_m;
+  return std::clamp(static_cast<int>(std::ceil(std::max(ends, waves))), 4, 120);
 }
 
 }  // namespace

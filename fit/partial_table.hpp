@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace klang::fit {
@@ -24,8 +25,15 @@ struct PartialTable {
 };
 
 /// CSV with a header line (frequency_hz required; the other names of Partial optional, an empty cell is "not measured")
-/// or JSON as klang analyze writes it (by extension). InputError names file, line, column, value.
+/// or JSON as klang analyze writes it (by extension). Frequencies and standard deviations are above 0, decays and
+/// amplitudes at least 0. Lines that are empty or start with # are skipped; rows come back ascending in frequency.
+/// In JSON null or a missing key is "not measured" and keys of other names are left alone; in CSV an unknown column
+/// is an error. InputError names file, line (or partials[index]), column, value.
 PartialTable read_partial_table(const std::filesystem::path& path);
-void write_partial_table(const std::filesystem::path& path, const PartialTable& table);  ///< CSV
+PartialTable parse_partial_csv(std::string_view text, const std::string& name);
+PartialTable parse_partial_json(std::string_view text, const std::string& name);
+
+/// CSV with all eight columns; a number reads back to the same bits.
+void write_partial_table(const std::filesystem::path& path, const PartialTable& table);
 
 }  // namespace klang::fit

@@ -11,9 +11,9 @@ namespace klang::fit {
 enum class RingdownStatus { kNotRun, kOk, kNothingFound };
 
 struct RingdownOptions {
-  Band band;                      ///< high_hz is cut to 0.48 of the sample rate
+  Band band;                      ///< high_hz is cut to 0.48 of the sample rate; 0 <= low_hz < high_hz
   int max_partials = 200;         ///< strongest kept, 1 to 2000
-  double min_snr_db = 10.0;       ///< a partial's peak above the noise in its own resolution cell
+  double min_snr_db = 10.0;       ///< a partial's peak above the noise in its own resolution cell, 0 to 120
   void validate() const;
 };
 
@@ -31,13 +31,14 @@ struct RingdownResult {
   bool usable() const { return status == RingdownStatus::kOk; }
 };
 
-/// Partials of a recording with their standard deviations. Channels are used jointly (frequencies and decays shared,
-/// amplitude of the loudest channel reported).
-/// @throws InputError: empty signal, fewer than 16 samples.
+/// Partials of a recording with their standard deviations (docs/ringdown.md). Channels are used jointly (frequencies
+/// and decays shared, amplitude of the loudest channel reported).
+/// @throws InputError: empty signal, fewer than 16 samples, a sample that is not finite, options out of range.
 RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options = {},
                                  Monitor& monitor = silent_monitor());
 
-/// The identified partials as sound, at the recording's rate and length (mono).
+/// The identified partials as sound, at the recording's rate and length (mono): silence before the first strike, and
+/// from each strike on its own amplitudes.
 audio::Signal resynthesise(const RingdownResult& ringdown, Eigen::Index n_frames);
 
 }  // namespace klang::fit

@@ -1,0 +1,208 @@
+#include "core/audio/strikes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "core/audio/fft.hpp"
+#include "core/base/errors.hpp"
+#include "core/base/parallel.hpp"
+
+namespace klang::audio {
+namespace {
+
+constexpr Eigen::Index kBands = 24;
+constexpr Eigen::Index kTopBands = 6;  ///< a strike shows in at least this many
+constexpr double kFrameS = 0.010;
+constexpr double kHopS = 0.0025;
+constexpr Eigen::Index kLagMin = 4;    ///< frames: 10 ms, the windows do not overlap
+constexpr Eigen::Index kLagMax = 16;   ///< frames: 40 ms
+constexpr double kMaxRiseDb = 20.0;    ///< of one band, so that no single band carries the score
+
+struct Frames {
+  Eigen::MatrixXd band_power;  ///< kBands x n_frames, sum over channels
+  Eigen::Index window = 0, hop = 0;
+};
+
+Frames band_frames(const Signal& signal, const Band& band) {
+  const double rate = signal.sample_rate_hz;
+  Frames frames;
+  frames.window = std::max<Eigen::Index>(8, std::llround(kFrameS * rate));
+  frames.hop = std::max<Eigen::Index>(1, std::llround(kHopS * rate));
+  const Eigen::Index n = signal.n_frames();
+  const Eigen::Index n_frames = n > frames.window ? (n - frames.window) / frames.hop + 1 : 1;
+  const Eigen::Index n_fft = good_fft_size(frames.window);
+  Eigen::VectorXd window(frames.window);
+  for (Eigen::Index i = 0; i < frames.window; ++i) {
+    window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(frames.window));
+  }
+  window /= std::sqrt(window.squaredNorm() * static_cast<double>(n_fft) / 2);
+  // Band of each bin; below 100 Hz a 10 ms frame resolves nothing.
+  const double low = std::max(band.low_hz, std::min(100.0, 0.1 * rate));
+  const double high = std::max(std::min(band.high_hz, 0.5 * rate), 1.5 * low);
+  std::vector<Eigen::Index> band_of(static_cast<std::size_t>(n_fft / 2 + 1), -1);
+  for (Eigen::Index k = 1; k <= n_fft / 2; ++k) {
+    const double f = static_cast<double>(k) * rate / static_cast<double>(n_fft);
+    if (f < 0.7 * low || f > high) continue;
+    const double x = std::log(std::max(f, low) / low) / std::log(high / low);
+    band_of[static_cast<std::size_t>(k)] = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(x * kBands), 0, kBands - 1);
+  }
+  frames.band_power = Eigen::MatrixXd::Zero(kBands, n_frames);
+  parallel_for(static_cast<std::size_t>(n_frames), 64, [&](std::size_t begin, std::size_t end) {
+    Eigen::VectorXd block(n_fft);
+    for (auto t = static_cast<Eigen::Index>(begin); t < static_cast<Eigen::Index>(end); ++t) {
+      const Eigen::Index first = t * frames.hop;
+      const Eigen::Index count = std::min(frames.window, n - first);
+      for (Eigen::Index channel = 0; channel < signal.n_channels(); ++channel) {
+        block.setZero();
+        block.head(count) = signal.samples.col(channel).segment(first, count).cwiseProduct(window.head(count));
+        const Eigen::VectorXcd spectrum = real_spectrum(block, n_fft);
+        for (Eigen::Index k = 1; k <= n_fft / 2; ++k) {
+          const Eigen::Index b = band_of[static_cast<std::size_t>(k)];
+          if (b >= 0) frames.band_power(b, t) += std::norm(spectrum[k]);
+        }
+      }
+    }
+  });
+  return frames;
+}
+
+/// Rise of every frame in dB: the better of the whole band and the mean of the kTopBands that rise most.
+Eigen::VectorXd rises_db(const Frames& frames) {
+  const Eigen::Index n = frames.band_power.cols();
+  const Eigen::VectorXd total = frames.band_power.colwise().sum();
+  const double smallest = 1e-9 * total.maxCoeff() + 1e-300;
+  Eigen::VectorXd floor(kBands);
+  for (Eigen::Index b = 0; b < kBands; ++b) {
+    std::vector<double> sorted(static_cast<std::size_t>(n));
+    for (Eigen::Index t = 0; t < n; ++t) sorted[static_cast<std::size_t>(t)] = frames.band_power(b, t);
+    const auto quantile = sorted.begin() + n / 20;
+    std::nth_element(sorted.begin(), quantile, sorted.end());
+    floor[b] = 3 * *quantile + smallest / kBands;
+  }
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index t = kLagMin; t < n; ++t) {
+    const Eigen::Index from = std::max<Eigen::Index>(0, t - kLagMax);
+    const Eigen::Index count = t - kLagMin - from + 1;
+    std::vector<double> rise(kBands);
+    for (Eigen::Index b = 0; b < kBands; ++b) {
+      const double before = frames.band_power.row(b).segment(from, count).maxCoeff();
+      const double ratio = (frames.band_power(b, t) + floor[b]) / (before + floor[b]);
+      rise[static_cast<std::size_t>(b)] = std::clamp(10 * std::log10(ratio), 0.0, kMaxRiseDb);
+    }
+    std::partial_sort(rise.begin(), rise.begin() + kTopBands, rise.end(), std::greater<>());
+    double top = 0;
+    for (std::size_t b = 0; b < kTopBands; ++b) top += rise[b] / kTopBands;
+    const double before = total.segment(from, count).maxCoeff();
+    const double whole = 10 * std::log10((total[t] + floor.sum()) / (before + floor.sum()));
+    result[t] = std::max(top, whole);
+  }
+  return result;
+}
+
+/// Energy of the sound above about 100 Hz, averaged over 0.5 ms, summed over channels, frames [begin, end).
+Eigen::VectorXd envelope(const Signal& signal, Eigen::Index begin, Eigen::Index end) {
+  const double rate = signal.sample_rate_hz;
+  const double pole = std::exp(-2 * kPi * std::min(100.0, 0.05 * rate) / rate);
+  const auto width = std::max<Eigen::Index>(1, std::llround(0.0005 * rate));
+  const Eigen::Index warm = std::max<Eigen::Index>(0, begin - std::llround(0.02 * rate));
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(end - begin);
+  for (Eigen::Index channel = 0; channel < signal.n_channels(); ++channel) {
+    double x_before = signal.samples(warm, channel), y = 0;
+    for (Eigen::Index i = warm; i < end; ++i) {
+      const double x = signal.samples(i, channel);
+      y = pole * (y + x - x_before);
+      x_before = x;
+      if (i >= begin) squares[i - begin] += y * y;
+    }
+  }
+  Eigen::VectorXd mean(squares.size());
+  double sum = 0;
+  for (Eigen::Index i = 0; i < squares.size(); ++i) {
+    sum += squares[i];
+    if (i >= width) sum -= squares[i - width];
+    mean[i] = std::max(sum, 0.0) / static_cast<double>(width);
+  }
+  return mean;
+}
+
+/// First frame of the strike and the frame where contact is over, by the envelope in [begin, end).
+Strike refined(const Signal& signal, Eigen::Index begin, Eigen::Index guess, Eigen::Index end, bool starts_at_begin) {
+  const double rate = signal.sample_rate_hz;
+  const Eigen::VectorXd e = envelope(signal, begin, end);
+  Strike strike;
+  Eigen::Index onset = starts_at_begin ? 0 : std::clamp<Eigen::Index>(guess - begin, 0, e.size() - 1);
+  if (!starts_at_begin) {
+    const Eigen::Index quiet = std::clamp<Eigen::Index>(std::llround(0.010 * rate), 1, e.size());
+    const double before = e.head(quiet).maxCoeff();
+    const double threshold = std::max(1.3 * before, 0.02 * e.maxCoeff());
+    for (Eigen::Index i = 0; i < e.size(); ++i) {
+      if (e[i] > threshold) {
+        onset = i;
+        break;
+      }
+    }
+  }
+  const Eigen::Index span = std::min<Eigen::Index>(e.size() - onset, std::llround(0.008 * rate) + 1);
+  const double top = e.segment(onset, span).maxCoeff();
+  Eigen::Index half = onset;
+  while (half < onset + span - 1 && e[half] < 0.5 * top) ++half;
+  strike.time_s = static_cast<double>(begin + onset) / rate;
+  strike.settled_s = strike.time_s + std::min(0.012, 1.5 * static_cast<double>(half - onset) / rate + 0.001);
+  return strike;
+}
+
+}  // namespace
+
+void StrikeOptions::validate() const {
+  checked("strikes", "band.low_hz", band.low_hz, 0, 1e9);
+  checked_open("strikes", "band.high_hz", band.high_hz, band.low_hz, 1e9);
+  checked("strikes", "min_rise_db", min_rise_db, 1, 60);
+  checked("strikes", "min_level_db", min_level_db, -80, 0);
+  checked("strikes", "min_interval_s", min_interval_s, 0.005, 10);
+}
+
+std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& options) {
+  options.validate();
+  checked_open("strikes", "sample_rate_hz", signal.sample_rate_hz, 0, 1e9);
+  if (signal.samples.size() == 0) throw InputError("strikes", "the signal has no samples");
+  const double rate = signal.sample_rate_hz;
+  const Frames frames = band_frames(signal, options.band);
+  const Eigen::VectorXd total = frames.band_power.colwise().sum();
+  const Eigen::Index n = total.size();
+  const double loudest = total.maxCoeff();
+  if (!(loudest > 0)) return {};
+  const Eigen::VectorXd rise = rises_db(frames);
+  const double weakest = loudest * std::pow(10.0, options.min_level_db / 10);
+  const auto apart = std::max<Eigen::Index>(1, std::llround(options.min_interval_s * rate / static_cast<double>(frames.hop)));
+  const auto level_after = [&](Eigen::Index t) {
+    return total.segment(t, std::min<Eigen::Index>(n - t, 13)).maxCoeff();
+  };
+
+  std::vector<Strike> strikes;
+  const Eigen::Index early = std::min<Eigen::Index>(n, 5);
+  if (total.head(early).maxCoeff() >= 0.01 * loudest) {
+    const auto end = std::min<Eigen::Index>(signal.n_frames(), std::llround(0.03 * rate) + 1);
+    Strike first = refined(signal, 0, 0, end, true);
+    first.level = std::sqrt(level_after(0));
+    strikes.push_back(first);
+  }
+  for (Eigen::Index t = 1; t < n; ++t) {
+    if (!(rise[t] >= options.min_rise_db) || level_after(t) < weakest) continue;
+    const Eigen::Index from = std::max<Eigen::Index>(0, t - apart);
+    const Eigen::Index to = std::min(n - 1, t + apart);
+    Eigen::Index best = 0;
+    rise.segment(from, to - from + 1).maxCoeff(&best);
+    if (from + best != t) continue;  // not the highest of its neighbourhood (the first one of equals)
+    const Eigen::Index centre = t * frames.hop + frames.window / 2;
+    const auto begin = std::max<Eigen::Index>(0, centre - std::llround(0.030 * rate));
+    const auto end = std::min<Eigen::Index>(signal.n_frames(), centre + std::llround(0.012 * rate) + 1);
+    Strike strike = refined(signal, begin, centre, end, false);
+    strike.level = std::sqrt(level_after(t));
+    if (!strikes.empty() && strike.time_s - strikes.back().time_s < options.min_interval_s) continue;
+    strikes.push_back(strike);
+  }
+  return strikes;
+}
+
+}  // namespace klang::audio

@@ -186,14 +186,28 @@ void write_sound(const fs::path& path, const Signal& signal, SampleFormat format
   write_file_with(path, [&](const fs::path& temporary) {
     File file(sf_open(temporary.c_str(), SFM_WRITE, &info));
     if (!file) throw InputError(place, std::string("cannot write: ") + sf_strerror(nullptr));
-    sf_command(file.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
     sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);  // it would hold the time of writing
     constexpr Eigen::Index kBlock = 16384;
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> block;
+    std::vector<int> integers;
     for (Eigen::Index begin = 0; begin < signal.n_frames(); begin += kBlock) {
       const Eigen::Index n = std::min(kBlock, signal.n_frames() - begin);
       block = signal.samples.middleRows(begin, n);
-      if (sf_writef_double(file.get(), block.data(), n) != n) {
+      sf_count_t written = 0;
+      if (subformat == SF_FORMAT_FLOAT) {
+        written = sf_writef_double(file.get(), block.data(), n);
+      } else {
+        // libsndfile truncates when it clips; rounding to the nearest step halves the error.
+        const int bits = subformat == SF_FORMAT_PCM_16 ? 16 : 24;
+        const double full = std::ldexp(1.0, bits - 1);
+        integers.resize(static_cast<std::size_t>(block.size()));
+        for (Eigen::Index i = 0; i < block.size(); ++i) {
+          const double step = std::clamp(std::nearbyint(block.data()[i] * full), -full, full - 1);
+          integers[static_cast<std::size_t>(i)] = static_cast<int>(step * std::ldexp(1.0, 32 - bits));
+        }
+        written = sf_writef_int(file.get(), integers.data(), n);
+      }
+      if (written != n) {
         throw InputError(place, std::string("cannot write: ") + sf_strerror(file.get()));
       }
     }

@@ -180,11 +180,10 @@ std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& op
   };
 
   std::vector<Strike> strikes;
-  const Eigen::Index early = std::min<Eigen::Index>(n, 5);
-  if (total.head(early).maxCoeff() >= 0.01 * loudest) {
+  if (total[0] >= 0.01 * loudest) {
     const auto end = std::min<Eigen::Index>(signal.n_frames(), std::llround(0.03 * rate) + 1);
     Strike first = refined(signal, 0, 0, end, true);
-    first.level = std::sqrt(level_after(0));
+    first.level = std::sqrt(total[0]);
     strikes.push_back(first);
   }
   for (Eigen::Index t = 1; t < n; ++t) {
@@ -199,7 +198,10 @@ std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& op
     const auto end = std::min<Eigen::Index>(signal.n_frames(), centre + std::llround(0.012 * rate) + 1);
     Strike strike = refined(signal, begin, centre, end, false);
     strike.level = std::sqrt(level_after(t));
-    if (!strikes.empty() && strike.time_s - strikes.back().time_s < options.min_interval_s) continue;
+    if (!strikes.empty() && strike.time_s - strikes.back().time_s < options.min_interval_s) {
+      if (strike.level > 2 * strikes.back().level) strikes.back() = strike;  // what came before was its prelude
+      continue;
+    }
     strikes.push_back(strike);
   }
   return strikes;

@@ -17,6 +17,8 @@ constexpr double kDecaysPerWindow = 5;  ///< a window ends when its partial has 
 constexpr double kShortestWindowS = 0.006;
 constexpr double kLogFalseAlarm = 14;   ///< -ln of the chance that one test invents a partial
 constexpr Eigen::Index kMaxOrder = 14;
+constexpr double kNoiseLikeResidual = 3.0;    ///< residual over noise up to which only significance counts
+constexpr double kWorthwhileReduction = 3.0;  ///< of the residual, a partial, above that
 
 /// Smallest x with P(chi-square(dof) > x) below exp(-log_p) (Laurent and Massart 2000, Lemma 1).
 double chi_square_bound(double dof, double log_p) { return dof + 2 * std::sqrt(dof * log_p) + 2 * log_p; }
@@ -48,6 +50,33 @@ struct Peak {
 struct PeakSpectrum {
   std::vector<Peak> peaks;
   double window_s = 0.0;
+};
+
+/// Noise of the recording's quietest stretches by frequency: the last half of the longest segment (at most 2 s), channels
+/// averaged. Variance per bin in the scale of BinBlock.
+class TailNoise {
+ public:
+  explicit TailNoise(const RingData& data) {
+    const Segment& segment = data.segments()[static_cast<std::size_t>(data.longest_segment())];
+    const Eigen::Index length = segment.end - segment.begin;
+    const Eigen::Index n = audio::good_fft_size_below(
+        std::max<Eigen::Index>(8, std::min(length / 2, static_cast<Eigen::Index>(2 * data.sample_rate_hz()))));
+    per_bin_hz_ = data.sample_rate_hz() / static_cast<double>(n);
+    const Eigen::VectorXd window = blackman_harris(n);
+    floor_ = Eigen::VectorXd::Zero(n / 2 + 1);
+    for (const Eigen::VectorXd& x : data.channels()) {
+      const Eigen::VectorXd tail = x.segment(segment.end - n, n).cwiseProduct(window);
+      floor_ += noise_floor(audio::real_spectrum(tail, n).cwiseAbs2(), 1) / static_cast<double>(data.channels().size());
+    }
+  }
+  double at(double frequency_hz) const {
+    const auto k = static_cast<Eigen::Index>(std::llround(frequency_hz / per_bin_hz_));
+    return floor_[std::clamp<Eigen::Index>(k, 0, floor_.size() - 1)];
+  }
+
+ private:
+  double per_bin_hz_ = 1.0;
+  Eigen::VectorXd floor_;
 };
 
 /// Peaks of the residual's spectrum in windows of about window_s from the beginning of each segment.
@@ -166,6 +195,21 @@ double likelihood_gain(const SubBand& band, const LinearFit& small, const Linear
   return (small.residual_sum_sq - large.residual_sum_sq) / (large.residual_sum_sq / freedom + 1e-300);
 }
 
+double residual_variance(const SubBand& band, const RefinedFit& fit) {
+  const auto order = static_cast<double>(fit.poles.size());
+  const double used = 2 * order + static_cast<double>(band.blocks.size()) * (2 * order + 2 * kBackgroundTerms);
+  return 2 * fit.linear.residual_sum_sq / std::max(1.0, static_cast<double>(band.n_real_data()) - used);
+}
+
+/// Real partials are not exactly exponential, and every exponential more mends a little of what is left: significant
+/// against the noise, but no partial. While the residual stands above the noise, one more must remove most of it.
+bool worthwhile(const SubBand& band, const RefinedFit& small, const RefinedFit& large, double noise_variance) {
+  const double left = residual_variance(band, large);
+  if (left <= kNoiseLikeResidual * noise_variance) return true;
+  const auto added = static_cast<double>(large.poles.size() - small.poles.size());
+  return small.linear.residual_sum_sq >= std::pow(kWorthwhileReduction, added) * large.linear.residual_sum_sq;
+}
+
 struct Cluster {
   double low_hz = 0.0, high_hz = 0.0;          ///< outermost peaks
   double own_low_hz = 0.0, own_high_hz = 0.0;  ///< partials outside belong to a neighbour
@@ -206,7 +250,7 @@ Eigen::MatrixXcd amplitudes_of(const RingData& data, const SubBand& band, const 
 
 /// New partials of one cluster; known ones of similar decay near it are fitted along and dropped afterwards.
 std::vector<FittedPartial> explore(const RingData& data, const Cluster& cluster, double window_s,
-                                   const std::vector<FittedPartial>& known) {
+                                   const std::vector<FittedPartial>& known, double noise) {
   const double cell = 1 / window_s;
   const double low = cluster.low_hz - kHalfBandCells * cell;
   const double high = cluster.high_hz + kHalfBandCells * cell;
@@ -249,7 +293,8 @@ std::vector<FittedPartial> explore(const RingData& data, const Cluster& cluster,
       consider(start);
     }
     const auto extra = static_cast<double>(order - static_cast<Eigen::Index>(current.poles.size()));
-    if (best.ok && likelihood_gain(band, current.linear, best.linear, best.poles.size()) >= extra * bound) {
+    if (best.ok && likelihood_gain(band, current.linear, best.linear, best.poles.size()) >= extra * bound &&
+        worthwhile(band, current, best, noise)) {
       current = std::move(best);
       failures = 0;
     } else {
@@ -407,13 +452,18 @@ Eigen::VectorXd noise_floor(const Eigen::VectorXd& power, Eigen::Index n_average
 
 void polish(const RingData& data, std::vector<FittedPartial>& partials) {
   const auto groups = groups_of(data, partials);
-  const std::vector<FittedPartial> before = partials;
-  for_each_job(groups.size(), [&](std::size_t g) { polish_group(data, before, groups[g], partials); });
+  // Neighbouring groups see each other's newest state: all at once, overlapping lines can chase each other.
+  for (std::size_t parity = 0; parity < 2; ++parity) {
+    const std::vector<FittedPartial> before = partials;
+    for_each_job((groups.size() + 1 - parity) / 2,
+                 [&](std::size_t job) { polish_group(data, before, groups[2 * job + parity], partials); });
+  }
 }
 
 std::vector<FittedPartial> search_partials(const RingData& data, const SearchOptions& options, Monitor& monitor) {
   std::vector<FittedPartial> found;
   std::vector<double> windows;
+  const TailNoise noise(data);
   const double shortest = std::max(kShortestWindowS, 64 / data.sample_rate_hz());
   for (double w = data.longest_segment_s(); w >= shortest || windows.empty(); w /= 3) windows.push_back(w);
   for (std::size_t scale = 0; scale < windows.size(); ++scale) {
@@ -421,8 +471,11 @@ std::vector<FittedPartial> search_partials(const RingData& data, const SearchOpt
     const PeakSpectrum spectrum = find_peaks(data, windows[scale], rings_of(found), options);
     const auto clusters = clusters_of(spectrum);
     std::vector<std::vector<FittedPartial>> fresh(clusters.size());
-    for_each_job(clusters.size(), [&](std::size_t c) { fresh[c] = explore(data, clusters[c], spectrum.window_s, found); },
-                 "partials", monitor);
+    const auto job = [&](std::size_t c) {
+      const double centre = 0.5 * (clusters[c].low_hz + clusters[c].high_hz);
+      fresh[c] = explore(data, clusters[c], spectrum.window_s, found, noise.at(centre));
+    };
+    for_each_job(clusters.size(), job, "partials", monitor);
     std::size_t n_fresh = 0;
     for (auto& list : fresh) {
       n_fresh += list.size();

@@ -83,3 +83,35 @@ TEST(Ringdown, TooFewSamplesNotANumberAndBadOptionsAreBadInput) {
   options.min_snr_db = std::nan("");
   EXPECT_THROW(identify_ringdown(ringing({}, 8000, 0.1, 0.1, 1), options), klang::InputError);
 }
+
+TEST(Ringdown, OnePartialInNoiseReachesTheCramerRaoBoundAndKnowsItsScatter) {
+  const TruePartial truth{1000.3, 8, 0.1, 0.7};
+  constexpr double kRate = 16000, kDuration = 0.5;
+  for (const double snr_db : {20.0, 40.0, 60.0}) {
+    const double noise_rms = truth.amplitude / std::sqrt(2.0) * std::pow(10, -snr_db / 20);
+    constexpr std::size_t kSeeds = 200;
+    std::vector<klang::fit::Partial> found(kSeeds);
+    klang::for_each_job(kSeeds, [&](std::size_t seed) {
+      const auto result = identify_ringdown(ringing({truth}, kRate, kDuration, noise_rms, 100 + seed));
+      if (result.partials.partials.size() == 1) found[seed] = result.partials.partials[0];
+    });
+    double f = 0, d = 0, f_std = 0, d_std = 0, f_bias = 0;
+    for (const auto& partial : found) {
+      ASSERT_NEAR(partial.frequency_hz, truth.frequency_hz, 1.0) << snr_db << " dB: missed or not alone";
+      f += std::pow(partial.frequency_hz - truth.frequency_hz, 2) / kSeeds;
+      d += std::pow(*partial.decay_per_s - truth.decay_per_s, 2) / kSeeds;
+      f_std += std::pow(*partial.frequency_std_hz, 2) / kSeeds;
+      d_std += std::pow(*partial.decay_std_per_s, 2) / kSeeds;
+      f_bias += (partial.frequency_hz - truth.frequency_hz) / kSeeds;
+    }
+    const Eigen::Vector2d bound = cramer_rao_std(truth, kRate, kDuration, noise_rms);
+    EXPECT_LE(std::sqrt(f), 1.5 * bound[0]) << snr_db;
+    EXPECT_LE(std::sqrt(d), 1.5 * bound[1]) << snr_db;
+    EXPECT_LE(std::abs(std::sqrt(f_std / f) - 1), 0.25) << snr_db;
+    EXPECT_LE(std::abs(std::sqrt(d_std / d) - 1), 0.25) << snr_db;
+    EXPECT_LE(std::abs(f_bias), 4 * bound[0] / std::sqrt(200.0)) << snr_db;
+    RecordProperty("frequency_over_bound_" + std::to_string(static_cast<int>(snr_db)), std::to_string(std::sqrt(f) / bound[0]));
+    RecordProperty("decay_over_bound_" + std::to_string(static_cast<int>(snr_db)), std::to_string(std::sqrt(d) / bound[1]));
+    RecordProperty("reported_over_scatter_" + std::to_string(static_cast<int>(snr_db)), std::to_string(std::sqrt(f_std / f)) + " " + std::to_string(std::sqrt(d_std / d)));
+  }
+}

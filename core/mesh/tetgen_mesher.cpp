@@ -38,7 +38,7 @@ int orientation_sign(const double* a, const double* b, const double* c, const do
   if (std::abs(det) > 1e-15 * scale) return det > 0.0 ? 1 : -1;  // Shewchuk's bound is 7.8e-16
   if (scale == 0.0) return 0;
   const std::lock_guard lock(tetgen_mutex());
-  exactinit(0, 0, 1, 0.0, 0.0, 0.0);  // each time: a mesh in between sets filters for its own size
+  exactinit(0, 0, 1, 1.0, 1.0, 1.0);  // each time: a mesh in between sets filters for its own size
   const auto writable = [](const double* p) {
     return const_cast<double*>(p);
   };  // read only, but not declared so

@@ -11,7 +11,7 @@ namespace klang::modal {
 /// Elastic modes of a body, in order of frequency; rigid modes are left out. Damping is no part of it.
 struct ModalModel {
   Eigen::VectorXd angular_frequency_rad_s;  ///< n_modes
-  Eigen::MatrixXd shapes;                   ///< 3 n_nodes x n_modes, row 3 node + axis; u^T M u = 1, unit 1/sqrt(kg)
+  Eigen::MatrixXd shapes;  ///< 3 n_nodes x n_modes, row 3 node + axis; u^T M u = 1, unit 1/sqrt(kg)
   mesh::TetMesh mesh;
   solid::Material material;
   solid::Support support;
@@ -20,8 +20,8 @@ struct ModalModel {
   Eigen::VectorXd frequency_hz() const;
 };
 
-/// Writes and reads a .vtu that ParaView opens: point vectors "mode_0000" ... in 1/sqrt(kg), frequencies, material and
-/// provenance as field data. Reading gives back every bit.
+/// Writes and reads a .vtu that ParaView opens: point vectors "mode_0000" ... in 1/sqrt(kg), frequencies,
+/// material and provenance as field data. Reading gives back every bit.
 void write_modal_model(const std::filesystem::path& path, const ModalModel& model,
                        const std::string& provenance_json = "{}");
 ModalModel read_modal_model(const std::filesystem::path& path);

@@ -25,8 +25,8 @@ Material from_youngs_modulus(double youngs_modulus_pa, double poissons_ratio, do
 /// Throws InputError unless mu > 0, lambda + 2 mu / 3 > 0 (the energy is positive), rho > 0, all finite.
 void validate(const Material& material);
 
-/// Labelled presets; InputError for an unknown name (lists the known ones). S02's Table 1 values carry names that begin
-/// with "s02_" and are no physical truth (errata 7).
+/// Labelled presets; InputError for an unknown name (lists the known ones). S02's Table 1 values carry names
+/// that begin with "s02_" and are no physical truth (errata 7).
 Material material_preset(std::string_view name);
 std::vector<std::string> material_preset_names();
 

@@ -99,6 +99,11 @@ Support parse_support(std::string_view text) {
   return support;
 }
 
+std::string to_text(const Support& support) {
+  if (support.kind == SupportKind::kFree) return "free";
+  return (support.kind == SupportKind::kClamped ? "clamped:" : "pinned:") + support.where;
+}
+
 std::vector<int> held_nodes(const Support& support, const mesh::TetMesh& mesh) {
   if (support.kind == SupportKind::kFree) return {};
   const Region region = parse_region(support.where);

@@ -32,6 +32,7 @@ class RitzTube {
   /// Elastic modes, ascending; with n > 0 each frequency comes twice, orientation 0 then 1.
   const Eigen::VectorXd& angular_frequency_rad_s() const { return omega_; }
   Eigen::Index n_modes() const { return omega_.size(); }
+  int axial_order() const { return axial_order_; }
   const Label& label(Eigen::Index mode) const { return modes_[static_cast<std::size_t>(mode)].label; }
 
   /// Mass-normalised displacement (x, y, z) of every mode at a point of the wall, 3 x n_modes [1/sqrt(kg)].

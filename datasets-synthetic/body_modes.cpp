@@ -1,0 +1,135 @@
+#include "datasets-synthetic/body_modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/errors.hpp"
+#include "core/modal/eigen_solver.hpp"
+#include "core/solid/assembly.hpp"
+#include "datasets-synthetic/ritz_box.hpp"
+#include "datasets-synthetic/ritz_tube.hpp"
+
+namespace klang::datasets {
+namespace {
+
+constexpr double kPairTolerance = 1e-4;
+
+BodyModes box_modes(const mesh::ShapeSpec& shape, const solid::Material& material, double highest_hz,
+                    const std::vector<Eigen::Vector3d>& places) {
+  const Eigen::Vector3d size(shape.dims.at("length_m"), shape.dims.at("width_m"), shape.dims.at("height_m"));
+  const RitzBox box(size, material, {{}, highest_hz});
+  BodyModes modes;
+  modes.angular_frequency_rad_s = box.angular_frequency_rad_s();
+  for (const Eigen::Vector3d& place : places) {
+    modes.places_m.push_back(0.5 * place.cwiseProduct(size));
+    modes.shapes.push_back(box.shapes_at(modes.places_m.back()));
+  }
+  for (Eigen::Index m = 0; m < box.n_modes(); ++m) {
+    const auto p = box.parity(m);
+    modes.labels.push_back("parity " + std::to_string(p[0]) + std::to_string(p[1]) + std::to_string(p[2]));
+  }
+  const auto o = box.orders();
+  modes.method = "Ritz, Legendre products of degree " + std::to_string(o[0]) + ", " + std::to_string(o[1]) +
+                 ", " + std::to_string(o[2]);
+  return modes;
+}
+
+BodyModes tube_modes(const mesh::ShapeSpec& shape, const solid::Material& material, double highest_hz,
+                     const std::vector<Eigen::Vector3d>& places) {
+  const double length = shape.dims.at("length_m"), outer = shape.dims.at("outer_radius_m");
+  const double wall = shape.dims.at("wall_m");
+  const RitzTube tube(length, outer, wall, material, {0, 4, highest_hz});
+  BodyModes modes;
+  modes.angular_frequency_rad_s = tube.angular_frequency_rad_s();
+  for (const Eigen::Vector3d& place : places) {
+    // The nearest point of the wall; on the axis: that of angle 0.
+    Eigen::Vector3d x = place.cwiseProduct(Eigen::Vector3d(outer, outer, 0.5 * length));
+    const double r = std::hypot(x[0], x[1]), wanted = std::clamp(r, outer - wall, outer);
+    if (r > 0) {
+      x.head<2>() *= wanted / r;
+    } else {
+      x[0] = wanted;
+    }
+    modes.places_m.push_back(x);
+    modes.shapes.push_back(tube.shapes_at(x));
+  }
+  for (Eigen::Index m = 0; m < tube.n_modes(); ++m) {
+    const auto& label = tube.label(m);
+    modes.labels.push_back((label.torsion ? "torsion" : "n=" + std::to_string(label.circumferential)) +
+                           (label.odd_in_z ? " odd" : " even"));
+  }
+  modes.method =
+      "Ritz, exact in the angle, axial degree " + std::to_string(tube.axial_order()) + ", wall degree 4";
+  return modes;
+}
+
+BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& material,
+                        const solid::Support& support, double highest_hz,
+                        const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
+  mesh::ShapeMeshOptions mesh_options;
+  mesh_options.refinement = 1;
+  const mesh::TetMesh mesh = mesh::mesh_shape(shape, mesh_options);
+  modal::EigenOptions options;
+  options.band = {20.0, highest_hz};
+  const auto result =
+      modal::solve_modes(mesh, solid::assemble(mesh, support), material, support, options, monitor);
+  if (!result.usable()) throw NumericalError("true modes of " + shape.kind + ": " + result.message);
+
+  BodyModes modes;
+  modes.angular_frequency_rad_s = result.model.angular_frequency_rad_s;
+  const mesh::Points& nodes = result.model.mesh.nodes_m;
+  const Eigen::Vector3d low = nodes.colwise().minCoeff(), high = nodes.colwise().maxCoeff();
+  std::vector<char> outside(static_cast<std::size_t>(nodes.rows()), 0);
+  const mesh::SurfaceMesh surface = mesh::boundary_surface(result.model.mesh);
+  for (Eigen::Index t = 0; t < surface.triangles.size(); ++t) {
+    outside[static_cast<std::size_t>(surface.triangles.data()[t])] = 1;
+  }
+  for (const Eigen::Vector3d& place : places) {
+    const Eigen::Vector3d x = 0.5 * (low + high) + 0.5 * place.cwiseProduct(high - low);
+    Eigen::Index nearest = 0;
+    double distance_sq = HUGE_VAL;
+    for (Eigen::Index i = 0; i < nodes.rows(); ++i) {
+      const double d = (nodes.row(i).transpose() - x).squaredNorm();
+      if (outside[static_cast<std::size_t>(i)] && d < distance_sq) {
+        distance_sq = d;
+        nearest = i;
+      }
+    }
+    modes.places_m.push_back(nodes.row(nearest));
+    modes.shapes.push_back(result.model.shapes.middleRows<3>(3 * nearest));
+  }
+  for (Eigen::Index m = 0; m < result.model.n_modes(); ++m)
+    modes.labels.push_back("mode " + std::to_string(m));
+  modes.method = "quadratic finite elements, refinement 1, " + std::to_string(nodes.rows()) + " nodes";
+  return modes;
+}
+
+}  // namespace
+
+BodyModes body_modes(const mesh::ShapeSpec& shape, const solid::Material& material,
+                     const solid::Support& support, double highest_hz,
+                     const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
+  if (support.kind == solid::SupportKind::kFree) {
+    if (shape.kind == "box") return box_modes(shape, material, highest_hz, places);
+    if (shape.kind == "tube") return tube_modes(shape, material, highest_hz, places);
+  }
+  return element_modes(shape, material, support, highest_hz, places, monitor);
+}
+
+void split_pairs(BodyModes& modes, double relative_detuning, double angle_rad) {
+  Eigen::VectorXd& omega = modes.angular_frequency_rad_s;
+  for (Eigen::Index m = 0; m + 1 < omega.size(); ++m) {
+    if (!(omega[m + 1] - omega[m] <= kPairTolerance * omega[m])) continue;
+    const double mean = 0.5 * (omega[m] + omega[m + 1]);
+    omega[m] = mean * (1.0 - 0.5 * relative_detuning);
+    omega[m + 1] = mean * (1.0 + 0.5 * relative_detuning);
+    for (Eigen::MatrixXd& shape : modes.shapes) {
+      const Eigen::Vector3d first = shape.col(m), second = shape.col(m + 1);
+      shape.col(m) = std::cos(angle_rad) * first + std::sin(angle_rad) * second;
+      shape.col(m + 1) = std::cos(angle_rad) * second - std::sin(angle_rad) * first;
+    }
+    ++m;
+  }
+}
+
+}  // namespace klang::datasets

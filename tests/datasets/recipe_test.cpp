@@ -27,7 +27,7 @@ std::string bar_recipe(const std::string& more = "", const std::string& sound = 
          "[damping]\nmodel = \"rayleigh\"\nrayleigh_stiffness_s = 2e-7\nrayleigh_mass_per_s = "
          "4.0\n[sound]\n" +
          sound + "\nhighest_hz = 9000\n" + more +
-         "\n[[specimen]]\nname = \"bar\"\nshape = { kind = \"box\", length_m = 0.1, width_m = 0.02, height_m "
+         "\n[[specimen]]\nname = \"bar\"\nshape = { kind = \"box\", length_m = 0.15, width_m = 0.02, height_m "
          "= 0.008 }\n"
          "strike = [{ time_s = 0.05003, at = [1.0, 0.6, 1.0], impulse_n_s = [0.0, 0.003, -0.01], contact_s = "
          "1e-5 }]\n"
@@ -64,7 +64,7 @@ TEST(Recipe, CleanRecordingIsTheSumOfItsTruePartials) {
 TEST(Recipe, PartialsOfABarAreTheRitzFrequenciesWithRayleighDecay) {
   const Dataset d = make_dataset_from_text(bar_recipe(), "bar", 1);
   const auto& r = d.recordings[0];
-  const auto modes = body_modes({"box", {{"length_m", 0.1}, {"width_m", 0.02}, {"height_m", 0.008}}, {}},
+  const auto modes = body_modes({"box", {{"length_m", 0.15}, {"width_m", 0.02}, {"height_m", 0.008}}, {}},
                                 solid::from_youngs_modulus(70e9, 0.3, 2700.0), {}, 9000.0, {{1.0, 0.6, 1.0}});
   ASSERT_EQ(static_cast<std::size_t>(modes.angular_frequency_rad_s.size()), r.frequency_hz.size());
   for (std::size_t i = 0; i < r.frequency_hz.size(); ++i) {
@@ -210,7 +210,7 @@ TEST(Recipe, TruthHoldsMaterialPartialsAndProvenance) {
   const json& specimen = truth["specimens"][0];
   ASSERT_EQ(specimen["partials"].size(), d.recordings[0].frequency_hz.size());
   EXPECT_EQ(specimen["partials"][0]["frequency_hz"], d.recordings[0].frequency_hz[0]);
-  EXPECT_NEAR(specimen["mass_kg"], 0.1 * 0.02 * 0.008 * 2700.0, 1e-12);
+  EXPECT_NEAR(specimen["mass_kg"], 0.15 * 0.02 * 0.008 * 2700.0, 1e-12);
   EXPECT_EQ(specimen["channels"].size(), 2u);
   EXPECT_NEAR(
       specimen["channels"][0]["noise_rms"].get<double>() / specimen["channels"][0]["sound_rms"].get<double>(),
@@ -227,7 +227,7 @@ std::string message_of(const std::string& toml) {
 }
 
 TEST(RecipeParser, MistakesAreNamedWithLineAndKey) {
-  EXPECT_NE(message_of(bar_recipe("[noise]\nsnr = 3\n")).find("r.toml:14: noise.snr: unknown key"),
+  EXPECT_NE(message_of(bar_recipe("[noise]\nsnr = 3\n")).find("r.toml:13: noise.snr: unknown key"),
             std::string::npos)
       << message_of(bar_recipe("[noise]\nsnr = 3\n"));
   EXPECT_NE(message_of(bar_recipe("[noise]\nsnr_db = \"loud\"\n")).find("noise.snr_db: must be a number"),

@@ -1,0 +1,33 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+namespace klang::fit {
+
+/// Where a spectrum is wanted.
+struct SpectrumPoint {
+  double lame_lambda_pa = 0.0;
+  double lame_mu_pa = 0.0;
+  double density_kg_m3 = 0.0;      ///< unused by a specimen whose mass is given
+  std::vector<double> dimensions;  ///< the specimen's free dimensions, in its order [m]
+};
+
+struct Spectrum {
+  Eigen::VectorXd log_angular_frequency_sq;  ///< ln(omega^2), ascending, n_modes
+  Eigen::MatrixXd derivative;                ///< of it by lambda, mu [1/Pa], ln rho, each free dimension [1/m]
+};
+
+/// What a fit needs to know of a body: its lowest eigenvalues as smooth functions of material and dimensions. The finite
+/// elements stand behind ReducedSpectrum; tests use closed forms.
+class SpectrumModel {
+ public:
+  virtual ~SpectrumModel() = default;
+  virtual Eigen::Index n_modes() const = 0;
+  virtual Spectrum spectrum(const SpectrumPoint& point) const = 0;
+  /// How loud a strike makes each mode relative to the loudest, 0 to 1; empty: all alike.
+  virtual Eigen::VectorXd visibility() const { return {}; }
+  /// Density at a point: the material's, or mass over volume.
+  virtual double density_kg_m3(const SpectrumPoint& point) const { return point.density_kg_m3; }
+};
+
+}  // namespace klang::fit

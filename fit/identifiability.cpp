@@ -93,7 +93,8 @@ std::string determined_instead(const ParameterSpace& space, const ElasticFit& fi
   for (const Combination& combination : combinations) {
     const Uncertainty u = uncertainty(space, fit.x, combination.name, covariance, assumed);
     if (!determined(combination.name, u) || !(u.std > 0.0)) continue;
-    if (!best || u.relative < best_u.relative) best = &combination, best_u = u;
+    // Earlier ones are better known: a later one must be clearly better.
+    if (!best || u.relative < 0.9 * best_u.relative) best = &combination, best_u = u;
   }
   if (best) {
     return std::string("the partials determine ") + best->text + " = " + shown("%.4g ", best_u.value / best->unit) +

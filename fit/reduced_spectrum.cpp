@@ -93,6 +93,7 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
                        const mesh::ShapeDivisions& divisions) {
   SpecimenBody body;
   body.divisions = divisions;
+  body.shape_dims = specimen.shape->dims;
   body.mesh = mesh::mesh_shape(*specimen.shape, divisions, 2);
   finish_body(specimen, material, body);
   return body;
@@ -104,47 +105,51 @@ Eigen::VectorXd mode_visibility(const modal::ModalModel& model) {
   return largest > 0.0 ? Eigen::VectorXd(coupling / largest) : Eigen::VectorXd::Ones(coupling.size());
 }
 
-ReducedSpectrum::ReducedSpectrum(modal::ReducedModel model, std::optional<double> fixed_density_kg_m3)
-    : model_(std::move(model)), fixed_density_(fixed_density_kg_m3), visibility_(mode_visibility(model_.nominal.model)) {}
-
-double ReducedSpectrum::density_kg_m3(const SpectrumPoint& point) const {
-  return fixed_density_.value_or(point.density_kg_m3);
-}
-
-Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
-  const auto values =
-      modal::reduced_eigenvalues(model_, point.lame_lambda_pa, point.lame_mu_pa, density_kg_m3(point));
-  Spectrum spectrum;
-  spectrum.log_angular_frequency_sq = values.angular_frequency_sq.array().log();
-  spectrum.derivative.setZero(values.angular_frequency_sq.size(), 3);
-  spectrum.derivative.leftCols(2) = values.angular_frequency_sq.cwiseInverse().asDiagonal() * values.derivative;
-  if (!fixed_density_) spectrum.derivative.col(2).setConstant(values.derivative_log_density);
-  return spectrum;
-}
-
-ShapeSpectrum::ShapeSpectrum(const Specimen& specimen, const SpecimenBody& body,
-                             const std::vector<std::string>& free_dimensions, int count, double low_hz,
-                             double relative_step, Monitor& monitor)
-    : n_modes_(count), mass_kg_(specimen.mass_kg) {
-  modal::EigenOptions options;
-  options.count = count;
-  options.band.low_hz = 0.0;
+ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& body,
+                                 const std::vector<std::string>& free_dimensions,
+                                 const ReducedSpectrumOptions& options, Monitor& monitor)
+    : mass_kg_(specimen.mass_kg) {
   const auto solve = [&](const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
-                         const solid::Material& material) {
-    auto result = modal::solve_modes(mesh, assembled, material, specimen.support, options, monitor);
+                         const solid::Material& material, int count, bool prove) {
+    modal::EigenOptions eigen;
+    eigen.count = count;
+    eigen.band.low_hz = 0.0;
+    eigen.prove_none_missing = prove;
+    auto result = modal::solve_modes(mesh, assembled, material, specimen.support, eigen, monitor);
     if (!result.usable()) throw NumericalError("specimen " + specimen.name + ": " + result.message);
     return result;
   };
   const auto assembled = solid::assemble(body.mesh, specimen.support);
-  nominal_ = solve(body.mesh, assembled, body.material);
-  visibility_ = mode_visibility(nominal_.model);
-  n_skipped_ = static_cast<int>((nominal_.model.frequency_hz().array() < low_hz).count());
-  n_modes_ -= n_skipped_;
-  visibility_ = visibility_.tail(n_modes_).eval();
-  options.prove_none_missing = false;
+  // Free modes are fewer than the degrees of freedom; tiny meshes must not be asked for more.
+  const int most = std::max(1, std::min(options.max_count, static_cast<int>(assembled.n_dofs()) / 3 - 6));
+  int count = options.count > 0 ? std::min(options.count, most) : std::min(24, most);
+  nominal_ = solve(body.mesh, assembled, body.material, count, true);
+  const auto highest_hz = [&] { return nominal_.model.frequency_hz()[nominal_.model.n_modes() - 1]; };
+  if (options.count == 0 && count < most && highest_hz() < options.band.high_hz) {
+    // Mode counts grow like f (plates) to f^3 (solids); between them f^1.5 is enough in most cases.
+    const double ratio = std::min(options.band.high_hz / highest_hz(), 10.0);
+    count = std::min(most, static_cast<int>(std::ceil(1.15 * count * std::pow(ratio, 1.5))) + 4);
+    nominal_ = solve(body.mesh, assembled, body.material, count, true);
+  }
+  if (options.count == 0) {  // those beyond the band are of no use
+    const auto useful = (nominal_.model.frequency_hz().array() <= 1.02 * options.band.high_hz).count() + 2;
+    count = std::max<int>(std::min<int>(count, static_cast<int>(useful)), 1);
+  }
+  n_skipped_ = static_cast<int>((nominal_.model.frequency_hz().array() < options.band.low_hz).count());
+  n_modes_ = count - n_skipped_;
+  if (n_modes_ < 1) throw NumericalError("specimen " + specimen.name + ": no mode in the band");
   std::vector<Eigen::MatrixXd> modes = {free_rows(nominal_.model.shapes, assembled)};
-  for (const double poisson : {0.12, 0.42}) {
-    const auto anchor = solve(body.mesh, assembled, with_poissons_ratio(body.material, poisson));
+  {
+    modal::ModalModel& model = nominal_.model;
+    model.angular_frequency_rad_s = model.angular_frequency_rad_s.segment(n_skipped_, n_modes_).eval();
+    model.shapes = model.shapes.middleCols(n_skipped_, n_modes_).eval();
+    nominal_.relative_residual = nominal_.relative_residual.segment(n_skipped_, n_modes_).eval();
+  }
+  visibility_ = mode_visibility(nominal_.model);
+  const double start_ratio = body.material.poissons_ratio();
+  for (const double ratio : {0.12, 0.42}) {
+    if (!options.vary_ratio || std::abs(ratio - start_ratio) < 0.02) continue;
+    const auto anchor = solve(body.mesh, assembled, with_poissons_ratio(body.material, ratio), count, false);
     modes.push_back(free_rows(anchor.model.shapes, assembled));
   }
 
@@ -156,7 +161,7 @@ ShapeSpectrum::ShapeSpectrum(const Specimen& specimen, const SpecimenBody& body,
   for (const std::string& dimension : free_dimensions) {
     Axis axis;
     axis.start_m = specimen.shape->dims.at(dimension);
-    axis.step = relative_step;
+    axis.step = options.relative_step;
     for (const double sign : {-1.0, 1.0}) {
       Specimen changed = specimen;
       changed.shape->dims[dimension] = axis.start_m * std::exp(sign * axis.step);
@@ -164,7 +169,7 @@ ShapeSpectrum::ShapeSpectrum(const Specimen& specimen, const SpecimenBody& body,
       const SpecimenBody other = make_body(changed, body.material, *body.divisions);
       samples.push_back({solid::assemble(other.mesh, specimen.support), std::log(other.volume_m3)});
       modes.push_back(
-          free_rows(solve(other.mesh, samples.back().assembled, body.material).model.shapes, assembled));
+          free_rows(solve(other.mesh, samples.back().assembled, body.material, count, false).model.shapes, assembled));
     }
     axes_.push_back(std::move(axis));
   }
@@ -203,7 +208,7 @@ ShapeSpectrum::ShapeSpectrum(const Specimen& specimen, const SpecimenBody& body,
   }
 }
 
-double ShapeSpectrum::log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const {
+double ReducedSpectrum::log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const {
   double value = centre_.log_volume;
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     const double t = std::log(point.dimensions[a] / axes_[a].start_m);
@@ -216,11 +221,11 @@ double ShapeSpectrum::log_volume(const SpectrumPoint& point, Eigen::VectorXd* gr
   return value;
 }
 
-double ShapeSpectrum::density_kg_m3(const SpectrumPoint& point) const {
+double ReducedSpectrum::density_kg_m3(const SpectrumPoint& point) const {
   return mass_kg_ ? *mass_kg_ / std::exp(log_volume(point, nullptr)) : point.density_kg_m3;
 }
 
-Spectrum ShapeSpectrum::spectrum(const SpectrumPoint& point) const {
+Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
   const auto n_axes = static_cast<Eigen::Index>(axes_.size());
   const double lambda = point.lame_lambda_pa, mu = point.lame_mu_pa;
   Eigen::VectorXd volume_slope = Eigen::VectorXd::Zero(n_axes);

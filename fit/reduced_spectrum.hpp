@@ -6,7 +6,7 @@
 
 #include "core/base/monitor.hpp"
 #include "core/mesh/shape.hpp"
-#include "core/modal/reduced_model.hpp"
+#include "core/modal/eigen_solver.hpp"
 #include "fit/specimen.hpp"
 #include "fit/spectrum_model.hpp"
 
@@ -16,6 +16,7 @@ namespace klang::fit {
 struct SpecimenBody {
   mesh::TetMesh mesh;
   std::optional<mesh::ShapeDivisions> divisions;  ///< of an analytic shape
+  std::map<std::string, double> shape_dims;       ///< what it was meshed with
   double volume_m3 = 0.0;
   double mass_kg = 0.0;
   solid::Material material;  ///< the start, with the density that the mass gives
@@ -27,35 +28,31 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
 SpecimenBody make_body(const Specimen& specimen, const solid::Material& material,
                        const mesh::ShapeDivisions& divisions);
 
-/// The body's spectrum through modal::reduce; without free dimensions.
-class ReducedSpectrum : public SpectrumModel {
- public:
-  ReducedSpectrum(modal::ReducedModel model, std::optional<double> fixed_density_kg_m3);
-  Eigen::Index n_modes() const override { return model_.n_modes; }
-  Spectrum spectrum(const SpectrumPoint& point) const override;
-  Eigen::VectorXd visibility() const override { return visibility_; }
-  double density_kg_m3(const SpectrumPoint& point) const override;
-  const modal::EigenResult& nominal() const { return model_.nominal; }
-
- private:
-  modal::ReducedModel model_;
-  std::optional<double> fixed_density_;
-  Eigen::VectorXd visibility_;
+/// The lowest eigenvalues of a body without further large solves, for any Lame pair and a few dimensions. The matrices of
+/// the nominal mesh, and of meshes with the same topology and one dimension changed by +-step, are projected onto one
+/// basis: the modes at three Poisson's ratios and those of the changed shapes. Between the shapes each projected matrix is
+/// the parabola in ln(dimension) through its three values. Eigenvalue errors are of second order in what the basis lacks;
+/// derivatives are exact for the projected model, d(omega^2) = u^T (dK - omega^2 dM) u, and in a cluster of equal
+/// eigenvalues those of its mean.
+struct ReducedSpectrumOptions {
+  Band band;               ///< low_hz: modes below are left out; high_hz: modes are wanted up to here
+  int count = 0;           ///< modes; 0: as many as reach band.high_hz, at most max_count
+  int max_count = 80;
+  double relative_step = 0.01;  ///< of dimensions
+  bool vary_ratio = true;  ///< false: Poisson's ratio stays near the start, and two solves are saved
 };
 
-/// The spectrum of a shape whose dimensions vary. The matrices of the nominal mesh and of meshes with the same topology and
-/// one dimension changed by +-step are projected onto one basis (modes of several Poisson's ratios and of the changed
-/// shapes); between them each projected matrix is the parabola in ln(dimension) through its three values. Eigenvalue
-/// derivatives are exact for that model: d(omega^2)/d(d) = u^T (K' - omega^2 M') u.
-class ShapeSpectrum : public SpectrumModel {
+class ReducedSpectrum : public SpectrumModel {
  public:
-  ShapeSpectrum(const Specimen& specimen, const SpecimenBody& body, const std::vector<std::string>& free_dimensions,
-                int count, double low_hz, double relative_step = 0.01, Monitor& monitor = silent_monitor());
+  ReducedSpectrum(const Specimen& specimen, const SpecimenBody& body, const std::vector<std::string>& free_dimensions,
+                  const ReducedSpectrumOptions& options, Monitor& monitor = silent_monitor());
   Eigen::Index n_modes() const override { return n_modes_; }
   Spectrum spectrum(const SpectrumPoint& point) const override;
   Eigen::VectorXd visibility() const override { return visibility_; }
   double density_kg_m3(const SpectrumPoint& point) const override;
+  /// The full solve at the start, modes below the band left out.
   const modal::EigenResult& nominal() const { return nominal_; }
+  int n_skipped() const { return n_skipped_; }  ///< elastic modes below the band
 
  private:
   struct Matrices {

@@ -1,1 +1,280 @@
 #include "reports/report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/audio/sound_file.hpp"
+#include "core/base/errors.hpp"
+#include "core/base/output_file.hpp"
+#include "reports/detail/audio_clip.hpp"
+#include "reports/detail/mode_pictures.hpp"
+#include "reports/detail/page.hpp"
+#include "reports/detail/raster.hpp"
+#include "reports/detail/spectrogram.hpp"
+#include "reports/detail/text.hpp"
+
+namespace klang::reports {
+namespace {
+
+using namespace detail;
+
+// What keeps a page under about 15 MB whatever the number of specimens.
+constexpr std::size_t kMaxMedia = 12;
+constexpr double kAudioBytes = 6e6, kLongestClipS = 10.0;
+constexpr double kPngScale = 1.5;
+
+class ReportWriter {
+ public:
+  ReportWriter(const std::filesystem::path& result_json, const ReportOptions& options, Monitor& monitor)
+      : result_json_(result_json), folder_(result_json.parent_path().empty() ? "." : result_json.parent_path()), options_(options),
+        monitor_(monitor), data_(read_result(result_json)) {}
+
+  ReportResult write() {
+    parts_.media.resize(data_.specimens.size());
+    monitor_.progress("report", 0.0);
+    plots();
+    for (std::size_t i = 0; i < data_.specimens.size(); ++i) {
+      monitor_.throw_if_stopped();
+      sounds(i);
+      monitor_.progress("report", 0.1 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(data_.specimens.size()));
+    }
+    mode_shapes();
+    monitor_.progress("report", 0.95);
+    tables();
+    list_downloads();
+    parts_.warnings = result_.warnings;
+    add_file("report.html", page_html(data_, parts_));
+    write_all();
+    result_.page = folder_ / "report.html";
+    monitor_.progress("report", 1.0);
+    return std::move(result_);
+  }
+
+ private:
+  void add_file(const std::string& name, std::string bytes) { output_.emplace_back(folder_ / name, std::move(bytes)); }
+
+  /// The page comes last, so that it never points at what is not there yet; after a failure files that are new go again.
+  void write_all() {
+    std::error_code error;
+    std::filesystem::create_directories(folder_ / "figures", error);
+    if (error) throw InputError((folder_ / "figures").string(), "cannot be made", error.message());
+    std::vector<std::filesystem::path> made;
+    try {
+      for (const auto& [path, bytes] : output_) {
+        const bool is_new = !std::filesystem::exists(path);
+        write_file(path, bytes);
+        if (is_new) made.push_back(path);
+        result_.files.push_back(path);
+      }
+    } catch (const std::exception&) {
+      for (const std::filesystem::path& path : made) std::filesystem::remove(path, error);
+      throw;
+    }
+  }
+
+  void add_figure(const std::string& stem, const Svg& svg) {
+    const std::string text = svg.standalone();
+    add_file("figures/" + stem + ".svg", text);
+    try {
+      add_file("figures/" + stem + ".png", png_of_svg(text, kPngScale));
+    } catch (const NumericalError& error) {
+      result_.warnings.push_back(stem + ".png left out: " + error.what());
+    }
+  }
+
+  void plots() {
+    if (data_.kind == "fit") {
+      for (std::size_t first = 0; first < data_.specimens.size() && first < 64; first += 8) {
+        parts_.ladders.push_back(ladder_figure(data_, first, 8));
+        add_figure(first == 0 ? "ladder" : "ladder-" + std::to_string(first / 8 + 1), parts_.ladders.back());
+      }
+      parts_.residuals = residual_figure(data_);
+    }
+    if (data_.kind != "modes") parts_.decays = decay_figure(data_);
+    if (data_.kind == "analysis") parts_.spectrum = spectrum_figure(data_.specimens.front());
+    if (data_.kind == "modes") parts_.modes = modes_figure(data_.specimens.front());
+    if (parts_.residuals) add_figure("residuals", *parts_.residuals);
+    if (parts_.decays) add_figure("decays", *parts_.decays);
+    if (parts_.spectrum) add_figure("partials", *parts_.spectrum);
+    if (parts_.modes) add_figure("modes", *parts_.modes);
+  }
+
+  /// A file that the result names, if it lies in the result's folder and is there.
+  std::filesystem::path beside(const std::string& name) {
+    if (name.empty()) return {};
+    const std::filesystem::path path(name);
+    const bool inside = path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end();
+    std::error_code ignored;
+    if (!inside || !std::filesystem::is_regular_file(folder_ / path, ignored)) {
+      result_.warnings.push_back(name + (inside ? ": no such file beside the result" : ": lies outside the result's folder") + ", left out");
+      return {};
+    }
+    return folder_ / path;
+  }
+
+  audio::Signal sound_beside(const std::string& name) {
+    const std::filesystem::path path = beside(name);
+    if (path.empty()) return {};
+    try {
+      return loudest_channel(audio::read_sound(path));
+    } catch (const InputError& error) {
+      result_.warnings.push_back(std::string(error.what()) + "; left out");
+      return {};
+    }
+  }
+
+  std::string stem_of(std::size_t index) const {
+    const std::string stem = file_stem(data_.specimens[index].name);
+    for (std::size_t i = 0; i < data_.specimens.size(); ++i) {
+      if (i != index && file_stem(data_.specimens[i].name) == stem) return stem + "-" + std::to_string(index + 1);
+    }
+    return stem;
+  }
+
+  void sounds(std::size_t index) {
+    const Specimen& specimen = data_.specimens[index];
+    SpecimenMedia& media = parts_.media[index];
+    const audio::Signal recorded = sound_beside(specimen.recording), fitted = sound_beside(specimen.resynthesis);
+    const audio::Signal& first = recorded.n_frames() > 0 ? recorded : fitted;
+    if (first.n_frames() < 16) return;
+    double highest = 0;
+    for (const Partial& partial : specimen.partials) highest = std::max(highest, partial.frequency_hz);
+    const bool in_page = index < kMaxMedia;
+    if (index == kMaxMedia) {
+      result_.warnings.push_back("sounds and spectrograms of " + counted(data_.specimens.size() - kMaxMedia, "specimen", "specimens") +
+                                 " are left out of the page to keep it small; they lie beside it");
+    }
+    const bool both = recorded.n_frames() > 0 && fitted.n_frames() >= 16;
+    Svg svg = spectrogram_figure(specimen.name.empty() ? "the recording" : specimen.name, first, both ? fitted : audio::Signal{},
+                                 specimen.strikes_s, spectrogram_range(first, highest));
+    add_figure(data_.kind == "fit" ? "spectrogram-" + stem_of(index) : "spectrogram", svg);
+    if (!in_page) return;
+    media.spectrogram = std::move(svg);
+    const double n_clips = 2.0 * static_cast<double>(std::min(kMaxMedia, data_.specimens.size()));
+    const double rate = std::min(48000.0, first.sample_rate_hz);
+    media.clip_s = std::min(kLongestClipS, kAudioBytes / n_clips / (2 * rate));
+    media.cut = media.clip_s < first.duration_s();
+    media.gain = clip_gain(first, media.clip_s);
+    if (both) media.gain = std::min(media.gain, clip_gain(fitted, media.clip_s));
+    if (recorded.n_frames() > 0) media.recorded_wav = wav_clip(recorded, media.clip_s, media.gain);
+    if (fitted.n_frames() > 0) media.fitted_wav = wav_clip(fitted, media.clip_s, media.gain);
+  }
+
+  struct Wanted {
+    std::size_t specimen;
+    ModePicture picture;
+  };
+
+  /// A specimen's modes worth a picture: those that were heard, else all, by rising frequency; of twins the first.
+  std::vector<ModePicture> candidates(const Specimen& specimen) const {
+    std::vector<Predicted> modes;
+    if (data_.kind == "modes") {
+      for (const Mode& mode : specimen.modes) modes.push_back({specimen.name, mode.index, mode.frequency_hz, {}});
+    } else {
+      const SpecimenRows rows = rows_of(data_, specimen);
+      std::set<int> heard;
+      for (const Match& match : rows.matches) heard.insert(match.mode_index);
+      for (const Predicted& mode : rows.predicted) {
+        if (heard.empty() || heard.count(mode.mode_index)) modes.push_back(mode);
+      }
+    }
+    std::vector<ModePicture> result;
+    for (const Predicted& mode : modes) {
+      if (mode.mode_index < 0) continue;
+      if (!result.empty() && mode.frequency_hz < result.back().frequency_hz * 1.0003) {
+        result.back().twins += (result.back().twins.empty() ? " and its twin " : ", ") + std::to_string(mode.mode_index);
+        continue;
+      }
+      ModePicture picture;
+      picture.mode_index = mode.mode_index;
+      picture.frequency_hz = mode.frequency_hz;
+      result.push_back(std::move(picture));
+    }
+    return result;
+  }
+
+  void mode_shapes() {
+    std::vector<std::vector<ModePicture>> candidates_of(data_.specimens.size());
+    std::vector<std::filesystem::path> files(data_.specimens.size());
+    for (std::size_t i = 0; i < data_.specimens.size(); ++i) {
+      files[i] = beside(data_.specimens[i].modes_file);
+      if (!files[i].empty()) candidates_of[i] = candidates(data_.specimens[i]);
+    }
+    if (!options_.pictures) return;
+    // One mode of each specimen in turn until the number is reached.
+    std::vector<Wanted> wanted;
+    const auto limit = static_cast<std::size_t>(std::max(0, options_.max_mode_pictures));
+    for (std::size_t rank = 0; wanted.size() < limit; ++rank) {
+      bool any = false;
+      for (std::size_t i = 0; i < candidates_of.size() && wanted.size() < limit; ++i) {
+        if (rank >= candidates_of[i].size()) continue;
+        wanted.push_back({i, candidates_of[i][rank]});
+        any = true;
+      }
+      if (!any) break;
+    }
+    if (wanted.empty()) return;
+    std::vector<ModePictureRequest> requests;
+    for (const Wanted& entry : wanted) requests.push_back({files[entry.specimen], entry.picture.mode_index});
+    RenderResult rendered = render_modes(requests, monitor_);
+    if (!rendered.warning.empty()) result_.warnings.push_back(rendered.warning);
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      if (rendered.pictures[k].png.empty()) continue;
+      ModePicture& picture = wanted[k].picture;
+      std::string number = std::to_string(picture.mode_index);
+      number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
+      picture.file = data_.kind == "fit" ? "mode-" + stem_of(wanted[k].specimen) + "-" + number + ".png" : "mode-" + number + ".png";
+      picture.png = std::move(rendered.pictures[k].png);
+      picture.width = rendered.pictures[k].width;
+      picture.height = rendered.pictures[k].height;
+      add_file("figures/" + picture.file, picture.png);
+      parts_.media[wanted[k].specimen].pictures.push_back(std::move(picture));
+    }
+  }
+
+  void tables() {
+    for (const auto& [name, text] : csv_tables(data_)) {
+      // A user's own table of that name in this folder is an input and stays.
+      std::error_code ignored;
+      const bool taken = std::any_of(data_.inputs.begin(), data_.inputs.end(), [&](const ProvenanceInput& input) {
+        return std::filesystem::path(input.path).filename() == name && std::filesystem::exists(folder_ / name, ignored);
+      });
+      add_file(taken ? "report-" + name : name, text);
+      csv_files_.push_back(taken ? "report-" + name : name);
+    }
+  }
+
+  void list_downloads() {
+    auto& list = parts_.downloads;
+    list.emplace_back(result_json_.filename().string(), "– the result this page is made of");
+    for (const std::string& name : csv_files_) list.emplace_back(name, "– SI units");
+    std::error_code ignored;
+    for (const Specimen& specimen : data_.specimens) {
+      const auto add = [&](const std::string& name, const char* what) {
+        if (!name.empty() && std::filesystem::is_regular_file(folder_ / name, ignored)) list.emplace_back(name, what);
+      };
+      add(specimen.recording, "– recording");
+      add(specimen.resynthesis, "– fitted model’s sound");
+      add(specimen.modes_file, "– mode shapes for ParaView");
+    }
+    list.emplace_back("figures/", "– every figure as SVG and PNG");
+  }
+
+  std::filesystem::path result_json_, folder_;
+  const ReportOptions& options_;
+  Monitor& monitor_;
+  ResultData data_;
+  std::vector<std::pair<std::filesystem::path, std::string>> output_;
+  PageParts parts_;
+  ReportResult result_;
+  std::vector<std::string> csv_files_;
+};
+
+}  // namespace
+
+ReportResult write_report(const std::filesystem::path& result_json, const ReportOptions& options, Monitor& monitor) {
+  return ReportWriter(result_json, options, monitor).write();
+}
+
+}  // namespace klang::reports

@@ -1,0 +1,293 @@
+#include "reports/detail/result_data.hpp"
+
+#include <cmath>
+
+#include "core/base/errors.hpp"
+#include "core/base/output_file.hpp"
+#include "reports/detail/text.hpp"
+
+namespace klang::reports::detail {
+namespace {
+
+using nlohmann::json;
+
+/// One object of the file with the path that leads to it, so that every complaint says where.
+class Node {
+ public:
+  Node(const json& value, std::string place) : value_(value), place_(std::move(place)) {}
+
+  const json& raw() const { return value_; }
+  const std::string& place() const { return place_; }
+  bool has(const char* key) const {
+    return value_.is_object() && value_.contains(key) && !value_.at(key).is_null();
+  }
+
+  Node child(const char* key) const {
+    static const json nothing;
+    return {has(key) ? value_.at(key) : nothing, place_ + "." + key};
+  }
+
+  Number number(const char* key) const {
+    if (!has(key)) return {};
+    const json& value = value_.at(key);
+    if (!value.is_number()) fail(key, "not a number", value);
+    const double number = value.get<double>();
+    if (!std::isfinite(number)) return {};
+    return number;
+  }
+
+  double required(const char* key) const {
+    const Number value = number(key);
+    if (!value) throw InputError(place_ + "." + key, "missing");
+    return *value;
+  }
+
+  std::optional<int> integer(const char* key) const {
+    const Number value = number(key);
+    if (!value) return {};
+    if (!(std::abs(*value) <= 1e9)) fail(key, "not an index or a count", value_.at(key));
+    return static_cast<int>(*value);
+  }
+
+  std::optional<bool> boolean(const char* key) const {
+    if (!has(key)) return {};
+    if (!value_.at(key).is_boolean()) fail(key, "not true or false", value_.at(key));
+    return value_.at(key).get<bool>();
+  }
+
+  std::string text(const char* key) const {
+    if (!has(key)) return {};
+    if (!value_.at(key).is_string()) fail(key, "not a text", value_.at(key));
+    return value_.at(key).get<std::string>();
+  }
+
+  template <class Function>
+  void each(const char* key, Function&& function) const {
+    if (!has(key)) return;
+    const json& list = value_.at(key);
+    if (!list.is_array()) fail(key, "not a list", list);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      function(Node(list[i], place_ + "." + key + "[" + std::to_string(i) + "]"));
+    }
+  }
+
+  std::vector<double> numbers(const char* key) const {
+    std::vector<double> values;
+    each(key, [&](const Node& entry) {
+      if (!entry.raw().is_number()) throw InputError(entry.place(), "not a number", entry.raw().dump());
+      values.push_back(entry.raw().get<double>());
+    });
+    return values;
+  }
+
+  std::vector<std::string> texts(const char* key) const {
+    std::vector<std::string> values;
+    each(key, [&](const Node& entry) {
+      if (!entry.raw().is_string()) throw InputError(entry.place(), "not a text", entry.raw().dump());
+      values.push_back(entry.raw().get<std::string>());
+    });
+    return values;
+  }
+
+ private:
+  [[noreturn]] void fail(const char* key, const char* problem, const json& value) const {
+    throw InputError(place_ + "." + key, problem,
+                     value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, 60));
+  }
+
+  const json& value_;
+  std::string place_;
+};
+
+Estimate estimate(const Node& node) {
+  Estimate result;
+  result.name = node.text("name");
+  result.value = node.number("value");
+  result.std = node.number("std");
+  const std::vector<double> interval = node.numbers("ci95");
+  if (interval.size() == 2) result.ci95 = {interval[0], interval[1]};
+  result.identifiable = node.boolean("identifiable").value_or(false);
+  result.why = node.text("why");
+  result.start_value = node.number("start_value");
+  result.derived = node.boolean("derived").value_or(false);
+  return result;
+}
+
+Partial partial(const Node& node) {
+  Partial result;
+  result.frequency_hz = node.required("frequency_hz");
+  result.frequency_std_hz = node.number("frequency_std_hz");
+  result.decay_per_s = node.number("decay_per_s");
+  result.decay_std_per_s = node.number("decay_std_per_s");
+  result.amplitude = node.number("amplitude");
+  result.amplitude_std = node.number("amplitude_std");
+  result.phase_rad = node.number("phase_rad");
+  result.phase_std_rad = node.number("phase_std_rad");
+  result.matched_mode = node.integer("matched_mode");
+  return result;
+}
+
+/// "tube, length 505 mm, ..." from an object (its numbers, also those of an inner "dims") or a plain text.
+void describe_shape(const Node& node, std::string& words, std::string& kind) {
+  const json& shape = node.raw();
+  if (shape.is_string()) {
+    words = shape.get<std::string>();
+    return;
+  }
+  if (!shape.is_object()) return;
+  if (node.has("kind")) words = kind = node.text("kind");
+  if (node.has("mesh")) words += (words.empty() ? "mesh " : ", mesh ") + node.text("mesh");
+  if (node.has("profile_csv")) words += ", profile " + node.text("profile_csv");
+  const json& dims = node.has("dims") && shape.at("dims").is_object() ? shape.at("dims") : shape;
+  for (const auto& [key, value] : dims.items()) {
+    if (!value.is_number()) continue;
+    const Quantity shown_as = quantity(key, value.get<double>());
+    words += (words.empty() ? "" : ", ") + shown_as.words + " " +
+             rounded(value.get<double>() * shown_as.factor, 5) + " " + shown_as.unit;
+  }
+}
+
+void read_files(const Node& node, Specimen& specimen) {
+  const Node files = node.child("files");
+  specimen.recording = files.text("recording");
+  specimen.resynthesis = files.text("resynthesis");
+  specimen.modes_file = files.text("modes");
+}
+
+/// What a specimen of a fit and the top level of the other kinds have in common.
+Specimen read_body(const Node& node) {
+  Specimen specimen;
+  specimen.name = node.text("name");
+  describe_shape(node.child("shape"), specimen.shape, specimen.shape_kind);
+  specimen.mass_kg = node.number("mass_kg");
+  specimen.rms_deviation_cents = node.number("rms_deviation_cents");
+  specimen.max_deviation_cents = node.number("max_deviation_cents");
+  specimen.explained_energy = node.number("explained_energy");
+  specimen.noise_rms = node.number("noise_rms");
+  specimen.sample_rate_hz = node.number("sample_rate_hz");
+  specimen.duration_s = node.number("duration_s");
+  specimen.n_nodes = node.integer("n_nodes");
+  specimen.n_elements = node.integer("n_elements");
+  specimen.n_channels = node.integer("n_channels");
+  specimen.none_missing = node.boolean("none_missing");
+  specimen.n_rigid_modes = node.integer("n_rigid_modes");
+  specimen.element = node.text("element");
+  specimen.strikes_s = node.numbers("strikes_s");
+  node.each("partials", [&](const Node& entry) { specimen.partials.push_back(partial(entry)); });
+  node.each("modes", [&](const Node& entry) {
+    specimen.modes.push_back({entry.integer("index").value_or(static_cast<int>(specimen.modes.size())),
+                              entry.required("frequency_hz"), entry.number("relative_residual")});
+  });
+  read_files(node, specimen);
+  return specimen;
+}
+
+void read_fit(const Node& root, ResultData& data) {
+  const Node material = root.child("material");
+  if (material.raw().is_object()) {
+    data.material = material.has("preset") ? material.text("preset") : material.text("name");
+    data.density_kg_m3 = material.number("density_kg_m3");
+  } else if (material.raw().is_string()) {
+    data.material = material.raw().get<std::string>();
+  }
+  root.each("parameters", [&](const Node& node) { data.parameters.push_back(estimate(node)); });
+  const Node correlation = root.child("correlation");
+  data.correlation_names = correlation.texts("names");
+  correlation.each("matrix", [&](const Node& row) {
+    std::vector<Number> values;
+    if (!row.raw().is_array()) throw InputError(row.place(), "not a list");
+    for (const json& value : row.raw()) {
+      values.push_back(value.is_number() ? Number(value.get<double>()) : Number());
+    }
+    data.correlation.push_back(std::move(values));
+  });
+  const Node damping = root.child("damping");
+  data.damping_model = damping.text("model");
+  damping.each("candidates", [&](const Node& node) {
+    DampingModel model;
+    model.model = node.text("model");
+    node.each("parameters", [&](const Node& entry) { model.parameters.push_back(estimate(entry)); });
+    model.aicc = node.number("aicc");
+    model.aicc_weight = node.number("aicc_weight");
+    model.rms_relative_residual = node.number("rms_relative_residual");
+    const Node curve = node.child("curve");
+    model.curve_frequency_hz = curve.numbers("frequency_hz");
+    model.curve_decay_per_s = curve.numbers("decay_per_s");
+    if (model.curve_frequency_hz.size() != model.curve_decay_per_s.size()) {
+      throw InputError(curve.place(), "frequency_hz and decay_per_s differ in length");
+    }
+    data.damping.push_back(std::move(model));
+  });
+  root.each("matches", [&](const Node& node) {
+    Match match;
+    match.specimen = node.text("specimen");
+    match.mode_index = node.integer("mode_index").value_or(-1);
+    match.frequency_hz = node.required("frequency_hz");
+    match.model_frequency_hz = node.required("model_frequency_hz");
+    match.deviation_cents = node.required("deviation_cents");
+    match.frequency_std_hz = node.number("frequency_std_hz");
+    match.decay_per_s = node.number("decay_per_s");
+    match.decay_std_per_s = node.number("decay_std_per_s");
+    match.model_decay_per_s = node.number("model_decay_per_s");
+    data.matches.push_back(match);
+  });
+  root.each("predicted", [&](const Node& node) {
+    data.predicted.push_back({node.text("specimen"), node.integer("mode_index").value_or(-1),
+                              node.required("frequency_hz"), node.number("decay_per_s")});
+  });
+  root.each("specimens", [&](const Node& node) { data.specimens.push_back(read_body(node)); });
+  data.cost_initial = root.number("cost_initial");
+  data.cost_final = root.number("cost_final");
+  data.n_iterations = root.number("n_iterations");
+}
+
+void read_provenance(const Node& root, ResultData& data) {
+  const Node node = root.child("provenance");
+  data.version = node.text("version");
+  data.command = node.text("command");
+  if (node.has("seed")) data.seed = node.raw().at("seed").dump();
+  if (node.has("options")) {
+    data.options = node.raw().at("options").dump(2, ' ', false, json::error_handler_t::replace);
+  }
+  node.each("inputs", [&](const Node& input) {
+    data.inputs.push_back({input.text("path"), input.text("sha256"), input.number("n_bytes")});
+  });
+  if (root.has("wall_time_s") && root.raw().at("wall_time_s").is_object()) {
+    for (const auto& [key, value] : root.raw().at("wall_time_s").items()) {
+      if (value.is_number()) data.wall_time_s.emplace_back(key, value.get<double>());
+    }
+  }
+}
+
+}  // namespace
+
+ResultData read_result(const std::filesystem::path& result_json) {
+  const std::string place = result_json.string();
+  const std::string bytes = read_file(result_json, std::size_t{1} << 30);
+  const json parsed = json::parse(bytes, nullptr, false);
+  if (parsed.is_discarded()) throw InputError(place, "not JSON");
+  if (!parsed.is_object()) throw InputError(place, "not a result file");
+  const Node root(parsed, place);
+  if (root.integer("schema_version").value_or(0) != 1) {
+    throw InputError(place + ".schema_version", "cannot be read", root.child("schema_version").raw().dump(), "1");
+  }
+  ResultData data;
+  data.kind = root.text("kind");
+  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes") {
+    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes");
+  }
+  data.name = root.text("name");
+  data.status = root.text("status");
+  data.message = root.text("message");
+  data.warnings = root.texts("warnings");
+  data.peak_memory_bytes = root.number("peak_memory_bytes");
+  if (data.kind == "fit") {
+    read_fit(root, data);
+  } else {
+    data.specimens.push_back(read_body(root));
+  }
+  read_provenance(root, data);
+  return data;
+}
+
+}  // namespace klang::reports::detail

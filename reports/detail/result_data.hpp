@@ -1,0 +1,105 @@
+#pragma once
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// A result JSON (docs/result-json.md) with types. Everything that a file may leave out is optional.
+namespace klang::reports::detail {
+
+using Number = std::optional<double>;
+
+struct Estimate {
+  std::string name;
+  Number value, std;
+  std::optional<std::array<double, 2>> ci95;
+  bool identifiable = false;
+  std::string why;
+  Number start_value;
+  bool derived = false;
+};
+
+struct DampingModel {
+  std::string model;
+  std::vector<Estimate> parameters;
+  Number aicc, aicc_weight, rms_relative_residual;
+  std::vector<double> curve_frequency_hz, curve_decay_per_s;  ///< same length
+};
+
+struct Match {
+  std::string specimen;
+  int mode_index = -1;
+  double frequency_hz = 0, model_frequency_hz = 0, deviation_cents = 0;
+  Number frequency_std_hz, decay_per_s, decay_std_per_s, model_decay_per_s;
+};
+
+struct Predicted {
+  std::string specimen;
+  int mode_index = -1;
+  double frequency_hz = 0;
+  Number decay_per_s;
+};
+
+struct Partial {
+  double frequency_hz = 0;
+  Number frequency_std_hz, decay_per_s, decay_std_per_s, amplitude, amplitude_std, phase_rad, phase_std_rad;
+  std::optional<int> matched_mode;
+};
+
+struct Mode {
+  int index = 0;
+  double frequency_hz = 0;
+  Number relative_residual;
+};
+
+/// A specimen of a fit; the one recording of an analysis; the one body of a modes result.
+struct Specimen {
+  std::string name;
+  std::string shape;  ///< in words: "tube, length 505 mm, outer radius 12.5 mm, wall 1 mm"
+  std::string shape_kind;
+  Number mass_kg, rms_deviation_cents, max_deviation_cents, explained_energy, noise_rms, sample_rate_hz, duration_s;
+  std::optional<int> n_nodes, n_elements, n_channels;
+  std::optional<bool> none_missing;
+  std::vector<Partial> partials;
+  std::vector<double> strikes_s;
+  std::vector<Mode> modes;  ///< modes result only
+  std::string element;
+  std::optional<int> n_rigid_modes;
+  /// Names in the result's folder, empty where there is none.
+  std::string recording, resynthesis, modes_file;
+};
+
+struct ProvenanceInput {
+  std::string path, sha256;
+  Number n_bytes;
+};
+
+struct ResultData {
+  std::string kind;  ///< "fit", "analysis", "modes"
+  std::string name;
+  std::string status, message;
+  std::string material;  ///< a preset's name, where the file has one
+  Number density_kg_m3;
+  std::vector<Estimate> parameters;
+  std::vector<std::string> correlation_names;
+  std::vector<std::vector<Number>> correlation;
+  std::string damping_model;
+  std::vector<DampingModel> damping;
+  std::vector<Match> matches;
+  std::vector<Predicted> predicted;
+  std::vector<Specimen> specimens;
+  Number cost_initial, cost_final, n_iterations, peak_memory_bytes;
+  std::vector<std::string> warnings;
+  std::string version, command, seed, options;
+  std::vector<ProvenanceInput> inputs;
+  std::vector<std::pair<std::string, double>> wall_time_s;
+};
+
+/// Reads a result file of schema 1.
+/// @throws InputError naming the file and the key: not JSON, another schema or kind, a value of the wrong type.
+ResultData read_result(const std::filesystem::path& result_json);
+
+}  // namespace klang::reports::detail

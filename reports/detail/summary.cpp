@@ -1,0 +1,228 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "reports/detail/page.hpp"
+#include "reports/detail/text.hpp"
+
+namespace klang::reports::detail {
+namespace {
+
+std::string number_word(std::size_t n) {
+  static constexpr std::array<std::string_view, 13> kWords = {"no",  "one",   "two",   "three", "four",   "five",  "six",
+                                                              "seven", "eight", "nine", "ten",   "eleven", "twelve"};
+  return n < kWords.size() ? std::string(kWords[n]) : std::to_string(n);
+}
+
+std::string plural_of(const std::string& kind) {
+  if (kind.ends_with("x")) return kind + "es";  // box, shell box
+  return kind + "s";
+}
+
+std::string bold(const std::string& text) { return "<b>" + escaped(text) + "</b>"; }
+
+std::string list_of(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += i + 1 == items.size() ? (items.size() > 2 ? ", and " : " and ") : ", ";
+    text += items[i];
+  }
+  return text;
+}
+
+/// "Young's modulus E = 68.40 ± 0.12 GPa (95 %: 68.16 to 68.63 GPa)".
+std::string said(const Estimate& estimate) {
+  const ShownEstimate text = shown(estimate);
+  std::string words = escaped(text.quantity.words);
+  if (!text.quantity.symbol.empty()) words += " <span class=\"sym\">" + text.quantity.symbol + "</span>";
+  words += " = " + bold(text.value_with_std());
+  if (estimate.ci95) words += " (95 %: " + escaped(text.interval()) + ")";
+  return words;
+}
+
+bool elastic(const std::string& name) {
+  return name == "youngs_modulus_pa" || name == "poissons_ratio" || name == "lame_lambda_pa" || name == "lame_mu_pa" ||
+         name == "shear_modulus_pa" || name == "bulk_modulus_pa";
+}
+bool damping(const std::string& name) {
+  return name.starts_with("rayleigh_") || name == "loss_factor" || name.starts_with("zener_") || name.starts_with("relaxation_");
+}
+
+std::string the_specimens(const ResultData& data) {
+  const std::size_t n = data.specimens.size();
+  std::string kind = n > 0 ? data.specimens[0].shape_kind : std::string();
+  for (const Specimen& specimen : data.specimens) {
+    if (specimen.shape_kind != kind) kind.clear();
+  }
+  std::replace(kind.begin(), kind.end(), '_', ' ');
+  if (n == 1) {
+    const std::string& name = data.specimens[0].name;
+    return "The " + (kind.empty() ? "specimen" : escaped(kind)) + (name.empty() ? "" : " " + escaped(name));
+  }
+  return "The " + number_word(n) + " " + (kind.empty() ? "specimens" : escaped(plural_of(kind)));
+}
+
+void say_material(const ResultData& data, std::vector<std::string>& sentences) {
+  std::vector<std::string> found, missing;
+  for (const char* name : {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa", "bulk_modulus_pa", "lame_lambda_pa"}) {
+    for (const Estimate& parameter : data.parameters) {
+      if (parameter.name != name || !parameter.identifiable || !parameter.value) continue;
+      if (found.size() < 3) found.push_back(said(parameter));
+    }
+  }
+  for (const Estimate& parameter : data.parameters) {
+    if (!elastic(parameter.name) && !damping(parameter.name) && parameter.identifiable && parameter.value && found.size() < 5) {
+      found.push_back(said(parameter));
+    }
+    if (parameter.identifiable || damping(parameter.name)) continue;
+    const Quantity name = quantity(parameter.name, parameter.value.value_or(1));
+    std::string why = parameter.why;
+    while (!why.empty() && (why.back() == '.' || why.back() == ' ')) why.pop_back();
+    missing.push_back(escaped(name.words) + (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>") +
+                      " is not determined by these partials" + (why.empty() ? "" : ": " + escaped(why)) + ".");
+  }
+  const bool plural = data.specimens.size() > 1;
+  if (!found.empty()) {
+    sentences.push_back(the_specimens(data) +
+                        (data.material.empty() ? "" : ", taken as " + escaped(data.material) + ",") +
+                        (plural ? " ring with " : " rings with ") + list_of(found) + ".");
+  }
+  for (std::string& sentence : missing) {
+    // Sentences begin with a capital letter; the symbols' markup comes later in them.
+    if (sentence[0] >= 'a' && sentence[0] <= 'z') sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
+    sentences.push_back(std::move(sentence));
+  }
+}
+
+void say_matches(const ResultData& data, std::vector<std::string>& sentences) {
+  std::size_t n_partials = 0;
+  for (const Specimen& specimen : data.specimens) n_partials += specimen.partials.size();
+  if (data.matches.empty()) return;
+  const Match* worst = &data.matches[0];
+  double sum_sq = 0;
+  for (const Match& match : data.matches) {
+    if (std::abs(match.deviation_cents) > std::abs(worst->deviation_cents)) worst = &match;
+    sum_sq += match.deviation_cents * match.deviation_cents;
+  }
+  n_partials = std::max(n_partials, data.matches.size());
+  const double percent = 100 * std::abs(worst->frequency_hz / worst->model_frequency_hz - 1);
+  sentences.push_back("Of " + counted(n_partials, "measured partial", "measured partials") + ", " +
+                      bold(std::to_string(data.matches.size())) + (data.matches.size() == 1 ? " matches" : " match") +
+                      " a mode of the model, with a root-mean-square deviation of " +
+                      bold(rounded(std::sqrt(sum_sq / static_cast<double>(data.matches.size())), 2) + " cents") +
+                      "; the largest is " + escaped(signed_cents(worst->deviation_cents)) + " cents (" + rounded(percent, 2) +
+                      " %) at " + escaped(hertz(worst->frequency_hz, worst->frequency_std_hz)) +
+                      (data.specimens.size() > 1 ? " of " + escaped(worst->specimen) : "") + ".");
+}
+
+void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
+  if (data.damping_model.empty()) return;
+  const DampingModel* best = nullptr;
+  for (const DampingModel& model : data.damping) {
+    if (model.model == data.damping_model) best = &model;
+  }
+  if (!best) return;
+  std::string sentence = "Of " + counted(data.damping.size(), "damping model", "damping models") + ", <b>" +
+                         escaped(damping_words(best->model)) + "</b> explains the decays best";
+  if (data.damping.size() == 1) sentence = "The decays are described by <b>" + escaped(damping_words(best->model)) + "</b> damping";
+  if (best->aicc_weight && data.damping.size() > 1) sentence += " (AICc weight " + rounded(*best->aicc_weight, 2) + ")";
+  std::vector<std::string> values;
+  for (const Estimate& parameter : best->parameters) {
+    if (parameter.value && parameter.identifiable) values.push_back(said(parameter));
+  }
+  if (!values.empty()) sentence += ", with " + list_of(values);
+  if (best->rms_relative_residual) sentence += "; its decays lie " + rounded(100 * *best->rms_relative_residual, 2) + " % (rms) from the measured ones";
+  sentences.push_back(sentence + ".");
+}
+
+}  // namespace
+
+std::vector<std::string> summary_sentences(const ResultData& data) {
+  std::vector<std::string> sentences;
+  if (data.kind == "fit") {
+    if (data.status == "no_partials") {
+      sentences.push_back("Nothing in the recordings stands out of the noise, so nothing was fitted." +
+                          (data.message.empty() ? "" : " " + escaped(data.message)));
+      return sentences;
+    }
+    if (data.status == "no_match") {
+      sentences.push_back("No partial lies near a mode of the model, so nothing was fitted." +
+                          (data.message.empty() ? "" : " " + escaped(data.message)));
+      return sentences;
+    }
+    if (data.status != "converged") {
+      sentences.push_back("The solver did not converge; the numbers on this page are its last state, not a result.");
+    }
+    say_material(data, sentences);
+    say_matches(data, sentences);
+    say_damping(data, sentences);
+    return sentences;
+  }
+  const Specimen& body = data.specimens.front();
+  if (data.kind == "analysis") {
+    if (body.partials.empty()) {
+      sentences.push_back("No partial stands out of the noise." + (data.message.empty() ? "" : " " + escaped(data.message)));
+      return sentences;
+    }
+    const auto loudest = std::max_element(body.partials.begin(), body.partials.end(), [](const Partial& a, const Partial& b) {
+      return a.amplitude.value_or(0) < b.amplitude.value_or(0);
+    });
+    const auto [lowest, highest] = std::minmax_element(body.partials.begin(), body.partials.end(), [](const Partial& a, const Partial& b) {
+      return a.frequency_hz < b.frequency_hz;
+    });
+    std::string sentence = "The recording holds " + bold(counted(body.partials.size(), "partial", "partials"));
+    if (body.partials.size() > 1) sentence += " from " + escaped(hertz(lowest->frequency_hz, lowest->frequency_std_hz)) + " to " +
+                                              escaped(hertz(highest->frequency_hz, highest->frequency_std_hz));
+    if (body.strikes_s.size() > 1) sentence += " and " + std::to_string(body.strikes_s.size()) + " strikes";
+    sentences.push_back(sentence + ".");
+    sentence = "The strongest lies at " + bold(hertz(loudest->frequency_hz, loudest->frequency_std_hz));
+    if (loudest->decay_per_s && *loudest->decay_per_s > 0) {
+      sentence += " and falls by 60 dB in " + rounded(std::log(1000.0) / *loudest->decay_per_s, 3) + " s";
+    }
+    sentences.push_back(sentence + ".");
+    if (body.explained_energy) {
+      sentences.push_back("Together they explain " + bold(rounded(100 * *body.explained_energy, 4) + " %") +
+                          " of the recording’s energy in band after the first strike.");
+    }
+    return sentences;
+  }
+  if (!body.modes.empty()) {
+    sentences.push_back("The body has " + bold(counted(body.modes.size(), "elastic mode", "elastic modes")) + " from " +
+                        escaped(hertz(body.modes.front().frequency_hz)) + " to " + escaped(hertz(body.modes.back().frequency_hz)) +
+                        (body.none_missing.value_or(false) ? "; a Sturm count proves that none between them is missing." : "."));
+  }
+  return sentences;
+}
+
+Verdict verdict(const ResultData& data) {
+  Verdict result;
+  if (data.kind == "fit") {
+    if (data.status == "converged") {
+      result = {"Converged", "good", {}};
+    } else if (data.status == "not_converged") {
+      result = {"Not converged", "fair", {}};
+    } else if (data.status == "no_partials") {
+      result = {"No partials found", "bad", {}};
+    } else if (data.status == "no_match") {
+      result = {"No partial matches", "bad", {}};
+    } else {
+      result = {data.status.empty() ? "No status" : data.status, "bad", {}};
+    }
+    std::size_t n_partials = 0;
+    for (const Specimen& specimen : data.specimens) n_partials += specimen.partials.size();
+    double worst = 0;
+    for (const Match& match : data.matches) worst = std::max(worst, std::abs(match.deviation_cents));
+    result.details = std::to_string(data.matches.size()) + " of " + std::to_string(std::max(n_partials, data.matches.size())) +
+                     " partials matched";
+    if (!data.matches.empty()) result.details += ", none further than " + rounded(worst, 2) + " cents";
+    if (data.n_iterations) result.details += "; " + counted(static_cast<std::size_t>(std::max(0.0, *data.n_iterations)), "solver step", "solver steps");
+    return result;
+  }
+  const bool good = data.status == "ok" || data.status == "converged" || data.status.empty();
+  std::string words = data.status.empty() ? "Done" : data.status;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  words[0] = words[0] >= 'a' && words[0] <= 'z' ? static_cast<char>(words[0] - 'a' + 'A') : words[0];
+  return {words == "Ok" ? "Analysed" : words, good ? "good" : "bad", data.message};
+}
+
+}  // namespace klang::reports::detail

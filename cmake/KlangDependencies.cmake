@@ -31,3 +31,10 @@ klang_find_library(klang_tetgen tetgen.h tet)
 klang_find_library(klang_cholmod cholmod.h cholmod suitesparseconfig)
 klang_find_library(klang_openblas cblas.h openblas)
 klang_find_library(klang_mumps dmumps_c.h dmumps_seq mumps_common_seq)
+
+if(KLANG_WITH_VTK)
+  find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel FiltersCore FiltersGeneral
+    FiltersGeometry IOXML RenderingCore RenderingOpenGL2)
+  set(KLANG_VTK_RENDERING VTK::CommonCore VTK::CommonDataModel VTK::CommonExecutionModel VTK::FiltersCore
+    VTK::FiltersGeneral VTK::FiltersGeometry VTK::IOXML VTK::RenderingCore VTK::RenderingOpenGL2)
+endif()

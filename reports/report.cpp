@@ -147,7 +147,7 @@ class ReportWriter {
     }
     const bool both = recorded.n_frames() > 0 && fitted.n_frames() >= 16;
     Svg svg = spectrogram_figure(specimen.name.empty() ? "the recording" : specimen.name, first, both ? fitted : audio::Signal{},
-                                 specimen.strikes_s, spectrogram_range(first, highest));
+                                 specimen.strikes_s, spectrogram_range(first, highest), fitted_words(data_));
     add_figure(data_.kind == "fit" ? "spectrogram-" + stem_of(index) : "spectrogram", svg);
     if (!in_page) return;
     media.spectrogram = std::move(svg);
@@ -228,6 +228,7 @@ class ReportWriter {
       picture.png = std::move(rendered.pictures[k].png);
       picture.width = rendered.pictures[k].width;
       picture.height = rendered.pictures[k].height;
+      picture.tangential = rendered.pictures[k].tangential;
       add_file("figures/" + picture.file, picture.png);
       parts_.media[wanted[k].specimen].pictures.push_back(std::move(picture));
     }

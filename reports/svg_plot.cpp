@@ -81,6 +81,7 @@ std::string figure_css(bool dark) {
   }
   rule(".thin", "stroke-width:1");
   rule(".thick", "stroke-width:2.5");
+  rule(".mid", "stroke-width:1.5");
   rule(".dash1", "stroke-dasharray:7 4");
   rule(".dash2", "stroke-dasharray:2 3");
   rule(".dash3", "stroke-dasharray:10 3 2 3");

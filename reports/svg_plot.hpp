@@ -9,7 +9,7 @@ namespace klang::reports {
 
 /// Rules for the classes below, each prefixed by "svg.kf ".
 ///   ink, muted (text), axis, grid, rule (lines), paper (fill), s0-s7 (stroke and marker fill of a series),
-///   accent, ghost, alarm, thin, thick, dash1-dash4, small, tiny, strong, halo (text with a rim of paper)
+///   accent, ghost, alarm, thin, mid, thick, dash1-dash4, small, tiny, strong, halo (text with a rim of paper)
 std::string figure_css(bool dark);
 
 inline constexpr int kSeriesCount = 8;

@@ -264,7 +264,7 @@ std::optional<Svg> decay_figure(const ResultData& data) {
       }
     }
     const bool best = model.model == data.damping_model;
-    const std::string line = best ? "ink thick" : series_class("s", i + 1) + " " + std::string(kDashes[i % 4]);
+    const std::string line = best ? "ink thick" : "axis mid " + std::string(kDashes[i % 4]);
     frame.curve(curve, line);
     ends.push_back(end > 0 ? std::clamp(frame.y(end), frame.top(), frame.bottom()) : frame.bottom());
     names.push_back(damping_words(model.model));

@@ -15,6 +15,7 @@ struct ModePictureRequest {
 struct RenderedPicture {
   std::string png;  ///< empty where it could not be made
   int width = 0, height = 0;
+  bool tangential = false;  ///< coloured by the size of the motion, which lies within the surface
 };
 
 struct RenderResult {

@@ -30,7 +30,7 @@ std::string more(const std::string& title, const std::string& content) {
 }
 
 std::string name_html(const Quantity& quantity) {
-  return escaped(quantity.words) + (quantity.symbol.empty() ? "" : " <span class=\"sym\">" + escaped(quantity.symbol) + "</span>");
+  return escaped(capitalised(quantity.words)) + (quantity.symbol.empty() ? "" : " <span class=\"sym\">" + escaped(quantity.symbol) + "</span>");
 }
 
 std::string with_unit(const std::string& text, const Quantity& quantity) {
@@ -56,7 +56,7 @@ std::string parameter_table(const std::vector<Estimate>& parameters) {
     const std::string value = text.std.empty() || !known ? text.value : text.value + " ± " + text.std;
     body += number_cell(with_unit(value, text.quantity));
     body += number_cell(known ? escaped(text.interval()) : "—");
-    body += number_cell(e.start_value ? escaped(rounded(*e.start_value * text.quantity.factor, 5)) : "—");
+    body += number_cell(e.start_value ? with_unit(rounded(*e.start_value * text.quantity.factor, 5), text.quantity) : "—");
     body += tag("td", known ? "<span class=\"tag good\">determined</span>" : "<span class=\"tag fair\">not determined</span>");
     body += "</tr>\n";
     if (noted) body += "<tr class=\"note\"><td colspan=\"5\">" + escaped(e.why) + "</td></tr>\n";
@@ -97,12 +97,12 @@ std::string damping_table(const ResultData& data) {
     }
     const double weight = std::clamp(model.aicc_weight.value_or(0), 0.0, 1.0);
     body += "<tr" + std::string(model.model == data.damping_model ? " class=\"best\"" : "") + ">" +
-            tag("th", escaped(damping_words(model.model)), "scope=\"row\"") + tag("td", values, "class=\"nw\"") +
+            tag("th", escaped(capitalised(damping_words(model.model))), "scope=\"row\"") + tag("td", values, "class=\"nw\"") +
             number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %" : "—") +
             number_cell(model.aicc ? fixed(*model.aicc, 1) : "—") +
             number_cell(model.aicc ? "+" + fixed(*model.aicc - least, 1) : "—") +
             tag("td", model.aicc_weight ? "<span class=\"bar\" style=\"width:" + coordinate(5 * weight) + "em\"></span>" +
-                                              fixed(weight, 3) : "—", "class=\"nw\"") + "</tr>\n";
+                                              escaped(share(weight)) : "—", "class=\"nw\"") + "</tr>\n";
   }
   return scrolled("<table><caption>Damping models, best first. AICc weighs how well a model fits against how many "
                   "parameters it takes; the weight is each model’s share of belief among these.</caption><thead><tr>"
@@ -150,7 +150,7 @@ std::string mode_list(const std::vector<Predicted>& modes) {
   return text;
 }
 
-std::string players(const SpecimenMedia& media, const std::string& name) {
+std::string players(const SpecimenMedia& media, const std::string& name, const std::string& fitted) {
   if (media.recorded_wav.empty() && media.fitted_wav.empty()) return {};
   const auto player = [&](const std::string& wav, const std::string& what) {
     if (wav.empty()) return std::string();
@@ -159,7 +159,7 @@ std::string players(const SpecimenMedia& media, const std::string& name) {
   };
   const bool both = !media.recorded_wav.empty() && !media.fitted_wav.empty();
   std::string html = "<div class=\"listen\"" + std::string(both ? " data-switch" : "") + ">" + player(media.recorded_wav, "Recorded") +
-                     player(media.fitted_wav, "Fitted model");
+                     player(media.fitted_wav, fitted);
   if (both) html += "<button type=\"button\" hidden>Compare</button>";
   html += "</div>\n";
   std::string note;
@@ -180,6 +180,9 @@ std::string shapes(const SpecimenMedia& media, const SpecimenRows& rows) {
     std::string caption = "<b>" + escaped(hertz(picture.frequency_hz)) + "</b> mode " + std::to_string(picture.mode_index) + escaped(picture.twins);
     for (const Match& match : rows.matches) {
       if (match.mode_index == picture.mode_index) caption += "; measured " + escaped(hertz(match.frequency_hz, match.frequency_std_hz));
+    }
+    if (picture.tangential) {
+      caption += "; moves within its surface only, colour is the size of the motion";
     }
     body += "<figure><img alt=\"Shape of mode " + std::to_string(picture.mode_index) + " at " + escaped(hertz(picture.frequency_hz)) +
             "\" width=\"" + std::to_string(picture.width) + "\" height=\"" + std::to_string(picture.height) + "\" src=\"" +
@@ -227,7 +230,7 @@ std::string specimen_section(const ResultData& data, const PageParts& parts, std
   const Specimen& specimen = data.specimens[index];
   const SpecimenMedia& media = parts.media[index];
   const SpecimenRows rows = rows_of(data, specimen);
-  std::string body = players(media, specimen.name);
+  std::string body = players(media, specimen.name, fitted_words(data));
   if (media.spectrogram) {
     body += figure(sheet(*media.spectrogram),
                    media.fitted_wav.empty() ? "Spectrogram of the recording; triangles mark strikes."
@@ -245,7 +248,7 @@ std::string specimen_section(const ResultData& data, const PageParts& parts, std
 std::string key_figures(const ResultData& data) {
   std::string html;
   const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
-    html += "<div><dt>" + name + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) + "</dd></div>";
+    html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) + "</dd></div>";
   };
   int n = 0;
   for (const char* name : {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa", "rayleigh_stiffness_s", "rayleigh_mass_per_s"}) {
@@ -269,9 +272,9 @@ std::string key_figures(const ResultData& data) {
     if (!data.damping_model.empty()) {
       std::string note;
       for (const DampingModel& model : data.damping) {
-        if (model.model == data.damping_model && model.aicc_weight) note = "AICc weight " + rounded(*model.aicc_weight, 2);
+        if (model.model == data.damping_model && model.aicc_weight) note = "AICc weight " + escaped(share(*model.aicc_weight));
       }
-      key("damping", escaped(damping_words(data.damping_model)), note);
+      key("damping", escaped(capitalised(damping_words(data.damping_model))), note);
     }
   }
   if (data.kind == "analysis") {

@@ -18,6 +18,7 @@ struct ModePicture {
   std::string file;   ///< name under figures/
   std::string twins;  ///< "and mode 1, its twin", or empty
   int width = 0, height = 0;
+  bool tangential = false;  ///< coloured by the size of the motion
 };
 
 /// What a specimen's section shows besides numbers.
@@ -48,6 +49,9 @@ struct Verdict {
   std::string words, kind, details;
 };
 Verdict verdict(const ResultData& data);
+
+/// What a result's computed sound is called: "Fitted model", "Resynthesis".
+std::string fitted_words(const ResultData& data);
 
 std::string page_css();
 std::string page_script();

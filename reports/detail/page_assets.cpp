@@ -38,6 +38,7 @@ background:var(--line);border:1px solid var(--line);border-radius:8px;overflow:h
 .keys small{display:block;font-size:.78rem;font-weight:400;color:var(--muted)}
 nav.toc{margin:1.4rem 0 0;font-size:.92rem}
 nav.toc ol{display:flex;flex-wrap:wrap;gap:.2rem 1.3rem;margin:0;padding:0;list-style:none}
+p.how small{color:var(--muted)}
 figure{margin:1.2rem 0 1.4rem}
 figcaption{margin-top:.45rem;color:var(--muted);font-size:.88rem;line-height:1.5;max-width:92ch}
 .sheet{background:var(--paper);border:1px solid var(--line);border-radius:8px;padding:16px;overflow-x:auto}
@@ -73,8 +74,8 @@ details.body[open]>summary::before{content:"▾"}
 details.body h3{display:inline;margin:0;overflow-wrap:anywhere}
 details.body>summary .shape,details.body>summary .how{color:var(--muted);font-size:.92rem}
 .listen{display:flex;flex-wrap:wrap;gap:.9rem 1.6rem;align-items:end;margin:.7rem 0 1rem}
-.listen label{display:block;font-size:.85rem;color:var(--muted)}
-.listen audio{display:block;width:min(330px,100%);height:40px;margin-top:.2rem}
+.listen label{display:block;flex:0 1 330px;min-width:240px;font-size:.85rem;color:var(--muted)}
+.listen audio{display:block;width:100%;height:40px;margin-top:.2rem}
 button{font:inherit;font-size:.92rem;color:var(--accent);background:var(--paper);border:1px solid var(--accent);border-radius:6px;padding:.38rem .9rem;cursor:pointer;min-width:11.5em}
 .shapes{display:grid;grid-template-columns:repeat(auto-fill,minmax(240px,1fr));gap:14px;margin:.8rem 0}
 .shapes.long{grid-template-columns:repeat(auto-fill,minmax(330px,1fr))}
@@ -102,8 +103,8 @@ document.querySelectorAll("[data-switch]").forEach(function(box){
   var sounds=box.querySelectorAll("audio"),button=box.querySelector("button"),heard=-1;
   if(sounds.length<2||!button)return;
   button.hidden=false;
-  var names=["recorded","fitted"];
-  function say(){button.textContent=heard<0?"Compare: play both":"Hearing "+names[heard]+" – switch";}
+  var names=[].map.call(box.querySelectorAll("label"),function(l){return l.firstChild.textContent.toLowerCase();});
+  function say(){button.textContent=heard<0?"Play both, compare":"Hearing "+names[heard]+" – switch";}
   button.addEventListener("click",function(){
     if(heard<0){heard=0;sounds[0].currentTime=0;sounds[1].currentTime=0;}
     else{heard=1-heard;sounds[heard].currentTime=sounds[1-heard].currentTime;}

@@ -87,13 +87,14 @@ SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_pa
   const double nyquist = sound.sample_rate_hz / 2;
   range.high_hz = highest_partial_hz > 0 ? std::min(1.25 * highest_partial_hz, nyquist) : std::min(nyquist, 20000.0);
   // Up to a round number.
-  const double step = std::pow(10.0, std::floor(std::log10(range.high_hz))) / 2;
+  const double step = std::pow(10.0, std::floor(std::log10(range.high_hz))) / 10;
   range.high_hz = std::min(std::ceil(range.high_hz / step) * step, nyquist);
   return range;
 }
 
 Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
-                       const std::vector<double>& strikes_s, const SpectrogramRange& range) {
+                       const std::vector<double>& strikes_s, const SpectrogramRange& range,
+                       const std::string& fitted_words) {
   constexpr double kWidth = 1080, kHeight = 380, kLeft = 66, kTop = 34, kPlotHeight = 292, kGap = 18, kBar = 96;
   const int n_panels = fitted.n_frames() == 0 ? 1 : 3;
   const double panel_width = (kWidth - kLeft - kBar - kGap * (n_panels - 1)) / n_panels;
@@ -108,21 +109,21 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
     }
     panels.push_back(std::move(difference));
   }
-  // From the loudest pixel down to a little under the recording's own floor, 60 to 100 dB.
+  // From the loudest pixel down to the recording's own floor, 60 to 100 dB.
   float loudest = 0;
   for (const Panel& panel : panels) {
     for (const float a : panel.amplitude) loudest = std::max(loudest, a);
   }
   std::vector<float> sorted = panels[0].amplitude;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 4), sorted.end());
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
   const double high_db = 10 * std::ceil(level_db(loudest) / 10);
-  const double low_db = 10 * std::floor(std::clamp(level_db(sorted[sorted.size() / 4]) - 5, high_db - 100, high_db - 60) / 10);
+  const double low_db = 10 * std::floor(std::clamp(level_db(sorted[sorted.size() / 2]), high_db - 100, high_db - 60) / 10);
 
   const std::string compared = n_panels == 3 ? "recorded, fitted and their difference" : "the recording";
   Svg svg(kWidth, kHeight, "Spectrogram of " + name + ": " + compared + ", 0 to " + rounded(range.high_hz / 1000, 3) +
                                " kHz over " + rounded(range.duration_s, 3) + " s, levels from " + fixed(low_db, 0) + " to " +
                                fixed(high_db, 0) + " dB re full scale.");
-  static constexpr std::string_view kTitles[3] = {"Recorded", "Fitted model", "Difference of magnitudes"};
+  const std::string titles[3] = {"Recorded", fitted_words, "Difference of magnitudes"};
   for (int i = 0; i < n_panels; ++i) {
     const double left = kLeft + i * (panel_width + kGap);
     svg.image(left, kTop, panel_width, kPlotHeight,
@@ -130,7 +131,7 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
     Frame frame(svg, left, kTop, panel_width, kPlotHeight, {"Time [s]", Scale::kLinear, 0, range.duration_s, true},
                 {"Frequency [kHz]", Scale::kLinear, 0, range.high_hz / 1000, i == 0});
     frame.draw_axes(n_panels == 1 ? 10 : 5, 6, false, false);
-    svg.text(left, kTop - 12, kTitles[i], "strong");
+    svg.text(left, kTop - 12, titles[i], "strong");
     for (const double strike : strikes_s) {
       if (strike < 0 || strike > range.duration_s || i == 2) continue;
       const double at = frame.x(strike);
@@ -149,7 +150,7 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
     svg.line(bar_left + 14, at, bar_left + 18, at, "axis");
     svg.text(bar_left + 22, at + 4, tick.label, "muted small");
   }
-  svg.text(bar_left - 6, kTop - 12, "dB re full scale", "muted small", Anchor::kStart);
+  svg.text(kWidth - 4, kTop - 12, "dB re full scale", "muted small", Anchor::kEnd);
   return svg;
 }
 

@@ -23,6 +23,7 @@ SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_pa
 /// With no fitted sound (no frames) there is one wide panel. Level: 20 log10 of the amplitude of a sine that gives it, full scale = 0 dB.
 /// Strikes are marked on the time axis.
 Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
-                       const std::vector<double>& strikes_s, const SpectrogramRange& range);
+                       const std::vector<double>& strikes_s, const SpectrogramRange& range,
+                       const std::string& fitted_words);
 
 }  // namespace klang::reports::detail

@@ -78,7 +78,7 @@ void say_material(const ResultData& data, std::vector<std::string>& sentences) {
     const Quantity name = quantity(parameter.name, parameter.value.value_or(1));
     std::string why = parameter.why;
     while (!why.empty() && (why.back() == '.' || why.back() == ' ')) why.pop_back();
-    missing.push_back(escaped(name.words) + (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>") +
+    missing.push_back("The " + escaped(name.words) + (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>") +
                       " is not determined by these partials" + (why.empty() ? "" : ": " + escaped(why)) + ".");
   }
   const bool plural = data.specimens.size() > 1;
@@ -87,11 +87,9 @@ void say_material(const ResultData& data, std::vector<std::string>& sentences) {
                         (data.material.empty() ? "" : ", taken as " + escaped(data.material) + ",") +
                         (plural ? " ring with " : " rings with ") + list_of(found) + ".");
   }
-  for (std::string& sentence : missing) {
-    // Sentences begin with a capital letter; the symbols' markup comes later in them.
-    if (sentence[0] >= 'a' && sentence[0] <= 'z') sentence[0] = static_cast<char>(sentence[0] - 'a' + 'A');
-    sentences.push_back(std::move(sentence));
-  }
+  std::string open;
+  for (const std::string& sentence : missing) open += (open.empty() ? "" : " ") + sentence;
+  if (!open.empty()) sentences.push_back(open);
 }
 
 void say_matches(const ResultData& data, std::vector<std::string>& sentences) {
@@ -125,7 +123,7 @@ void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
   std::string sentence = "Of " + counted(data.damping.size(), "damping model", "damping models") + ", <b>" +
                          escaped(damping_words(best->model)) + "</b> explains the decays best";
   if (data.damping.size() == 1) sentence = "The decays are described by <b>" + escaped(damping_words(best->model)) + "</b> damping";
-  if (best->aicc_weight && data.damping.size() > 1) sentence += " (AICc weight " + rounded(*best->aicc_weight, 2) + ")";
+  if (best->aicc_weight && data.damping.size() > 1) sentence += " (AICc weight " + escaped(share(*best->aicc_weight)) + ")";
   std::vector<std::string> values;
   for (const Estimate& parameter : best->parameters) {
     if (parameter.value && parameter.identifiable) values.push_back(said(parameter));
@@ -194,6 +192,8 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
   return sentences;
 }
 
+std::string fitted_words(const ResultData& data) { return data.kind == "fit" ? "Fitted model" : "Resynthesis"; }
+
 Verdict verdict(const ResultData& data) {
   Verdict result;
   if (data.kind == "fit") {
@@ -221,7 +221,7 @@ Verdict verdict(const ResultData& data) {
   const bool good = data.status == "ok" || data.status == "converged" || data.status.empty();
   std::string words = data.status.empty() ? "Done" : data.status;
   std::replace(words.begin(), words.end(), '_', ' ');
-  words[0] = words[0] >= 'a' && words[0] <= 'z' ? static_cast<char>(words[0] - 'a' + 'A') : words[0];
+  words = capitalised(words);
   return {words == "Ok" ? "Analysed" : words, good ? "good" : "bad", data.message};
 }
 

@@ -53,8 +53,8 @@ constexpr Known kKnown[] = {
     {"poissons_ratio", "Poisson’s ratio", "ν"},
     {"density_kg_m3", "density", "ρ"},
     {"mass_kg", "mass", "m"},
-    {"rayleigh_stiffness_s", "Rayleigh, stiffness part", "α"},
-    {"rayleigh_mass_per_s", "Rayleigh, mass part", "β"},
+    {"rayleigh_stiffness_s", "stiffness damping", "α"},
+    {"rayleigh_mass_per_s", "mass damping", "β"},
     {"loss_factor", "loss factor", "η"},
     {"relaxation_strength", "relaxation strength", "Δ"},
     {"zener_strength", "relaxation strength", "Δ"},
@@ -243,6 +243,17 @@ std::string damping_words(std::string_view model) {
   std::string words(model);
   std::replace(words.begin(), words.end(), '_', ' ');
   return words;
+}
+
+std::string capitalised(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  return text;
+}
+
+std::string share(double value) {
+  if (value > 0.9995) return "> 0.999";
+  if (value < 0.0005) return "< 0.001";
+  return fixed(value, 3);
 }
 
 std::string counted(std::size_t n, std::string_view singular, std::string_view plural) {

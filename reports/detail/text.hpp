@@ -52,6 +52,12 @@ std::string signed_cents(double value);
 /// Model names of a damping candidate in words: "rayleigh" -> "Rayleigh".
 std::string damping_words(std::string_view model);
 
+/// With a capital first letter, where it is a plain small one.
+std::string capitalised(std::string text);
+
+/// A share as a person says it: "0.37", "> 0.999" instead of 1, "< 0.001" instead of 0.
+std::string share(double value);
+
 /// "3 partials", "1 partial", "no partials".
 std::string counted(std::size_t n, std::string_view singular, std::string_view plural);
 

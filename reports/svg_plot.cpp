@@ -180,7 +180,7 @@ std::vector<Tick> axis_ticks(const AxisSpec& axis, int wanted) {
   if (axis.scale == Scale::kLog) {
     const int first = static_cast<int>(std::floor(std::log10(axis.low)));
     const int last = static_cast<int>(std::ceil(std::log10(axis.high)));
-    const double decades = std::log10(axis.high / axis.low);
+    const double decades = std::log10(axis.high) - std::log10(axis.low);
     const int every = std::max(1, static_cast<int>(std::ceil(decades / wanted)));
     if (decades < 0.35) {  // too short for round decimals of a log scale: linear steps
       AxisSpec linear = axis;
@@ -221,9 +221,9 @@ AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& 
   }
   if (scale == Scale::kLog) {
     if (!any) return {axis.label, scale, 1, 10, true};
-    const double factor = std::max(std::pow(axis.high / axis.low, margin), 1.08);
-    axis.low /= factor;
-    axis.high *= factor;
+    const double factor = std::max(std::exp(margin * (std::log(axis.high) - std::log(axis.low))), 1.08);
+    axis.low = std::max(axis.low / factor, 1e-305);
+    axis.high = std::clamp(axis.high * factor, 2 * axis.low, 1e305);
     return axis;
   }
   if (!any) return {axis.label, scale, 0, 1, true};
@@ -243,7 +243,7 @@ Frame::Frame(Svg& svg, double left, double top, double width, double height, Axi
 
 namespace {
 double fraction(const AxisSpec& axis, double value) {
-  if (axis.scale == Scale::kLog) return std::log(std::max(value, 1e-300) / axis.low) / std::log(axis.high / axis.low);
+  if (axis.scale == Scale::kLog) return (std::log(std::max(value, 1e-305)) - std::log(axis.low)) / (std::log(axis.high) - std::log(axis.low));
   return (value - axis.low) / (axis.high - axis.low);
 }
 }  // namespace

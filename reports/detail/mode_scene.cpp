@@ -204,6 +204,10 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   // Clearly bent, never folded: at most a ninth of the size, and slopes of about a third.
   double scale = diagonal / 9 / largest;
   if (slope > 0) scale = std::min(scale, 0.36 / slope);
+  if (result.tangential) {  // straight paths would make a twisted tube look thicker
+    const double smallest = std::min({bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]});
+    scale = std::min(scale, 0.08 * smallest / largest);
+  }
   vtkNew<vtkWarpVector> warped;
   warped->SetInputData(surface);
   warped->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, "u");

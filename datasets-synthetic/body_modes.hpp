@@ -17,6 +17,7 @@ struct BodyModes {
   std::vector<Eigen::Vector3d> places_m;    ///< the points that were taken
   std::vector<std::string> labels;          ///< "n=2 odd", "parity 110", "mode 3"
   std::string method;                       ///< in words, with orders or mesh size
+  double pair_tolerance = 1e-6;  ///< neighbours closer than this (relative) are one pair by symmetry
 };
 
 /// Modes up to highest_hz at places given in half extents from the centre. Free boxes and tubes by the Ritz

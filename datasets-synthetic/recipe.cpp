@@ -85,7 +85,7 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
   const double highest_hz = std::min(recipe.highest_hz, kHighestOfSampleRate * recipe.sample_rate_hz);
   BodyModes modes =
       body_modes(specimen.shape, recipe.material, specimen.support, highest_hz, places, monitor);
-  if (recipe.split_detuning > 0.0) split_pairs(modes, recipe.split_detuning, recipe.split_angle_rad);
+  split_pairs(modes, recipe.split_detuning, recipe.split_detuning > 0.0 ? recipe.split_angle_rad : 0.0);
   const std::size_t n_strikes = specimen.strikes.size();
   const Eigen::Index n_modes = modes.angular_frequency_rad_s.size();
 

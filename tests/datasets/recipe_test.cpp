@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
@@ -27,7 +29,8 @@ std::string bar_recipe(const std::string& more = "", const std::string& sound = 
          "[damping]\nmodel = \"rayleigh\"\nrayleigh_stiffness_s = 2e-7\nrayleigh_mass_per_s = "
          "4.0\n[sound]\n" +
          sound + "\nhighest_hz = 9000\n" + more +
-         "\n[[specimen]]\nname = \"bar\"\nshape = { kind = \"box\", length_m = 0.15, width_m = 0.02, height_m "
+         "\n[[specimen]]\nname = \"bar\"\nshape = { kind = \"box\", length_m = 0.15, width_m = 0.02, "
+         "height_m "
          "= 0.008 }\n"
          "strike = [{ time_s = 0.05003, at = [1.0, 0.6, 1.0], impulse_n_s = [0.0, 0.003, -0.01], contact_s = "
          "1e-5 }]\n"
@@ -217,6 +220,28 @@ TEST(Recipe, TruthHoldsMaterialPartialsAndProvenance) {
       0.01, 1e-12);
 }
 
+TEST(BodyModes, ZeroDetuningTakesAwayTheSplitOfAMesh) {
+  BodyModes modes;
+  modes.angular_frequency_rad_s = Eigen::Vector4d(1000.0, 1000.4, 1500.0, 2000.0);
+  modes.shapes = {Eigen::MatrixXd::Identity(3, 4)};
+  modes.pair_tolerance = 1e-3;
+  split_pairs(modes, 0.0, 0.0);
+  EXPECT_EQ(modes.angular_frequency_rad_s, Eigen::Vector4d(1000.2, 1000.2, 1500.0, 2000.0));
+  EXPECT_EQ(modes.shapes[0], Eigen::MatrixXd::Identity(3, 4));
+}
+
+TEST(BodyModes, ClampedBarByElementsMatchesTheBeamWithinOnePercent) {
+  const mesh::ShapeSpec box{"box", {{"length_m", 0.15}, {"width_m", 0.02}, {"height_m", 0.01}}, {}};
+  const auto material = solid::from_youngs_modulus(70e9, 0.3, 2700.0);
+  const solid::Support clamp{solid::SupportKind::kClamped, "x=-0.075"};
+  const auto held = body_modes(box, material, clamp, 4000.0, {{1.0, 0.0, 1.0}});
+  ASSERT_GE(held.angular_frequency_rad_s.size(), 1);
+  // Euler-Bernoulli; shear and the held cross-section change it by less than 1 % at this slenderness.
+  const double beam = 3.5160152685 * std::sqrt(70e9 * 0.01 * 0.01 / (12.0 * 2700.0)) / (0.15 * 0.15);
+  EXPECT_NEAR(held.angular_frequency_rad_s[0] / beam, 1.0, 0.01);
+  EXPECT_NEAR(held.places_m[0][0], 0.075, 1e-9);
+}
+
 std::string message_of(const std::string& toml) {
   try {
     parse_recipe(toml, "r.toml", {});
@@ -260,7 +285,15 @@ TEST(RecipeFiles, SixChimesRingWithTheirBendingPartials) {
   const Dataset d = make_dataset(kFolder / "recipes/six_chimes.toml", 1);
   ASSERT_EQ(d.recordings.size(), 6u);
   for (const auto& r : d.recordings) {
-    EXPECT_GE(r.frequency_hz.size(), 10u) << r.name;
+    EXPECT_GE(r.frequency_hz.size(), 5u) << r.name;
+    // What can be heard can be told apart: no n = 2 cluster near 4.5 kHz, the axial modes far below.
+    const double loudest = *std::max_element(r.amplitude.begin(), r.amplitude.end());
+    double before = 0.0;
+    for (std::size_t i = 0; i < r.frequency_hz.size(); ++i) {
+      if (r.amplitude[i] < 1e-3 * loudest) continue;
+      EXPECT_GT(r.frequency_hz[i] - before, 400.0) << r.name;
+      before = r.frequency_hz[i];
+    }
     EXPECT_EQ(r.signal.n_frames(), 192000);
     EXPECT_NE(d.specimen_toml.find("recording = \"" + r.name + ".wav\""), std::string::npos);
   }

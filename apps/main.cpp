@@ -1,5 +1,66 @@
+#include <CLI/CLI.hpp>
 #include <cstdio>
+#include <new>
 
-#include "core/base/provenance.hpp"
+#include "command.hpp"
+#include "core/base/errors.hpp"
+#include "core/base/parallel.hpp"
 
-int main() { std::printf("klang %s\n", klang::version().c_str()); }
+namespace {
+
+using namespace klang::apps;
+
+std::string joined_command_line(int argc, char** argv) {
+  std::string text = "klang";
+  for (int i = 1; i < argc; ++i) text.append(" ").append(argv[i]);
+  return text;
+}
+
+/// One line whatever the parser or the library had to say.
+int complain(const char* what, int code) {
+  std::string line(what);
+  for (char& c : line) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  std::fprintf(stderr, "klang: %s\n", line.c_str());
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program{"Klangprobe: from recordings of struck objects to their material, with honest error bars", "klang"};
+  program.set_version_flag("--version", klang::version());
+  program.require_subcommand(1);
+  program.footer("Exit codes: 0 done; 1 ran, and a check did not pass; 2 bad input; 3 numerical failure; 130 interrupted.\n"
+                 "klang SUBCOMMAND --help shows its options and examples.");
+  CommonOptions common;
+  common.command_line = joined_command_line(argc, argv);
+  const Subcommand subcommands[] = {add_mesh(program, common),   add_modes(program, common), add_analyze(program, common),
+                                    add_fit(program, common),    add_tune(program, common),  add_synth(program, common),
+                                    add_dataset(program, common), add_report(program, common), add_doctor(program, common)};
+  for (const Subcommand& subcommand : subcommands) add_common_options(*subcommand.app, common);
+
+  try {
+    program.parse(argc, argv);
+    klang::set_thread_count(common.n_threads);
+    for (const Subcommand& subcommand : subcommands) {
+      if (subcommand.app->parsed()) return subcommand.run();
+    }
+    return kBadInput;
+  } catch (const CLI::Success& success) {  // --help, --version
+    return program.exit(success);
+  } catch (const CLI::ParseError& error) {
+    return complain(error.what(), kBadInput);
+  } catch (const klang::InputError& error) {
+    return complain(error.what(), kBadInput);
+  } catch (const klang::Interrupted& error) {
+    return complain(error.what(), kInterrupted);
+  } catch (const klang::NumericalError& error) {
+    return complain(error.what(), kNumericalFailure);
+  } catch (const std::bad_alloc&) {
+    return complain("out of memory", kNumericalFailure);
+  } catch (const std::exception& error) {
+    return complain(error.what(), kNumericalFailure);
+  }
+}

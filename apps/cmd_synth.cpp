@@ -1,0 +1,150 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+
+#include "body_options.hpp"
+#include "command.hpp"
+#include "core/audio/sound_file.hpp"
+#include "core/base/errors.hpp"
+#include "core/base/json.hpp"
+#include "core/modal/oscillator_bank.hpp"
+#include "number_options.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct SynthOptions {
+  std::string model;
+  std::string output;
+  std::vector<std::string> strikes;
+  double rayleigh_stiffness_s = 0.0;
+  double rayleigh_mass_per_s = 0.0;
+  double loss_factor = 0.0;
+  double sample_rate_hz = 48000.0;
+  double duration_s = 3.0;
+  double peak_db_re_full_scale = -3.0;
+};
+
+/// Decay of each mode: Rayleigh and constant loss factor add up.
+Eigen::VectorXd decay_per_s(const SynthOptions& options, const modal::ModalModel& model) {
+  return modal::rayleigh_decay_per_s(model.angular_frequency_rad_s, options.rayleigh_stiffness_s,
+                                     options.rayleigh_mass_per_s) +
+         0.5 * options.loss_factor * model.angular_frequency_rad_s;
+}
+
+int nearest_node(const mesh::TetMesh& mesh, const Eigen::Vector3d& point_m) {
+  Eigen::Index node = 0;
+  (mesh.nodes_m.rowwise() - point_m.transpose()).rowwise().squaredNorm().minCoeff(&node);
+  return static_cast<int>(node);
+}
+
+/// Strikes from --strike texts; without one, a unit impulse across the body's thinnest direction at its far end.
+std::vector<modal::Strike> read_strikes(const SynthOptions& options, const modal::ModalModel& model) {
+  std::vector<modal::Strike> strikes;
+  for (const std::string& text : options.strikes) {
+    auto values = parse_assignments("--strike", text);
+    const auto take = [&](const char* name, double fallback) {
+      const auto found = values.find(name);
+      if (found == values.end()) return fallback;
+      const double value = found->second;
+      values.erase(found);
+      return checked("--strike", name, value, -1e6, 1e6);
+    };
+    modal::Strike strike;
+    strike.time_s = checked("--strike", "time_s", take("time_s", 0.0), 0.0, options.duration_s);
+    const double x_m = take("x_m", 0.0), y_m = take("y_m", 0.0), z_m = take("z_m", 0.0);
+    strike.node = nearest_node(model.mesh, {x_m, y_m, z_m});
+    const double fx = take("fx_n_s", 0.0), fy = take("fy_n_s", 0.0), fz = take("fz_n_s", 0.0);
+    strike.impulse_n_s = {fx, fy, fz};
+    strike.contact_duration_s = checked("--strike", "contact_s", take("contact_s", 0.0), 0.0, 0.1);
+    if (!values.empty()) {
+      throw InputError("--strike", "has an unknown name", values.begin()->first,
+                       "time_s, x_m, y_m, z_m, fx_n_s, fy_n_s, fz_n_s, contact_s");
+    }
+    if (!(strike.impulse_n_s.norm() > 0.0)) throw InputError("--strike", "has no impulse", text, "fx_n_s, fy_n_s, fz_n_s");
+    strikes.push_back(strike);
+  }
+  if (strikes.empty()) {
+    const Eigen::RowVector3d low = model.mesh.nodes_m.colwise().minCoeff();
+    const Eigen::RowVector3d size = model.mesh.nodes_m.colwise().maxCoeff() - low;
+    Eigen::Index thin = 0, along = 0;
+    size.minCoeff(&thin);
+    size.maxCoeff(&along);
+    modal::Strike strike;
+    Eigen::Vector3d end = (low + 0.5 * size).transpose();
+    end[along] = low[along] + size[along];
+    strike.node = nearest_node(model.mesh, end);
+    strike.impulse_n_s[thin] = 1.0;
+    strike.contact_duration_s = 2e-5;
+    strikes.push_back(strike);
+  }
+  return strikes;
+}
+
+int run_synth(const SynthOptions& options, const CommonOptions& common) {
+  TerminalMonitor monitor(common.quiet);
+  checked("command line", "--rayleigh-stiffness-s", options.rayleigh_stiffness_s, 0.0, 1.0);
+  checked("command line", "--rayleigh-mass-per-s", options.rayleigh_mass_per_s, 0.0, 1e6);
+  checked("command line", "--loss-factor", options.loss_factor, 0.0, 1.0);
+  checked("command line", "--duration-s", options.duration_s, 0.001, 3600.0);
+  checked("command line", "--rate-hz", options.sample_rate_hz, 1000.0, 768000.0);
+  checked("command line", "--peak-db", options.peak_db_re_full_scale, -120.0, 0.0);
+  const modal::ModalModel model = modal::read_modal_model(options.model);
+  const auto strikes = read_strikes(options, model);
+  modal::SynthesisOptions synthesis;
+  synthesis.sample_rate_hz = options.sample_rate_hz;
+  synthesis.duration_s = options.duration_s;
+  const Eigen::VectorXd decays = decay_per_s(options, model);
+  audio::Signal sound = modal::synthesise(model, decays, strikes, synthesis);
+  const double peak = sound.samples.cwiseAbs().maxCoeff();
+  if (!(peak > 0.0)) throw NumericalError("synth: the strikes excite no mode of this model");
+  const double gain = std::pow(10.0, options.peak_db_re_full_scale / 20.0) / peak;
+  sound.samples *= gain;
+  audio::write_sound(options.output, sound);
+
+  nlohmann::json json = result_header("synth", "done", common,
+                                      {{"rayleigh_stiffness_s", options.rayleigh_stiffness_s},
+                                       {"rayleigh_mass_per_s", options.rayleigh_mass_per_s},
+                                       {"loss_factor", options.loss_factor},
+                                       {"duration_s", options.duration_s},
+                                       {"sample_rate_hz", options.sample_rate_hz}},
+                                      {options.model});
+  json["gain"] = gain;
+  const Eigen::VectorXd frequency_hz = model.frequency_hz();
+  for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
+    json["modes"].push_back({{"index", i}, {"frequency_hz", frequency_hz[i]}, {"decay_per_s", decays[i]}});
+  }
+  write_json(common, json);
+  say(common, "%s: %.2f s, %zu strike(s), %td modes\n", options.output.c_str(), options.duration_s, strikes.size(),
+      model.n_modes());
+  return kDone;
+}
+
+}  // namespace
+
+Subcommand add_synth(CLI::App& program, CommonOptions& common) {
+  auto options = std::make_shared<SynthOptions>();
+  CLI::App* app = program.add_subcommand("synth", "Sound of strikes on a modal model");
+  app->add_option("model", options->model, "Modal model (.vtu) from klang modes -o or klang fit")->required();
+  app->add_option("-o,--output", options->output, "Sound file (.wav or .flac)")->required();
+  app->add_option("--strike", options->strikes,
+                  "A strike, may be repeated: time_s=..,x_m=..,y_m=..,z_m=..,fx_n_s=..,fy_n_s=..,fz_n_s=..,contact_s=.. "
+                  "(the nearest node is struck; contact_s: standard deviation of the Gaussian force)");
+  app->add_option("--rayleigh-stiffness-s", options->rayleigh_stiffness_s, "Damping C = this K + rayleigh_mass_per_s M")
+      ->capture_default_str();
+  app->add_option("--rayleigh-mass-per-s", options->rayleigh_mass_per_s, "Damping proportional to the mass")
+      ->capture_default_str();
+  app->add_option("--loss-factor", options->loss_factor, "Constant loss factor: decay_per_s = loss_factor omega / 2")
+      ->capture_default_str();
+  app->add_option("--duration-s", options->duration_s, "Length of the sound")->capture_default_str();
+  app->add_option("--rate-hz", options->sample_rate_hz, "Sample rate")->capture_default_str();
+  app->add_option("--peak-db", options->peak_db_re_full_scale, "Level of the highest peak, dB re full scale")
+      ->capture_default_str();
+  app->footer(
+      "Example:\n"
+      "  klang synth tube.vtu -o tube.wav --rayleigh-stiffness-s 1e-7 --rayleigh-mass-per-s 1 \\\n"
+      "    --strike time_s=0,x_m=0.0125,z_m=0.2,fx_n_s=0.01,contact_s=5e-5 --strike time_s=1,x_m=0.0125,fx_n_s=0.02");
+  return {app, [options, &common] { return run_synth(*options, common); }};
+}
+
+}  // namespace klang::apps

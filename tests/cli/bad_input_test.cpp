@@ -1,0 +1,230 @@
+// Bad input: exit code 2, one line on standard error, nothing written, earlier results untouched.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "klang_process.hpp"
+
+using klang::test::run_klang;
+using klang::test::Scratch;
+using klang::test::wav_bytes;
+
+namespace {
+
+std::vector<float> ringing(int n_frames, int n_channels, double rate_hz) {
+  std::vector<float> samples;
+  for (int i = 0; i < n_frames; ++i) {
+    const double t = i / rate_hz;
+    for (int c = 0; c < n_channels; ++c) {
+      samples.push_back(static_cast<float>(0.5 * std::exp(-8.0 * t) * std::sin(2764.6 * t)));
+    }
+  }
+  return samples;
+}
+
+/// Runs and expects exit code 2, one line that contains each of the words, and no new files.
+void expect_refused(const Scratch& scratch, const std::string& arguments, const std::vector<std::string>& words,
+                    const std::string& environment = {}) {
+  const auto before = scratch.files();
+  const auto result = run_klang(arguments, scratch.path(), environment);
+  EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
+  EXPECT_EQ(result.err_lines(), 1) << result.err;
+  for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
+  EXPECT_EQ(scratch.files(), before);
+}
+
+const std::string kTube = "modes --count 1 --shape tube --dims length_m=0.5,outer_radius_m=0.0125,wall_m=0.001 --json m.json ";
+
+}  // namespace
+
+TEST(BadSound, MissingFileIsNamed) {
+  const Scratch scratch;
+  expect_refused(scratch, "analyze nowhere.wav --json a.json -o out", {"nowhere.wav"});
+}
+
+TEST(BadSound, EmptyFileIsRefused) {
+  const Scratch scratch;
+  scratch.write("empty.wav", "");
+  expect_refused(scratch, "analyze empty.wav --json a.json -o out", {"empty.wav"});
+}
+
+TEST(BadSound, NoFramesIsRefused) {
+  const Scratch scratch;
+  scratch.write("none.wav", wav_bytes({}, 1, 48000));
+  expect_refused(scratch, "analyze none.wav --json a.json -o out", {"none.wav"});
+}
+
+TEST(BadSound, OneSampleIsRefused) {
+  const Scratch scratch;
+  scratch.write("one.wav", wav_bytes({0.5F}, 1, 48000));
+  expect_refused(scratch, "analyze one.wav --json a.json -o out", {"one.wav"});
+}
+
+TEST(BadSound, TruncatedFileIsRefused) {
+  const Scratch scratch;
+  const std::string whole = wav_bytes(ringing(48000, 1, 48000), 1, 48000);
+  scratch.write("cut.wav", std::string_view(whole).substr(0, whole.size() / 2));
+  expect_refused(scratch, "analyze cut.wav --json a.json -o out", {"cut.wav", "truncated"});
+}
+
+TEST(BadSound, NotANumberIsNamedByItsFrame) {
+  const Scratch scratch;
+  auto samples = ringing(48000, 1, 48000);
+  samples[1234] = std::numeric_limits<float>::quiet_NaN();
+  scratch.write("nan.wav", wav_bytes(samples, 1, 48000));
+  expect_refused(scratch, "analyze nan.wav --json a.json -o out", {"nan.wav", "1234"});
+}
+
+TEST(BadSound, SilenceIsRefused) {
+  const Scratch scratch;
+  scratch.write("silent.wav", wav_bytes(std::vector<float>(48000, 0.0F), 1, 48000));
+  expect_refused(scratch, "analyze silent.wav --json a.json -o out", {"silent"});
+}
+
+TEST(BadSound, RateOfZeroIsRefused) {
+  const Scratch scratch;
+  scratch.write("zero.wav", wav_bytes(ringing(4800, 1, 48000), 1, 0));
+  expect_refused(scratch, "analyze zero.wav --json a.json -o out", {"zero.wav"});
+}
+
+TEST(BadSound, SixtyFourChannelsAreRefused) {
+  const Scratch scratch;
+  scratch.write("wide.wav", wav_bytes(ringing(4800, 64, 48000), 64, 48000));
+  expect_refused(scratch, "analyze wide.wav --json a.json -o out", {"64", "channels"});
+}
+
+TEST(NoPartials, NoiseAloneGivesExitThreeAndNothingWritten) {
+  const Scratch scratch;
+  std::vector<float> noise;
+  std::uint32_t state = 1;
+  for (int i = 0; i < 48000; ++i) {
+    float sum = 0;
+    for (int k = 0; k < 12; ++k) sum += static_cast<float>((state = state * 1664525U + 1013904223U) >> 8) / 16777216.0F;
+    noise.push_back(0.05F * (sum - 6.0F));
+  }
+  scratch.write("noise.wav", wav_bytes(noise, 1, 48000));
+  const auto before = scratch.files();
+  const auto result = run_klang("analyze noise.wav --json a.json -o out", scratch.path());
+  EXPECT_EQ(result.exit_code, 3) << result.out << result.err;
+  EXPECT_EQ(result.err_lines(), 1) << result.err;
+  EXPECT_EQ(scratch.files(), before);
+}
+
+TEST(BadShape, NegativeWallIsNamedWithItsValue) {
+  const Scratch scratch;
+  expect_refused(scratch, "modes --shape tube --dims length_m=0.5,outer_radius_m=0.0125,wall_m=-0.001 --json m.json",
+                 {"wall_m", "-0.001"});
+}
+
+TEST(BadShape, UnknownMissingAndRepeatedDimensionsAreNamed) {
+  const Scratch scratch;
+  expect_refused(scratch, "modes --shape rod --dims length_m=0.5,radius_m=0.01,colour=3", {"colour"});
+  expect_refused(scratch, "modes --shape rod --dims length_m=0.5", {"radius_m"});
+  expect_refused(scratch, "modes --shape rod --dims length_m=0.5,length_m=0.6,radius_m=0.01", {"length_m"});
+  expect_refused(scratch, "modes --shape rod --dims length_m=nan,radius_m=0.01", {"length_m"});
+  expect_refused(scratch, "modes --shape teapot --dims length_m=1", {"teapot"});
+}
+
+TEST(BadMaterial, PoissonsRatioOfOneHalfIsRefused) {
+  const Scratch scratch;
+  expect_refused(scratch, kTube + "--material youngs_modulus_pa=7e10,poissons_ratio=0.5,density_kg_m3=2700",
+                 {"poissons_ratio", "0.5"});
+}
+
+TEST(BadMaterial, ImpossibleNumbersAreRefused) {
+  const Scratch scratch;
+  expect_refused(scratch, kTube + "--material lame_lambda_pa=5e10,lame_mu_pa=-1,density_kg_m3=2700", {"lame_mu_pa"});
+  expect_refused(scratch, kTube + "--material lame_lambda_pa=5e10,lame_mu_pa=2e10,density_kg_m3=0", {"density_kg_m3"});
+  expect_refused(scratch, kTube + "--material unobtainium", {"unobtainium"});
+  expect_refused(scratch, kTube + "--material lame_lambda_pa=5e10,density_kg_m3=2700", {"lame_mu_pa"});
+}
+
+TEST(BadMesh, NonManifoldSurfaceIsRefusedWithTheFace) {
+  const Scratch scratch;
+  // Two tetrahedra that share one edge only.
+  scratch.write("two.off",
+                "OFF\n6 8 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 -1 0\n0 0 -1\n"
+                "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n3 0 1 4\n3 0 5 1\n3 1 5 4\n3 0 4 5\n");
+  expect_refused(scratch, "modes --mesh two.off --count 1 --json m.json", {"two.off", "face"});
+}
+
+TEST(BadMesh, NonManifoldStlIsRefused) {
+  const Scratch scratch;
+  std::string stl = "solid fin\n";
+  const char* corners[4] = {"0 0 0", "0.1 0 0", "0 0.1 0", "0 0 0.1"};
+  const int faces[5][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}, {0, 1, -1}};
+  for (const auto& face : faces) {
+    stl += "facet normal 0 0 0\nouter loop\n";
+    for (const int v : face) stl += std::string("vertex ") + (v < 0 ? "0 -0.1 -0.1" : corners[v]) + "\n";
+    stl += "endloop\nendfacet\n";
+  }
+  scratch.write("fin.stl", stl + "endsolid fin\n");
+  expect_refused(scratch, "modes --mesh fin.stl --count 1 --json m.json", {"fin.stl"});
+}
+
+TEST(BadMesh, OpenSurfaceAndGarbageAreRefused) {
+  const Scratch scratch;
+  scratch.write("open.off", "OFF\n4 3 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n");
+  expect_refused(scratch, "mesh open.off -o x.vtu", {"open.off"});
+  scratch.write("garbage.msh", "\x01\x02 this is no mesh");
+  expect_refused(scratch, "modes --mesh garbage.msh --json m.json", {"garbage.msh"});
+  scratch.write("nan.off", "OFF\n4 4 0\n0 0 0\nnan 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n");
+  expect_refused(scratch, "mesh nan.off -o x.vtu", {"nan.off"});
+}
+
+TEST(BadSpecimen, UnknownKeyIsNamedWithItsLine) {
+  const Scratch scratch;
+  scratch.write("s.csv", "frequency_hz\n587\n");
+  scratch.write("s.toml",
+                "name = \"x\"\n[material]\npreset = \"aluminium\"\n[[specimen]]\nname = \"D3\"\n"
+                "shape = { kind = \"tube\", length_m = 0.505, outer_radius_m = 0.0125, wall_m = 0.001 }\n"
+                "partials = \"s.csv\"\ncolour = \"red\"\n[fit]\nparameters = [\"youngs_modulus_pa\"]\n");
+  expect_refused(scratch, "fit s.toml -o out", {"s.toml", "colour", "8"});
+}
+
+TEST(BadSpecimen, MissingRecordingAndBrokenTomlAreNamed) {
+  const Scratch scratch;
+  scratch.write("s.toml",
+                "name = \"x\"\n[material]\npreset = \"aluminium\"\n[[specimen]]\nname = \"D3\"\n"
+                "shape = { kind = \"tube\", length_m = 0.505, outer_radius_m = 0.0125, wall_m = 0.001 }\n"
+                "recording = \"gone.wav\"\n[fit]\nparameters = [\"youngs_modulus_pa\"]\n");
+  expect_refused(scratch, "fit s.toml -o out", {"gone.wav"});
+  scratch.write("t.toml", "name = \n");
+  expect_refused(scratch, "fit t.toml -o out", {"t.toml"});
+}
+
+TEST(BadOption, UnknownOptionsAndSubcommandsGiveOneLine) {
+  const Scratch scratch;
+  expect_refused(scratch, "modes --frobnicate", {"frobnicate"});
+  expect_refused(scratch, "sing", {"sing"});
+  expect_refused(scratch, kTube + "--count 0", {"count"});
+  expect_refused(scratch, kTube + "--band-hz 200:100", {"band"});
+}
+
+TEST(FullDisk, LeavesExitTwoAndOneLine) {
+  const Scratch scratch;
+  const auto result = run_klang(
+      "modes --count 1 --quiet --shape box --dims length_m=0.1,width_m=0.1,height_m=0.01 --json /dev/full", scratch.path());
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_EQ(result.err_lines(), 1) << result.err;
+  EXPECT_NE(result.err.find("/dev/full"), std::string::npos) << result.err;
+}
+
+TEST(FullDisk, EarlierResultStaysWhenTheFileSizeIsLimited) {
+  const Scratch scratch;
+  scratch.write("m.vtu", "earlier");
+  // The shell's limit of one 512-byte block stands in for a full disk: writing past it fails.
+  const auto result = run_klang("modes --count 1 --shape box --dims length_m=0.1,width_m=0.1,height_m=0.01 -o m.vtu",
+                                scratch.path(), "trap '' XFSZ; ulimit -f 1;");
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_EQ(scratch.files(), std::vector<std::string>{"m.vtu"});
+  EXPECT_EQ(std::filesystem::file_size(scratch.path() / "m.vtu"), 7U);
+}
+
+TEST(Output, AFolderThatCannotBeMadeIsRefusedBeforeTheWork) {
+  const Scratch scratch;
+  scratch.write("file", "x");
+  scratch.write("r.wav", wav_bytes(ringing(48000, 1, 48000), 1, 48000));
+  expect_refused(scratch, "analyze r.wav -o file/sub", {"file"});
+}

@@ -1,0 +1,97 @@
+// The contract of the command line: keys, units and exit codes that others script against.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "klang_process.hpp"
+
+using klang::test::run_klang;
+using klang::test::Scratch;
+using nlohmann::json;
+
+namespace {
+
+json read_json(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  return json::parse(in);
+}
+
+}  // namespace
+
+TEST(KlangModes, ReferenceTubeMatchesTheRitzSolutionWithin200Ppm) {
+  const Scratch scratch;
+  const auto result = run_klang(
+      "modes --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 "
+      "--material lame_lambda_pa=4.98e10,lame_mu_pa=2.57e10,density_kg_m3=2700 --count 12 --json m.json",
+      scratch.path());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json modes = read_json(scratch.path() / "m.json");
+  EXPECT_EQ(modes["n_rigid_modes"], 6);
+  EXPECT_EQ(modes["none_missing"], true);
+  EXPECT_EQ(modes["element"], "p2");
+  EXPECT_EQ(modes["modes"].size(), 12U);
+  EXPECT_GT(modes["peak_memory_bytes"].get<double>(), 1e6);
+  EXPECT_TRUE(modes["wall_time_s"].contains("total"));
+  // reference/chimes.json: tubes[0].ritz3d_bending[0]; the first bending pair is modes 0 and 1.
+  const double ritz_hz = 587.8831103242787;
+  for (const int i : {0, 1}) {
+    EXPECT_LE(std::abs(modes["modes"][i]["frequency_hz"].get<double>() / ritz_hz - 1.0), 2e-4);
+    EXPECT_LE(modes["modes"][i]["relative_residual"].get<double>(), 1e-6);
+  }
+}
+
+TEST(KlangModes, SameRunGivesTheSameFrequenciesOnAnyNumberOfThreads) {
+  const Scratch scratch;
+  const std::string run = "modes --shape box --dims length_m=0.1,width_m=0.1,height_m=0.008 --material aluminium --count 6 ";
+  ASSERT_EQ(run_klang(run + "--threads 1 --json a.json", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang(run + "--threads 2 --json b.json", scratch.path()).exit_code, 0);
+  const json a = read_json(scratch.path() / "a.json"), b = read_json(scratch.path() / "b.json");
+  for (int i = 0; i < 6; ++i) {
+    const double fa = a["modes"][i]["frequency_hz"], fb = b["modes"][i]["frequency_hz"];
+    EXPECT_LE(std::abs(fa / fb - 1.0), 1e-9);  // the solver's tolerance; BLAS sums in another order
+  }
+}
+
+TEST(KlangSynth, StrikeOfATubeSoundsAtItsModes) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang("modes --shape tube --dims length_m=0.3,outer_radius_m=0.0125,wall_m=0.001 --material aluminium "
+                      "--count 6 -o tube.vtu", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("synth tube.vtu -o tube.wav --rayleigh-mass-per-s 8 --duration-s 1.5 --json s.json", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("analyze tube.wav --json a.json", scratch.path()).exit_code, 0);
+  const json synth = read_json(scratch.path() / "s.json"), analysis = read_json(scratch.path() / "a.json");
+  ASSERT_GE(analysis["partials"].size(), 1U);
+  const double f = analysis["partials"][0]["frequency_hz"], decay = analysis["partials"][0]["decay_per_s"];
+  EXPECT_LE(std::abs(f / synth["modes"][0]["frequency_hz"].get<double>() - 1.0), 1e-4);
+  EXPECT_LE(std::abs(decay - 4.0), 0.05);
+}
+
+TEST(KlangHelp, EverySubcommandHasAnExample) {
+  const Scratch scratch;
+  for (const char* name : {"mesh", "modes", "analyze", "fit", "tune", "synth", "dataset", "report", "doctor"}) {
+    const auto help = run_klang(std::string(name) + " --help", scratch.path());
+    EXPECT_EQ(help.exit_code, 0) << name;
+    EXPECT_NE(help.out.find("Example"), std::string::npos) << name;
+    EXPECT_NE(help.out.find("--json"), std::string::npos) << name;
+  }
+}
+
+TEST(KlangDoctor, ListsTheLibrariesAndThreads) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang("doctor --json d.json", scratch.path()).exit_code, 0);
+  const json doctor = read_json(scratch.path() / "d.json");
+  EXPECT_GE(doctor["threads"].get<int>(), 1);
+  for (const char* library : {"Ceres", "Eigen", "FFTW", "libsndfile", "Spectra", "TetGen"}) {
+    EXPECT_TRUE(doctor["libraries"].contains(library)) << library;
+  }
+}
+
+TEST(KlangInterrupt, ControlCEndsWith130AndNothingWritten) {
+  const Scratch scratch;
+  const auto result = run_klang(
+      "modes --shape box --dims length_m=0.3,width_m=0.3,height_m=0.02 --refine 3 --count 50 --json m.json", scratch.path(),
+      "timeout --preserve-status -s INT 1");
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_TRUE(scratch.files().empty());
+}

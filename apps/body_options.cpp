@@ -83,6 +83,8 @@ void BodyOptions::add_to(CLI::App& app, bool shape_is_positional) {
       ->capture_default_str();
   app.add_option("--max-edge-m", max_edge_m, "Longest element edge in metres; 0: chosen by the program")
       ->capture_default_str();
+  app.add_option("--unit-m", unit_m, "Mesh files: length of the file's unit in metres (0.001: millimetres)")
+      ->capture_default_str();
   app.add_option("--refine", refinement, "Halve every edge this often (shapes), 0 to 4")
       ->check(CLI::Range(0, 4))
       ->capture_default_str();
@@ -105,6 +107,7 @@ std::optional<mesh::ShapeSpec> BodyOptions::shape_spec() const {
 
 mesh::TetMesh BodyOptions::build(double wavelength_m) const {
   checked("command line", "--max-edge-m", max_edge_m, 0.0, 1e3);
+  checked("command line", "--unit-m", unit_m, 1e-9, 1e6);
   if (const auto spec = shape_spec()) {
     mesh::ShapeMeshOptions options;
     options.order = order();
@@ -117,6 +120,7 @@ mesh::TetMesh BodyOptions::build(double wavelength_m) const {
   options.order = order();
   options.max_edge_m = max_edge_m;
   options.wavelength_m = wavelength_m;
+  options.unit_m = unit_m;
   return mesh::load_body(mesh_file, options);
 }
 

@@ -26,6 +26,7 @@ struct BodyOptions {
   std::string mesh_file;
   std::string element = "p2";
   double max_edge_m = 0.0;
+  double unit_m = 1.0;  ///< of mesh files
   int refinement = 0;
 
   void add_to(CLI::App& app, bool shape_is_positional = false);

@@ -6,7 +6,6 @@
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
 #include "core/base/output_file.hpp"
-#include "fit/fit_json.hpp"
 #include "fit/ringdown.hpp"
 #include "number_options.hpp"
 #include "reports/report.hpp"
@@ -22,6 +21,28 @@ struct AnalyzeOptions {
   std::string output;
   std::string csv;
 };
+
+nlohmann::json ringdown_json(const fit::RingdownResult& result) {
+  nlohmann::json partials = nlohmann::json::array();
+  for (const fit::Partial& p : result.partials.partials) {
+    partials.push_back({{"frequency_hz", json_number(p.frequency_hz)},
+                        {"frequency_std_hz", json_number(p.frequency_std_hz)},
+                        {"decay_per_s", json_number(p.decay_per_s)},
+                        {"decay_std_per_s", json_number(p.decay_std_per_s)},
+                        {"amplitude", json_number(p.amplitude)},
+                        {"amplitude_std", json_number(p.amplitude_std)},
+                        {"phase_rad", json_number(p.phase_rad)},
+                        {"phase_std_rad", json_number(p.phase_std_rad)}});
+  }
+  return {{"sample_rate_hz", result.sample_rate_hz},
+          {"strikes_s", result.strikes_s},
+          {"strike_amplitudes", result.strike_amplitudes},
+          {"explained_energy", json_number(result.explained_energy)},
+          {"noise_rms", json_number(result.noise_rms)},
+          {"warnings", result.warnings},
+          {"wall_time_s", result.wall_time_s},
+          {"partials", std::move(partials)}};
+}
 
 void print_partials(const fit::RingdownResult& result, const CommonOptions& common) {
   say(common, "%14s %10s %12s %10s %11s %9s\n", "frequency_hz", "std_hz", "decay_per_s", "std_per_s", "amplitude_db",
@@ -52,7 +73,7 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& common) {
                                {"max_partials", ringdown.max_partials},
                                {"min_snr_db", ringdown.min_snr_db}};
   nlohmann::json json = result_header("analysis", "ok", common, used, {options.recording});
-  json.update(fit::ringdown_json(result));
+  json.update(ringdown_json(result));
   json["name"] = std::filesystem::path(options.recording).stem().string();
   json["duration_s"] = recording.duration_s();
   json["n_channels"] = recording.n_channels();

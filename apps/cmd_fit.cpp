@@ -31,25 +31,18 @@ std::vector<std::filesystem::path> input_files(const FitCommand& options, const 
   return files;
 }
 
-/// Sounds and mode shapes of each specimen into the staging folder; their names into the JSON.
-void write_specimen_files(const OutputDirectory& out, const fit::FitResult& result, nlohmann::json& json) {
-  for (std::size_t i = 0; i < result.specimens.size(); ++i) {
-    const fit::SpecimenResult& specimen = result.specimens[i];
-    nlohmann::json& files = json["specimens"][i]["files"];
-    const std::string name = fit::file_name_part(specimen.name);
-    files = nlohmann::json::object();
+/// Sounds and mode shapes of each specimen, under the names that fit.json gives them.
+void write_specimen_files(const OutputDirectory& out, const fit::FitResult& result, const std::string& provenance_json) {
+  for (const fit::SpecimenResult& specimen : result.specimens) {
+    const std::string name = fit::file_stem(specimen.name);
     if (specimen.recorded.n_frames() > 0) {
-      files["recording"] = "recording-" + name + ".wav";
-      audio::write_sound(out.staging() / files["recording"].get<std::string>(), specimen.recorded);
+      audio::write_sound(out.staging() / ("recording-" + name + ".wav"), specimen.recorded);
     }
     if (specimen.fitted.n_frames() > 0) {
-      files["resynthesis"] = "resynthesis-" + name + ".wav";
-      audio::write_sound(out.staging() / files["resynthesis"].get<std::string>(), specimen.fitted);
+      audio::write_sound(out.staging() / ("resynthesis-" + name + ".wav"), specimen.fitted);
     }
     if (specimen.model.n_modes() > 0) {
-      files["modes"] = "modes-" + name + ".vtu";
-      modal::write_modal_model(out.staging() / files["modes"].get<std::string>(), specimen.model,
-                               json["provenance"].dump());
+      modal::write_modal_model(out.staging() / ("modes-" + name + ".vtu"), specimen.model, provenance_json);
     }
   }
 }
@@ -79,11 +72,9 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
                                {"model_std_cents", fit_options.model_std_cents},
                                {"robust", fit_options.robust},
                                {"n_modes", fit_options.n_modes}};
-  nlohmann::json json =
-      result_header("fit", to_text(result.status), common, used, input_files(options, problem));
-  json.update(fit::fit_json(problem, result));
-  json["warnings"] = result.warnings;
-  write_specimen_files(out, result, json);
+  const Provenance provenance = make_provenance(common, used, input_files(options, problem));
+  const nlohmann::json json = fit::fit_json(problem, result, provenance);
+  write_specimen_files(out, result, json["provenance"].dump());
   write_file(out.staging() / "fit.json", json_text(json));
   reports::ReportOptions report_options;
   report_options.pictures = !options.no_pictures;

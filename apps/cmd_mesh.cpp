@@ -18,6 +18,22 @@ struct MeshOptions {
   double density_kg_m3 = 0.0;
 };
 
+nlohmann::json quality_json(const mesh::MeshQuality& quality) {
+  return {{"n_nodes", quality.n_nodes},
+          {"n_elements", quality.n_elements},
+          {"element", quality.order == 2 ? "p2" : "p1"},
+          {"min_dihedral_deg", quality.min_dihedral_deg},
+          {"max_dihedral_deg", quality.max_dihedral_deg},
+          {"radius_ratio_min", quality.radius_ratio_min},
+          {"radius_ratio_mean", quality.radius_ratio_mean},
+          {"worst_element", quality.worst_element},
+          {"min_scaled_jacobian", quality.min_scaled_jacobian},
+          {"volume_m3", quality.volume_m3},
+          {"surface_area_m2", quality.surface_area_m2},
+          {"shortest_edge_m", quality.shortest_edge_m},
+          {"longest_edge_m", quality.longest_edge_m}};
+}
+
 int run_mesh(MeshOptions options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   const auto& kinds = mesh::shape_kinds();
@@ -25,21 +41,21 @@ int run_mesh(MeshOptions options, const CommonOptions& common) {
     std::swap(options.body.shape, options.body.mesh_file);
   }
   const mesh::TetMesh mesh = options.body.build();
-  const mesh::QualityReport quality = mesh::quality_report(mesh);
+  const mesh::MeshQuality quality = mesh::mesh_quality(mesh);
   nlohmann::json json =
       result_header("mesh", "done", common,
                     {{"element", options.body.element}, {"max_edge_m", options.body.max_edge_m}}, options.body.inputs());
-  json.update(mesh::to_json(quality));
-  if (options.density_kg_m3 > 0.0) json["mass_kg"] = options.density_kg_m3 * quality.volume_m3;
+  json.update(quality_json(quality));
+  if (options.density_kg_m3 > 0.0) json["mass_kg"] = quality.mass_kg(options.density_kg_m3);
   if (!options.output.empty()) mesh::write_tet_mesh(options.output, mesh);
   write_json(common, json);
   say(common, "%d nodes, %d %s tetrahedra\n", mesh.n_nodes(), mesh.n_elements(),
       mesh.order() == 2 ? "quadratic" : "linear");
   say(common, "volume_m3 %.9g   surface_area_m2 %.9g\n", quality.volume_m3, quality.surface_area_m2);
-  if (options.density_kg_m3 > 0.0) say(common, "mass_kg %.9g\n", options.density_kg_m3 * quality.volume_m3);
+  if (options.density_kg_m3 > 0.0) say(common, "mass_kg %.9g\n", quality.mass_kg(options.density_kg_m3));
   say(common, "edges %.4g to %.4g m; dihedral angles %.1f to %.1f deg; radius ratio %.3f at worst (element %d), %.3f mean\n",
       quality.shortest_edge_m, quality.longest_edge_m, quality.min_dihedral_deg, quality.max_dihedral_deg,
-      quality.min_radius_ratio, quality.worst_element, quality.mean_radius_ratio);
+      quality.radius_ratio_min, quality.worst_element, quality.radius_ratio_mean);
   return kDone;
 }
 

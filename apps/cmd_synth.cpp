@@ -7,6 +7,7 @@
 #include "core/audio/sound_file.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
+#include "core/mesh/quality.hpp"
 #include "core/modal/oscillator_bank.hpp"
 #include "number_options.hpp"
 
@@ -32,12 +33,6 @@ Eigen::VectorXd decay_per_s(const SynthOptions& options, const modal::ModalModel
          0.5 * options.loss_factor * model.angular_frequency_rad_s;
 }
 
-int nearest_node(const mesh::TetMesh& mesh, const Eigen::Vector3d& point_m) {
-  Eigen::Index node = 0;
-  (mesh.nodes_m.rowwise() - point_m.transpose()).rowwise().squaredNorm().minCoeff(&node);
-  return static_cast<int>(node);
-}
-
 /// Strikes from --strike texts; without one, a unit impulse across the body's thinnest direction at its far end.
 std::vector<modal::Strike> read_strikes(const SynthOptions& options, const modal::ModalModel& model) {
   std::vector<modal::Strike> strikes;
@@ -53,7 +48,7 @@ std::vector<modal::Strike> read_strikes(const SynthOptions& options, const modal
     modal::Strike strike;
     strike.time_s = checked("--strike", "time_s", take("time_s", 0.0), 0.0, options.duration_s);
     const double x_m = take("x_m", 0.0), y_m = take("y_m", 0.0), z_m = take("z_m", 0.0);
-    strike.node = nearest_node(model.mesh, {x_m, y_m, z_m});
+    strike.node = mesh::nearest_surface_node(model.mesh, {x_m, y_m, z_m});
     const double fx = take("fx_n_s", 0.0), fy = take("fy_n_s", 0.0), fz = take("fz_n_s", 0.0);
     strike.impulse_n_s = {fx, fy, fz};
     strike.contact_duration_s = checked("--strike", "contact_s", take("contact_s", 0.0), 0.0, 0.1);
@@ -73,7 +68,7 @@ std::vector<modal::Strike> read_strikes(const SynthOptions& options, const modal
     modal::Strike strike;
     Eigen::Vector3d end = (low + 0.5 * size).transpose();
     end[along] = low[along] + size[along];
-    strike.node = nearest_node(model.mesh, end);
+    strike.node = mesh::nearest_surface_node(model.mesh, end);
     strike.impulse_n_s[thin] = 1.0;
     strike.contact_duration_s = 2e-5;
     strikes.push_back(strike);

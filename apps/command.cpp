@@ -65,17 +65,22 @@ void TerminalMonitor::clear() {
 
 bool TerminalMonitor::stop_requested() const { return interrupted; }
 
-nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
-                             const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs) {
+Provenance make_provenance(const CommonOptions& common, const nlohmann::json& options,
+                           const std::vector<std::filesystem::path>& inputs) {
   Provenance provenance;
   provenance.command = common.command_line;
   provenance.seed = common.seed;
   provenance.options_json = options.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   for (const auto& input : inputs) provenance.inputs.push_back(input_file(input));
+  return provenance;
+}
+
+nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
+                             const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs) {
   return {{"schema_version", 1},
           {"kind", kind},
           {"status", status},
-          {"provenance", to_json(provenance)},
+          {"provenance", to_json(make_provenance(common, options, inputs))},
           {"warnings", nlohmann::json::array()}};
 }
 

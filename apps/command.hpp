@@ -41,6 +41,9 @@ class TerminalMonitor : public Monitor {
   std::string shown_;
 };
 
+Provenance make_provenance(const CommonOptions& common, const nlohmann::json& options,
+                           const std::vector<std::filesystem::path>& inputs);
+
 /// The keys that every result has: schema_version, kind, status, provenance, warnings.
 nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
                              const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs);

@@ -1,0 +1,10 @@
+#pragma once
+#include <map>
+#include <string>
+
+namespace klang::audio {
+
+/// Name and version of the libraries that this layer is built with.
+std::map<std::string, std::string> library_versions();
+
+}  // namespace klang::audio

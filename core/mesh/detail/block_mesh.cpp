@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "core/base/check.hpp"
+#include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 
 namespace klang::mesh::detail {
@@ -90,10 +91,18 @@ void check_element_count(double n_elements) {
     throw InputError("mesh", "too many elements", to_text(n_elements), "up to 2e7: a larger edge length");
 }
 
+double Segment::at(double u) const {
+  if (grading == 0.0) return from + (to - from) * u;
+  const auto border = [this](double s) { return s + grading * std::sin(kPi * s) / kPi; };
+  const double cell = std::min(std::floor(u * n + 1e-9), n - 1.0), part = u * n - cell;
+  return from + (to - from) * ((1.0 - part) * border(cell / n) + part * border((cell + 1.0) / n));
+}
+
 std::vector<Segment> mirrored_segments(int n, double half_length_m, const std::string& low_face,
-                                       const std::string& high_face) {
+                                       const std::string& high_face, double grading) {
   if (n % 2 != 0) return {{n, -half_length_m, half_length_m, low_face, high_face}};
-  return {{n / 2, 0.0, -half_length_m, "", low_face}, {n / 2, 0.0, half_length_m, "", high_face}};
+  return {{n / 2, 0.0, -half_length_m, "", low_face, grading},
+          {n / 2, 0.0, half_length_m, "", high_face, grading}};
 }
 
 TetMesh mesh_blocks(const std::vector<Block>& blocks, int order, double glue_m) {
@@ -142,13 +151,21 @@ TetMesh mesh_blocks(const std::vector<Block>& blocks, int order, double glue_m) 
       for (int j = 0; j < n[1]; j += step)
         for (int i = 0; i < n[0]; i += step)
           for (const Path& path : kPaths) {
+            // Cells with an odd index are mirror images: diagonals run from even to odd lattice points.
+            const std::array<int, 3> cell{i, j, k};
             std::array<std::array<int, 3>, 4> corner;
-            corner[0] = {i, j, k};
+            bool positive = path.even == right;
             for (int c = 0; c < 3; ++c) {
-              corner[c + 1] = corner[c];
-              corner[c + 1][path.axes[c]] += step;
+              const bool mirrored = cell[c] / step % 2 != 0;
+              corner[0][c] = cell[c] + (mirrored ? step : 0);
+              if (mirrored) positive = !positive;
             }
-            if (path.even != right) std::swap(corner[1], corner[2]);
+            for (int c = 0; c < 3; ++c) {
+              const int axis = path.axes[c];
+              corner[c + 1] = corner[c];
+              corner[c + 1][axis] = cell[axis] + (corner[0][axis] == cell[axis] ? step : 0);
+            }
+            if (!positive) std::swap(corner[1], corner[2]);
             for (int c = 0; c < 4; ++c)
               mesh.elements(row, c) = slot(corner[c][0], corner[c][1], corner[c][2]);
             if (order == 2)

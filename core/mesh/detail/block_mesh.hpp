@@ -27,15 +27,18 @@ struct Block {
 TetMesh mesh_blocks(const std::vector<Block>& blocks, int order, double glue_m);
 
 /// One direction of a body that is symmetric about 0: two halves from the middle outwards where n is even
-/// (the mesh is then a mirror image of itself), one piece where it is odd.
+/// (the mesh is then a mirror image of itself), one piece where it is odd. Halves may be graded towards the
+/// ends, cell borders at s + grading sin(pi s) / pi for even steps of s; mid-points stay half-way between the
+/// borders of their cell.
 struct Segment {
   int n = 1;
   double from = 0.0, to = 0.0;
   std::string from_face, to_face;
-  double at(double u) const { return from + (to - from) * u; }
+  double grading = 0.0;
+  double at(double u) const;
 };
 std::vector<Segment> mirrored_segments(int n, double half_length_m, const std::string& low_face,
-                                       const std::string& high_face);
+                                       const std::string& high_face, double grading = 0.0);
 
 /// Throws InputError where a mesh of so many elements would not fit 32-bit indices or memory.
 void check_element_count(double n_elements);

@@ -41,11 +41,15 @@ std::vector<Block> rod_blocks(double length_m, double radius_m, const std::array
   return blocks;
 }
 
+/// Free edges of plates bend within about their thickness: cells there are smaller, those in the middle
+/// larger.
+constexpr double kBoxGrading = 0.2;
+
 std::vector<Block> box_blocks(double length_m, double width_m, double height_m, const std::array<int, 3>& n) {
   std::vector<Block> blocks;
-  for (const Segment& x : mirrored_segments(n[0], 0.5 * length_m, "x_min", "x_max"))
-    for (const Segment& y : mirrored_segments(n[1], 0.5 * width_m, "y_min", "y_max"))
-      for (const Segment& z : mirrored_segments(n[2], 0.5 * height_m, "z_min", "z_max"))
+  for (const Segment& x : mirrored_segments(n[0], 0.5 * length_m, "x_min", "x_max", kBoxGrading))
+    for (const Segment& y : mirrored_segments(n[1], 0.5 * width_m, "y_min", "y_max", kBoxGrading))
+      for (const Segment& z : mirrored_segments(n[2], 0.5 * height_m, "z_min", "z_max", kBoxGrading))
         blocks.push_back({{x.n, y.n, z.n},
                           [=](double u, double v, double w) -> Vector3d {
                             return {x.at(u), y.at(v), z.at(w)};
@@ -130,7 +134,7 @@ BlockLayout shape_blocks(const ShapeSpec& spec, const std::array<int, 3>& counts
   const auto dim = [&](const char* name) { return spec.dims.at(name); };
   BlockLayout layout;
   if (spec.kind == "tube") {
-    n[1] = std::max(6, n[1]);
+    n[1] = std::max(6, n[1] + n[1] % 2);
     layout.blocks = tube_blocks(dim("length_m"), dim("outer_radius_m"), dim("wall_m"), n);
   } else if (spec.kind == "rod") {
     layout.blocks = rod_blocks(dim("length_m"), dim("radius_m"), n);

@@ -1,0 +1,41 @@
+// Any bytes given as a mesh, a surface or a profile are either read or refused with an InputError; nothing
+// else. The first byte picks the format. (.vtu is left out: its parser is VTK's.)
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "core/base/errors.hpp"
+#include "core/mesh/detail/profile.hpp"
+#include "core/mesh/mesh_file.hpp"
+#include "core/mesh/quality.hpp"
+#include "core/mesh/surface_check.hpp"
+#include "core/mesh/surface_file.hpp"
+
+namespace {
+
+void read_as(int format, std::string_view bytes) {
+  using namespace klang::mesh;
+  static constexpr const char* kSurfaces[] = {".stl", ".obj", ".ply", ".off"};
+  if (format < 4) {
+    check_closed_surface(read_surface_bytes(bytes, kSurfaces[format], "fuzz"), "fuzz");
+  } else if (format == 4) {
+    const std::size_t end = bytes.find('\0');  // of the .node file
+    mesh_quality(
+        read_tetgen_bytes(bytes.substr(0, end), end < bytes.size() ? bytes.substr(end + 1) : "", "fuzz"));
+  } else if (format == 5) {
+    detail::parse_profile(bytes, "fuzz");
+  } else {
+    mesh_quality(read_tet_mesh_bytes(bytes, ".msh", "fuzz"));
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  try {
+    read_as(data[0] % 8, {reinterpret_cast<const char*>(data) + 1, size - 1});
+  } catch (const klang::InputError&) {
+  }
+  return 0;
+}

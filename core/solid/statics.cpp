@@ -30,7 +30,8 @@ std::vector<TrianglePoint> triangle_rule() {
   return points;
 }
 
-// Values and derivatives by (l1, l2) of the functions of a 3- or 6-node triangle; 6 nodes: corners, mid 01, 12, 20.
+// Values and derivatives by (l1, l2) of the functions of a 3- or 6-node triangle; 6 nodes: corners, mid 01,
+// 12, 20.
 void triangle_functions(int n, double l1, double l2, Eigen::VectorXd& value, Eigen::MatrixX2d& derivative) {
   const double l0 = 1 - l1 - l2;
   value.resize(n);
@@ -41,8 +42,8 @@ void triangle_functions(int n, double l1, double l2, Eigen::VectorXd& value, Eig
     return;
   }
   value << l0 * (2 * l0 - 1), l1 * (2 * l1 - 1), l2 * (2 * l2 - 1), 4 * l0 * l1, 4 * l1 * l2, 4 * l2 * l0;
-  derivative << 1 - 4 * l0, 1 - 4 * l0, 4 * l1 - 1, 0, 0, 4 * l2 - 1, 4 * (l0 - l1), -4 * l1, 4 * l2, 4 * l1, -4 * l2,
-      4 * (l0 - l2);
+  derivative << 1 - 4 * l0, 1 - 4 * l0, 4 * l1 - 1, 0, 0, 4 * l2 - 1, 4 * (l0 - l1), -4 * l1, 4 * l2, 4 * l1,
+      -4 * l2, 4 * (l0 - l2);
 }
 
 Eigen::MatrixXd times(const SparseMatrix& lower, const Eigen::MatrixXd& x) {
@@ -77,8 +78,8 @@ Eigen::VectorXd traction_force_n(
   return force;
 }
 
-StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& assembled, const Material& material,
-                           const Eigen::MatrixXd& force_n) {
+StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& assembled,
+                           const Material& material, const Eigen::MatrixXd& force_n) {
   validate(material);
   if (force_n.rows() != 3 * mesh.n_nodes()) {
     throw InputError("statics", "the force has the wrong number of rows", std::to_string(force_n.rows()),
@@ -88,7 +89,8 @@ StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& asse
   StaticResult result;
   Eigen::MatrixXd force(assembled.n_dofs(), force_n.cols());
   for (std::size_t i = 0; i < assembled.free_nodes.size(); ++i) {
-    force.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = force_n.middleRows<3>(3 * assembled.free_nodes[i]);
+    force.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
+        force_n.middleRows<3>(3 * assembled.free_nodes[i]);
   }
   const SparseMatrix k = stiffness(assembled, material.lame_lambda_pa, material.lame_mu_pa);
   const Eigen::MatrixXd rigid = rigid_modes(mesh, assembled);
@@ -100,8 +102,8 @@ StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& asse
   std::vector<Eigen::Index> pins;
   if (rigid.cols() > 0) {
     force -= mass_rigid * inertia.solve(rigid.transpose() * force);
-    // As many displacements as there are rigid motions are set to zero, chosen by pivoted QR so that no rigid motion
-    // survives. The load is self-equilibrated, so these pins carry no force.
+    // As many displacements as there are rigid motions are set to zero, chosen by pivoted QR so that no rigid
+    // motion survives. The load is self-equilibrated, so these pins carry no force.
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rigid.transpose());
     std::vector<char> is_pin(static_cast<std::size_t>(assembled.n_dofs()), 0);
     for (Eigen::Index p = 0; p < rigid.cols(); ++p) {
@@ -110,7 +112,8 @@ StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& asse
     }
     for (Eigen::Index j = 0; j < pinned.cols(); ++j) {
       for (SparseMatrix::InnerIterator entry(pinned, j); entry; ++entry) {
-        if (entry.row() != j && (is_pin[static_cast<std::size_t>(entry.row())] || is_pin[static_cast<std::size_t>(j)])) {
+        if (entry.row() != j &&
+            (is_pin[static_cast<std::size_t>(entry.row())] || is_pin[static_cast<std::size_t>(j)])) {
           entry.valueRef() = 0;
         }
       }

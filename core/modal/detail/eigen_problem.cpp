@@ -225,7 +225,8 @@ Pairs EigenProblem::lowest_block(Eigen::Index n, Eigen::Index block, double tole
   BlockLanczosResult found = block_lanczos(apply, mass_, std::move(start), n, tolerance, max_restarts);
   Pairs pairs;
   pairs.converged = found.converged;
-  if (!found.converged) pairs.message = "block Lanczos did not converge in " + std::to_string(max_restarts) + " restarts";
+  if (!found.converged)
+    pairs.message = "block Lanczos did not converge in " + std::to_string(max_restarts) + " restarts";
   pairs.value = found.theta.cwiseInverse().array() + shift_;
   pairs.vector = std::move(found.vector);
   return pairs;

@@ -17,6 +17,9 @@ namespace {
 
 constexpr int kMaxSearches = 3;
 constexpr int kMaxGuard = 64;
+// From here on a pass through the factor costs more than what a block of vectors adds to it.
+constexpr Eigen::Index kBlockFromNodes = 4000;
+constexpr Eigen::Index kBlock = 8;
 
 double omega_sq(double frequency_hz) { return std::pow(2 * kPi * frequency_hz, 2); }
 
@@ -42,11 +45,13 @@ void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, boo
   for (Eigen::Index guard = 4; guard <= kMaxGuard; guard *= 4) {
     const Eigen::Index n = std::min(n_wanted + guard, problem.n_elastic());
     const Stopwatch watch;
-    const bool too_many_for_lanczos = 3 * n > problem.n_elastic();
+    const bool too_many_for_lanczos = 4 * n + 8 * kBlock > problem.n_elastic();
     if (dense || too_many_for_lanczos) {
       search.pairs = problem.lowest_dense(n);
     } else {
-      search.pairs = problem.lowest(n, options.tolerance, options.max_restarts, {}, 0);
+      search.pairs = problem.n_dofs() >= 3 * kBlockFromNodes
+                         ? problem.lowest_block(n, kBlock, options.tolerance, options.max_restarts)
+                         : problem.lowest(n, options.tolerance, options.max_restarts, {}, 0);
     }
     if (search.pairs.converged) problem.polish(search.pairs);
     search.iterate_s += watch.seconds();

@@ -50,8 +50,32 @@ void BlockMass::multiply(const double* x, double* y) const {
 }
 
 Eigen::MatrixXd BlockMass::times(const Eigen::MatrixXd& x) const {
+  constexpr Eigen::Index kGroup = 4;  // columns for which one entry of M is read once
   Eigen::MatrixXd y(x.rows(), x.cols());
-  for (Eigen::Index k = 0; k < x.cols(); ++k) multiply(x.col(k).data(), y.col(k).data());
+  const Eigen::Index n_grouped = x.cols() / kGroup * kGroup;
+  for (Eigen::Index first = 0; first < n_grouped; first += kGroup) {
+    parallel_for(start_.size() - 1, 2048, [&](std::size_t begin, std::size_t end) {
+      const double* from[kGroup];
+      double* to[kGroup];
+      for (Eigen::Index c = 0; c < kGroup; ++c) {
+        from[c] = x.col(first + c).data();
+        to[c] = y.col(first + c).data();
+      }
+      for (std::size_t i = begin; i < end; ++i) {
+        double sum[kGroup][3] = {};
+        for (int k = start_[i]; k < start_[i + 1]; ++k) {
+          const std::size_t place = 3 * static_cast<std::size_t>(column_[k]);
+          for (Eigen::Index c = 0; c < kGroup; ++c) {
+            for (int a = 0; a < 3; ++a) sum[c][a] += value_[k] * from[c][place + a];
+          }
+        }
+        for (Eigen::Index c = 0; c < kGroup; ++c) {
+          for (int a = 0; a < 3; ++a) to[c][3 * i + a] = sum[c][a];
+        }
+      }
+    });
+  }
+  for (Eigen::Index k = n_grouped; k < x.cols(); ++k) multiply(x.col(k).data(), y.col(k).data());
   return y;
 }
 

@@ -13,6 +13,7 @@
 #include "core/base/conventions.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/random.hpp"
+#include "core/modal/detail/block_lanczos.hpp"
 #include "core/modal/detail/inertia.hpp"
 #include "core/solid/rigid_modes.hpp"
 
@@ -207,6 +208,27 @@ Pairs EigenProblem::lowest(Eigen::Index n, double tolerance, int max_restarts, c
     pairs.value[k] = value[by_value[k]] * scale + shift_;
     pairs.vector.col(k) = vector.col(by_value[k]);
   }
+  return pairs;
+}
+
+Pairs EigenProblem::lowest_block(Eigen::Index n, Eigen::Index block, double tolerance, int max_restarts) {
+  RandomStream random(20021, 0);
+  Eigen::MatrixXd start(n_dofs(), block);
+  for (double& value : start.reshaped()) value = random.uniform(-1, 1);
+  const auto apply = [&](const Eigen::MatrixXd& mass_x) {
+    Eigen::MatrixXd y = factor_.solve(mass_x);
+    n_operations_ += static_cast<int>(mass_x.cols());
+    if (n_rigid() > 0) y -= rigid_ * (mass_rigid_.transpose() * y);
+    return y;
+  };
+  start = apply(mass_.times(start));
+  BlockLanczosResult found = block_lanczos(apply, mass_, std::move(start), n, tolerance, max_restarts);
+  Pairs pairs;
+  pairs.converged = found.converged;
+  if (!found.converged)
+    pairs.message = "block Lanczos did not converge in " + std::to_string(max_restarts) + " restarts";
+  pairs.value = found.theta.cwiseInverse().array() + shift_;
+  pairs.vector = std::move(found.vector);
   return pairs;
 }
 

@@ -41,6 +41,8 @@ class EigenProblem {
   /// The n lowest elastic pairs that are M-orthogonal to the columns of `known`; Lanczos (Spectra) on the
   /// inverse. attempt changes the start vector and widens the search space.
   Pairs lowest(Eigen::Index n, double tolerance, int max_restarts, const Eigen::MatrixXd& known, int attempt);
+  /// The same, with blocks of start vectors: fewer passes through the factor, for large bodies.
+  Pairs lowest_block(Eigen::Index n, Eigen::Index block, double tolerance, int max_restarts);
   /// The same by a dense solver (LAPACK), all at once; needs no factor.
   Pairs lowest_dense(Eigen::Index n) const;
 

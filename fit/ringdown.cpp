@@ -70,87 +70,6 @@ std::optional<double> amplitude_before(const RingData& data, Eigen::Index channe
   return 2 * std::abs(sum) / weight;
 }
 
-enum class Verdict { kPartial, kSteady, kNoise };
-
-/// Whether a fitted exponential is a partial of a struck body.
-Verdict judged(const RingData& data, const FittedPartial& partial, const RingdownOptions& options) {
-  const auto& pole = partial.ring.pole;
-  if (partial.amplitude_covariance.empty()) return Verdict::kNoise;  // its last fit failed
-  if (!(partial.snr_db >= std::max(options.min_snr_db, kSureSnrDb))) return Verdict::kNoise;
-  const double frequency_std = std::sqrt(partial.pole_covariance(0, 0));
-  const double decay_std = std::sqrt(partial.pole_covariance(1, 1));
-  const double width = std::max(pole.decay_per_s / kPi2, 0.5 / partial.window_s);
-  if (!(frequency_std <= 0.3 * width) || !(frequency_std > 0) || !(decay_std > 0)) return Verdict::kNoise;
-  if (!(pole.frequency_hz >= data.band().low_hz) || !(pole.frequency_hz <= data.band().high_hz)) return Verdict::kNoise;
-  if (!(pole.decay_per_s < 0.7 * kPi2 * pole.frequency_hz)) return Verdict::kNoise;  // over before it oscillates
-  Eigen::Index segment = 0, channel = 0;
-  partial.ring.amplitude.cwiseAbs().maxCoeff(&segment, &channel);
-  const double loud = std::abs(partial.ring.amplitude(segment, channel));
-  const auto before = amplitude_before(data, channel, pole.frequency_hz);
-  if (before && *before > 0.3 * loud) return Verdict::kSteady;
-  const double mains = std::min(std::abs(std::remainder(pole.frequency_hz, 50.0)), std::abs(std::remainder(pole.frequency_hz, 60.0)));
-  const double lost = pole.decay_per_s * partial.window_s;  // nepers within the window
-  if (mains < 0.3 && lost < 0.3 && pole.frequency_hz < 1000) return Verdict::kSteady;
-  if (!(pole.decay_per_s > 3 * decay_std)) return lost < 0.5 ? Verdict::kSteady : Verdict::kNoise;
-  return Verdict::kPartial;
-}
-
-/// Partials that only mend the shape of a stronger neighbour (a decay that is not quite exponential, a band not quite
-/// fitted): within a fraction of the wider line's width and weaker.
-std::vector<bool> shadows(const std::vector<FittedPartial>& partials) {
-  std::vector<bool> shadow(partials.size(), false);
-  for (std::size_t i = 0; i < partials.size(); ++i) {
-    for (std::size_t j = 0; j < partials.size(); ++j) {
-      if (i == j || shadow[j]) continue;
-      const auto& a = partials[i].ring;
-      const auto& b = partials[j].ring;
-      const double apart = std::abs(a.pole.frequency_hz - b.pole.frequency_hz);
-      const double weak = a.amplitude.norm(), strong = b.amplitude.norm();
-      if (!(weak < strong)) continue;
-      const double width = std::max(a.pole.decay_per_s, b.pole.decay_per_s) / kPi2;
-      const double cell = 1 / std::max(partials[i].window_s, partials[j].window_s);
-      const bool inside_line = apart < 0.1 * width;
-      const bool under_skirt = apart < 0.7 * width + 2 * cell && weak < 0.01 * strong;
-      if (inside_line || under_skirt) shadow[i] = true;
-    }
-  }
-  return shadow;
-}
-
-struct Search {
-  std::vector<FittedPartial> partials, steady;
-};
-
-Search search(const RingData& data, const RingdownOptions& options, Monitor& monitor) {
-  detail::SearchOptions search_options;
-  search_options.min_snr_db = options.min_snr_db;
-  search_options.max_partials = options.max_partials;
-  std::vector<FittedPartial> all = detail::search_partials(data, search_options, monitor);
-  Search result;
-  for (int pass = 0; pass < 3; ++pass) {
-    const std::size_t before = all.size();
-    std::vector<FittedPartial> kept;
-    for (FittedPartial& partial : all) {
-      if (judged(data, partial, options) != Verdict::kNoise) kept.push_back(std::move(partial));
-    }
-    const std::vector<bool> shadow = shadows(kept);
-    all.clear();
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      if (!shadow[i]) all.push_back(std::move(kept[i]));
-    }
-    detail::polish(data, all);
-    if (all.size() == before && pass > 0) break;
-  }
-  for (FittedPartial& partial : all) {
-    switch (judged(data, partial, options)) {
-      case Verdict::kPartial: result.partials.push_back(std::move(partial)); break;
-      case Verdict::kSteady: result.steady.push_back(std::move(partial)); break;
-      case Verdict::kNoise: break;
-    }
-  }
-  return result;
-}
-
 /// Amplitude, phase and their deviations at the strike from those where the segment begins.
 void extrapolate(Partial& out, const FittedPartial& partial, const Segment& segment, Complex a,
                  const Eigen::Matrix2d& amplitude_covariance, const Eigen::Matrix2d& cross) {
@@ -170,6 +89,101 @@ void extrapolate(Partial& out, const FittedPartial& partial, const Segment& segm
   out.phase_std_rad = std::sqrt(std::max(phase_variance, 1e-32));
 }
 
+enum class Verdict { kPartial, kSteady, kNoise };
+
+/// Whether a fitted exponential is a partial of a struck body.
+Verdict judged(const RingData& data, const FittedPartial& partial, const RingdownOptions& options) {
+  const auto& pole = partial.ring.pole;
+  if (partial.amplitude_covariance.empty()) return Verdict::kNoise;  // its last fit failed
+  if (!(partial.snr_db >= std::max(options.min_snr_db, kSureSnrDb))) return Verdict::kNoise;
+  const double frequency_std = std::sqrt(partial.pole_covariance(0, 0));
+  const double decay_std = std::sqrt(partial.pole_covariance(1, 1));
+  const double width = std::max(pole.decay_per_s / kPi2, 0.5 / partial.window_s);
+  if (!(frequency_std <= 0.3 * width) || !(frequency_std > 0) || !(decay_std > 0)) return Verdict::kNoise;
+  if (!(pole.frequency_hz >= data.band().low_hz) || !(pole.frequency_hz <= data.band().high_hz)) return Verdict::kNoise;
+  if (!(pole.decay_per_s < 0.7 * kPi2 * pole.frequency_hz)) return Verdict::kNoise;  // over before it oscillates
+  Eigen::Index segment = 0, channel = 0;
+  partial.ring.amplitude.cwiseAbs().maxCoeff(&segment, &channel);
+  const double loud = std::abs(partial.ring.amplitude(segment, channel));
+  // Two exponentials that nearly cancel have amplitudes that nobody knows.
+  const auto slot = static_cast<std::size_t>(segment * partial.ring.amplitude.cols() + channel);
+  if (!(loud * loud >= 4 * partial.amplitude_covariance[slot].trace())) return Verdict::kNoise;
+  Partial struck;
+  extrapolate(struck, partial, data.segments()[static_cast<std::size_t>(segment)], partial.ring.amplitude(segment, channel),
+              partial.amplitude_covariance[slot], partial.cross_covariance[slot]);
+  if (!(*struck.amplitude_std <= 0.6 * *struck.amplitude)) return Verdict::kNoise;
+  if (!(*struck.amplitude <= 10 * data.peak(segment, channel))) return Verdict::kNoise;
+  const auto before = amplitude_before(data, channel, pole.frequency_hz);
+  if (before && *before > 0.3 * loud) return Verdict::kSteady;
+  const double mains = std::min(std::abs(std::remainder(pole.frequency_hz, 50.0)), std::abs(std::remainder(pole.frequency_hz, 60.0)));
+  const double lost = pole.decay_per_s * partial.window_s;  // nepers within the window
+  if (mains < 0.3 && lost < 0.3 && pole.frequency_hz < 1000) return Verdict::kSteady;
+  // Without a quiet part before the strike only a long look tells a steady tone from a slow decay.
+  constexpr double kLongLookS = 1.5;
+  if (partial.window_s >= kLongLookS && (pole.decay_per_s + 2 * decay_std) * partial.window_s < 0.05) return Verdict::kSteady;
+  if (!(pole.decay_per_s > -3 * decay_std) && lost < -0.3) return Verdict::kSteady;  // it grows
+  return Verdict::kPartial;
+}
+
+/// Partials that only mend the shape of a stronger neighbour (a decay that is not quite exponential, a band not quite
+/// fitted): within a fraction of the wider line's width and weaker.
+std::vector<bool> shadows(const std::vector<FittedPartial>& partials) {
+  std::vector<bool> shadow(partials.size(), false);
+  for (std::size_t i = 0; i < partials.size(); ++i) {
+    for (std::size_t j = 0; j < partials.size(); ++j) {
+      if (i == j || shadow[j]) continue;
+      const auto& a = partials[i].ring;
+      const auto& b = partials[j].ring;
+      const double apart = std::abs(a.pole.frequency_hz - b.pole.frequency_hz);
+      const double weak = a.amplitude.norm(), strong = b.amplitude.norm();
+      if (!(weak < strong)) continue;
+      const double width = std::max(a.pole.decay_per_s, b.pole.decay_per_s) / kPi2;
+      const double cell = 1 / std::max(partials[i].window_s, partials[j].window_s);
+      const bool inside_line = apart < 0.1 * width;
+      const bool under_skirt = apart < 0.7 * width + 2 * cell && weak < 0.01 * strong;
+      const bool mends = partials[j].disturbance > 10 && apart < 2 * width + 4 * cell && weak < 0.2 * strong;
+      if (inside_line || under_skirt || mends) shadow[i] = true;
+    }
+  }
+  return shadow;
+}
+
+struct Search {
+  std::vector<FittedPartial> partials, steady;
+};
+
+Search search(const RingData& data, const RingdownOptions& options, Monitor& monitor) {
+  detail::SearchOptions search_options;
+  search_options.min_snr_db = options.min_snr_db;
+  search_options.max_partials = options.max_partials;
+  std::vector<FittedPartial> all = detail::search_partials(data, search_options, monitor);
+  Search result;
+  detail::polish(data, all);
+  for (int pass = 0; pass < 6; ++pass) {
+    const std::size_t before = all.size();
+    std::vector<FittedPartial> kept;
+    for (FittedPartial& partial : all) {
+      if (judged(data, partial, options) != Verdict::kNoise) kept.push_back(std::move(partial));
+    }
+    const std::vector<bool> shadow = shadows(kept);
+    const std::vector<bool> lasts = detail::persistent(data, kept);
+    all.clear();
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      if (!shadow[i] && lasts[i]) all.push_back(std::move(kept[i]));
+    }
+    if (all.size() == before) break;
+    detail::polish(data, all);
+  }
+  for (FittedPartial& partial : all) {
+    switch (judged(data, partial, options)) {
+      case Verdict::kPartial: result.partials.push_back(std::move(partial)); break;
+      case Verdict::kSteady: result.steady.push_back(std::move(partial)); break;
+      case Verdict::kNoise: break;
+    }
+  }
+  return result;
+}
+
 /// Energy of x in band, by its spectrum (Parseval).
 double band_energy(const Eigen::VectorXd& x, double rate, const Band& band) {
   const Eigen::Index n = audio::good_fft_size(x.size());
@@ -185,31 +199,19 @@ double band_energy(const Eigen::VectorXd& x, double rate, const Band& band) {
 void measure_fit(RingdownResult& result, const RingData& data, const Search& found) {
   std::vector<detail::RingPartial> struck;
   for (const FittedPartial& partial : found.partials) struck.push_back(partial.ring);
-  double energy = 0, rest = 0, quiet = 0;
-  double n_samples = 0;
+  double energy = 0, rest = 0, n_samples = 0;
   for (std::size_t s = 0; s < data.segments().size(); ++s) {
     const Segment& segment = data.segments()[s];
-    const auto strike = std::clamp<Eigen::Index>(std::llround(segment.strike_s * data.sample_rate_hz()), 0, segment.begin);
-    const Eigen::Index lead = segment.begin - strike;
+    const Eigen::Index n = segment.end - segment.begin;
     for (std::size_t c = 0; c < data.channels().size(); ++c) {
-      const Eigen::VectorXd x = data.channels()[c].segment(strike, segment.end - strike);
-      Eigen::VectorXd y = x;
-      y.tail(segment.end - segment.begin) = data.residual(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c),
-                                                          segment.end - segment.begin, struck);
-      for (Eigen::Index i = 0; i < lead; ++i) {  // contact: the partials run back to the strike
-        for (const FittedPartial& partial : found.partials) {
-          const Complex a = partial.ring.amplitude(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c));
-          y[i] -= advanced(partial, a, static_cast<double>(i - lead) / data.sample_rate_hz()).real();
-        }
-      }
-      energy += band_energy(x, data.sample_rate_hz(), data.band());
-      rest += band_energy(y, data.sample_rate_hz(), data.band());
-      quiet += band_energy(y.tail(segment.end - segment.begin), data.sample_rate_hz(), data.band());
-      n_samples += static_cast<double>(segment.end - segment.begin);
+      const Eigen::VectorXd left = data.residual(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c), n, struck);
+      energy += band_energy(data.channels()[c].segment(segment.begin, n), data.sample_rate_hz(), data.band());
+      rest += band_energy(left, data.sample_rate_hz(), data.band());
+      n_samples += static_cast<double>(n);
     }
   }
   if (energy > 0) result.explained_energy = std::clamp(1 - rest / energy, 0.0, 1.0);
-  if (n_samples > 0) result.noise_rms = std::sqrt(quiet / n_samples);
+  if (n_samples > 0) result.noise_rms = std::sqrt(rest / n_samples);
 }
 
 void fill_table(RingdownResult& result, const RingData& data, Search& found, const RingdownOptions& options) {
@@ -225,15 +227,15 @@ void fill_table(RingdownResult& result, const RingData& data, Search& found, con
   std::stable_sort(partials.begin(), partials.end(), [](const FittedPartial& a, const FittedPartial& b) {
     return a.ring.pole.frequency_hz < b.ring.pole.frequency_hz;
   });
-  const auto n_channels = static_cast<Eigen::Index>(data.channels().size());
   const auto n_segments = static_cast<Eigen::Index>(data.segments().size());
   if (n_segments > 1) result.strike_amplitudes.resize(static_cast<std::size_t>(n_segments));
   for (const FittedPartial& partial : partials) {
     Partial out;
     out.frequency_hz = partial.ring.pole.frequency_hz;
     out.frequency_std_hz = std::sqrt(partial.pole_covariance(0, 0));
-    out.decay_per_s = partial.ring.pole.decay_per_s;
     out.decay_std_per_s = std::sqrt(partial.pole_covariance(1, 1));
+    // A recording too short to show the decay may estimate it below zero; no body does that.
+    out.decay_per_s = std::max(partial.ring.pole.decay_per_s, 0.05 * *out.decay_std_per_s);
     // The channel that is loudest for this partial over all strikes.
     Eigen::Index channel = 0;
     partial.ring.amplitude.cwiseAbs().colwise().sum().maxCoeff(&channel);
@@ -247,7 +249,6 @@ void fill_table(RingdownResult& result, const RingData& data, Search& found, con
     }
     result.partials.partials.push_back(out);
   }
-  (void)n_channels;
 }
 
 void warn_about(RingdownResult& result, const RingData& data, const Search& found) {

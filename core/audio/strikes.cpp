@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "core/audio/fft.hpp"
+#include "core/audio/resample.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/parallel.hpp"
 
@@ -152,6 +153,66 @@ Strike refined(const Signal& signal, Eigen::Index begin, Eigen::Index guess, Eig
   return strike;
 }
 
+/// Prediction error of a linear predictor of the given order (Burg's recursion): free ringing is predictable from its past,
+/// a push from outside is not. Source: Burg 1975; as in Kay, Modern Spectral Estimation, 1988, section 7.3.
+Eigen::VectorXd prediction_error(const Eigen::VectorXd& x, int order) {
+  Eigen::VectorXd forward = x, backward = x;
+  for (Eigen::Index m = 1; m <= order; ++m) {
+    const Eigen::Index n = x.size() - m;
+    const auto f = forward.tail(n), b = backward.segment(m - 1, n);
+    const double power = f.squaredNorm() + b.squaredNorm();
+    if (!(power > 0)) break;
+    const double k = 2 * f.dot(b) / power;
+    const Eigen::VectorXd f_next = f - k * b;
+    const Eigen::VectorXd b_next = b - k * f;
+    forward.tail(n) = f_next;
+    backward.tail(n) = b_next;
+  }
+  return forward;
+}
+
+double median(Eigen::VectorXd values) {
+  double* middle = values.data() + values.size() / 2;
+  std::nth_element(values.data(), middle, values.data() + values.size());
+  return *middle;
+}
+
+/// Time after which nothing touches the body any more, when it was touched again within 60 ms of the strike (a mallet
+/// that bounces); 0 when it was not. Such pushes are rises of the prediction error.
+double last_push_s(const Signal& signal, double strike_s, double end_s) {
+  constexpr double kSpanS = 0.4, kSearchS = 0.06, kBinS = 0.0005;
+  constexpr double kRise = 2.2, kAbove = 2.0, kWeakest = 0.05;
+  constexpr Eigen::Index kBefore = 6, kAfter = 24;
+  const double rate = signal.sample_rate_hz;
+  const Eigen::Index begin = std::llround(strike_s * rate);
+  const Eigen::Index end = std::min<Eigen::Index>(signal.n_frames(), std::llround(std::min(end_s, strike_s + kSpanS) * rate));
+  if (static_cast<double>(end - begin) < 0.04 * rate || rate < 6000) return 0;
+  Eigen::Index loudest = 0;
+  signal.samples.middleRows(begin, end - begin).colwise().squaredNorm().maxCoeff(&loudest);
+  Signal part;
+  part.sample_rate_hz = rate;
+  part.samples = signal.samples.col(loudest).segment(begin, end - begin);
+  part.samples.array() -= part.samples.mean();
+  if (rate > 60000) part = resample(part, 48000);
+  const Eigen::Index bin = std::max<Eigen::Index>(2, std::llround(kBinS * part.sample_rate_hz));
+  const auto order = static_cast<int>(std::min<Eigen::Index>(128, part.n_frames() / 8));
+  const Eigen::VectorXd error = prediction_error(part.samples.col(0), order);
+  Eigen::VectorXd level(error.size() / bin);
+  for (Eigen::Index i = 0; i < level.size(); ++i) {
+    level[i] = std::sqrt(error.segment(i * bin, bin).squaredNorm() / static_cast<double>(bin));
+  }
+  if (level.size() < kBefore + kAfter + 8) return 0;
+  const double struck = level.head(4).maxCoeff();
+  const double bin_s = static_cast<double>(bin) / part.sample_rate_hz;
+  double last = 0;
+  for (Eigen::Index i = kBefore; i + kAfter + 4 < level.size() && static_cast<double>(i) * bin_s < kSearchS; ++i) {
+    const bool rises = level[i] > kRise * median(level.segment(i - kBefore, kBefore));
+    const bool stands_out = level[i] > kAbove * median(level.segment(i + 4, kAfter));
+    if (rises && stands_out && level[i] > kWeakest * struck) last = (static_cast<double>(i) + 4) * bin_s;
+  }
+  return last;
+}
+
 }  // namespace
 
 void StrikeOptions::validate() const {
@@ -203,6 +264,10 @@ std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& op
       continue;
     }
     strikes.push_back(strike);
+  }
+  for (std::size_t s = 0; s < strikes.size(); ++s) {
+    const double end_s = s + 1 < strikes.size() ? strikes[s + 1].time_s - 0.002 : signal.duration_s();
+    strikes[s].settled_s = std::max(strikes[s].settled_s, strikes[s].time_s + last_push_s(signal, strikes[s].time_s, end_s));
   }
   return strikes;
 }

@@ -36,4 +36,10 @@ struct ExponentialColumns {
 ExponentialColumns exponential_columns(const BinBlock& block, double frequency_hz, double decay_per_s,
                                        bool with_derivatives);
 
+/// What a real exponential of complex amplitude `amplitude` puts into the block's bins.
+Eigen::VectorXcd exponential_bins(const BinBlock& block, double frequency_hz, double decay_per_s,
+                                  std::complex<double> amplitude);
+/// exponential_bin of every bin of the block: no mirror image, no scale.
+Eigen::VectorXcd one_sided_bins(const BinBlock& block, double frequency_hz, double decay_per_s);
+
 }  // namespace klang::fit::detail

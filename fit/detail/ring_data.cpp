@@ -121,6 +121,14 @@ void RingData::cut_segments(const std::vector<audio::Strike>& strikes, Eigen::In
     const auto shortest = std::max<Eigen::Index>(16, std::llround(kMinSegmentS * rate_));
     if (segment.end - segment.begin >= shortest) segments_.push_back(segment);
   }
+  peaks_.resize(static_cast<Eigen::Index>(segments_.size()), static_cast<Eigen::Index>(channels_.size()));
+  for (Eigen::Index s = 0; s < peaks_.rows(); ++s) {
+    const Segment& segment = segments_[static_cast<std::size_t>(s)];
+    for (Eigen::Index c = 0; c < peaks_.cols(); ++c) {
+      peaks_(s, c) =
+          channels_[static_cast<std::size_t>(c)].segment(segment.begin, segment.end - segment.begin).cwiseAbs().maxCoeff();
+    }
+  }
 }
 
 double RingData::longest_segment_s() const {
@@ -137,25 +145,28 @@ Eigen::Index RingData::longest_segment() const {
   return static_cast<Eigen::Index>(best);
 }
 
-const Eigen::VectorXcd& RingData::spectrum(Eigen::Index segment, Eigen::Index channel, Eigen::Index n) const {
-  const std::array<Eigen::Index, 3> key{segment, channel, n};
+const Eigen::VectorXcd& RingData::spectrum(Eigen::Index segment, Eigen::Index channel, Eigen::Index offset,
+                                          Eigen::Index n) const {
+  const std::array<Eigen::Index, 4> key{segment, channel, offset, n};
   {
     const std::lock_guard lock(mutex_);
     const auto found = spectra_.find(key);
     if (found != spectra_.end()) return found->second;
   }
   Eigen::VectorXcd bins = audio::real_spectrum(
-      channels_[static_cast<std::size_t>(channel)].segment(segments_[static_cast<std::size_t>(segment)].begin, n), n);
+      channels_[static_cast<std::size_t>(channel)].segment(segments_[static_cast<std::size_t>(segment)].begin + offset, n), n);
   bins /= std::sqrt(static_cast<double>(n));
   const std::lock_guard lock(mutex_);
   return spectra_.try_emplace(key, std::move(bins)).first->second;
 }
 
 SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s,
-                           const std::vector<RingPartial>& others) const {
+                           const std::vector<RingPartial>& others, Eigen::Index offset) const {
   SubBand band;
+  const double offset_s = static_cast<double>(offset) / rate_;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
-    const Eigen::Index available = segments_[s].end - segments_[s].begin;
+    const Eigen::Index available = segments_[s].end - segments_[s].begin - offset;
+    if (available < 16) continue;
     const auto wanted = static_cast<Eigen::Index>(std::min(duration_s * rate_, static_cast<double>(available)));
     if (wanted < 16) continue;
     const Eigen::Index n = audio::good_fft_size_below(wanted);
@@ -170,15 +181,11 @@ SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s,
       block.n = n;
       block.first_bin = first;
       block.sample_rate_hz = rate_;
-      block.y = spectrum(block.segment, block.channel, n).segment(first, last - first + 1);
-      const double scale = 1 / std::sqrt(static_cast<double>(n));
+      block.y = spectrum(block.segment, block.channel, offset, n).segment(first, last - first + 1);
       for (const RingPartial& other : others) {
-        const Complex a = other.amplitude(block.segment, block.channel);
-        const Complex sigma(-other.pole.decay_per_s / rate_, 2 * kPi * other.pole.frequency_hz / rate_);
-        for (Eigen::Index j = 0; j < block.y.size(); ++j) {
-          block.y[j] -= scale * (a * exponential_bin(sigma, first + j, n).value +
-                                 std::conj(a) * exponential_bin(std::conj(sigma), first + j, n).value);
-        }
+        const Complex sigma(-other.pole.decay_per_s, 2 * kPi * other.pole.frequency_hz);
+        const Complex a = other.amplitude(block.segment, block.channel) * std::exp(sigma * offset_s);
+        block.y -= exponential_bins(block, other.pole.frequency_hz, other.pole.decay_per_s, a);
       }
       band.time_scale_s = std::max(band.time_scale_s, block.duration_s());
       band.blocks.push_back(std::move(block));

@@ -80,7 +80,8 @@ class ProjectedCost final : public ceres::CostFunction {
     const Eigen::VectorXd rest = y - q * qy;
     Eigen::Map<Eigen::VectorXd>(residuals, rows) = weight_ * rest;
     if (!slopes) return true;
-    if (!(r.toDenseMatrix().diagonal().cwiseAbs().minCoeff() > 1e-13 * r.toDenseMatrix().diagonal().cwiseAbs().maxCoeff())) {
+    const Eigen::VectorXd pivots = qr.matrixQR().diagonal().cwiseAbs();
+    if (!(pivots.minCoeff() > 1e-13 * pivots.maxCoeff())) {
       return false;  // two poles fell together
     }
     const Eigen::VectorXd c = r.solve(qy);
@@ -139,7 +140,7 @@ std::unique_ptr<ceres::CostFunction> make_projected_cost(const BinBlock& block, 
   return std::make_unique<ProjectedCost>(block, start, time_scale_s, noise_rms);
 }
 
-RefinedFit refine(const SubBand& band, const std::vector<Pole>& start) {
+RefinedFit refine(const SubBand& band, const std::vector<Pole>& start, bool precise) {
   RefinedFit result;
   result.poles = start;
   if (start.empty()) {
@@ -183,8 +184,8 @@ RefinedFit refine(const SubBand& band, const std::vector<Pole>& start) {
   options.logging_type = ceres::SILENT;
   options.minimizer_progress_to_stdout = false;
   options.num_threads = 1;
-  options.max_num_iterations = 40;
-  options.function_tolerance = 1e-12;
+  options.max_num_iterations = precise ? 40 : 15;
+  options.function_tolerance = precise ? 1e-9 : 1e-5;
   options.gradient_tolerance = 1e-14;
   options.parameter_tolerance = 1e-10;
   ceres::Solver::Summary summary;

@@ -49,7 +49,8 @@ struct RefinedFit {
   std::vector<Pole> poles;
   LinearFit linear;
 };
-RefinedFit refine(const SubBand& band, const std::vector<Pole>& start);
+/// @param precise  false: stops at 1e-5 of the cost, enough to compare orders
+RefinedFit refine(const SubBand& band, const std::vector<Pole>& start, bool precise = true);
 
 /// Covariances at the optimum for a noise variance per bin (E|noise|^2).
 struct FitCovariance {

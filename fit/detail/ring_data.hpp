@@ -29,8 +29,8 @@ struct RingPartial {
   double energy() const;       ///< sum |a|^2 / (4 (decay + 1)), for ordering
 };
 
-/// What the fits see of a recording: channels that carry information, segments, and the spectra of their windows
-/// (cached: every fit of the same window length shares one transform).
+/// What the fits see of a recording: channels that carry information, segments, and the spectra of their
+/// windows (cached: every fit of the same window length shares one transform).
 class RingData {
  public:
   /// Clipped samples are left out by starting the segment after them.
@@ -48,9 +48,9 @@ class RingData {
   double longest_segment_s() const;
   Eigen::Index longest_segment() const;
 
-  /// Bins within [low_hz, high_hz] of every segment and channel, windows of at most duration_s, less what the partials
-  /// of `others` put there. Segments too short for the band are left out.
-  /// Windows start `offset` frames into the segments, and so do the amplitudes of a fit to them.
+  /// Bins within [low_hz, high_hz] of every segment and channel, windows of at most duration_s, less what the
+  /// partials of `others` put there. Segments too short for the band are left out. Windows start `offset`
+  /// frames into the segments, and so do the amplitudes of a fit to them.
   SubBand sub_band(double low_hz, double high_hz, double duration_s, const std::vector<RingPartial>& others,
                    Eigen::Index offset = 0) const;
 
@@ -59,7 +59,8 @@ class RingData {
                            const std::vector<RingPartial>& partials) const;
 
  private:
-  const Eigen::VectorXcd& spectrum(Eigen::Index segment, Eigen::Index channel, Eigen::Index offset, Eigen::Index n) const;
+  const Eigen::VectorXcd& spectrum(Eigen::Index segment, Eigen::Index channel, Eigen::Index offset,
+                                   Eigen::Index n) const;
   void choose_channels(const audio::Signal& recording);
   void cut_segments(const std::vector<audio::Strike>& strikes, Eigen::Index n_frames);
 

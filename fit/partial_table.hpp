@@ -7,7 +7,8 @@
 
 namespace klang::fit {
 
-/// One measured partial: amplitude exp(-decay_per_s t) cos(2 pi frequency_hz t + phase_rad), t from the strike.
+/// One measured partial: amplitude exp(-decay_per_s t) cos(2 pi frequency_hz t + phase_rad), t from the
+/// strike.
 struct Partial {
   double frequency_hz = 0.0;
   std::optional<double> frequency_std_hz;
@@ -24,11 +25,12 @@ struct PartialTable {
   std::string origin;             ///< the recording or file
 };
 
-/// CSV with a header line (frequency_hz required; the other names of Partial optional, an empty cell is "not measured")
-/// or JSON as klang analyze writes it (by extension). Frequencies and standard deviations are above 0, decays and
-/// amplitudes at least 0. Lines that are empty or start with # are skipped; rows come back ascending in frequency.
-/// In JSON null or a missing key is "not measured" and keys of other names are left alone; in CSV an unknown column
-/// is an error. InputError names file, line (or partials[index]), column, value.
+/// CSV with a header line (frequency_hz required; the other names of Partial optional, an empty cell is "not
+/// measured") or JSON as klang analyze writes it (by extension). Frequencies and standard deviations are
+/// above 0, decays and amplitudes at least 0. Lines that are empty or start with # are skipped; rows come
+/// back ascending in frequency. In JSON null or a missing key is "not measured" and keys of other names are
+/// left alone; in CSV an unknown column is an error. InputError names file, line (or partials[index]),
+/// column, value.
 PartialTable read_partial_table(const std::filesystem::path& path);
 PartialTable parse_partial_csv(std::string_view text, const std::string& name);
 PartialTable parse_partial_json(std::string_view text, const std::string& name);

@@ -30,7 +30,8 @@ class Plans {
 
   void use_wisdom(const std::filesystem::path& file) {
     const std::lock_guard lock(mutex_);
-    if (std::filesystem::exists(file) && fftw_import_wisdom_from_string(read_file(file, 1 << 24).c_str()) == 0) {
+    if (std::filesystem::exists(file) &&
+        fftw_import_wisdom_from_string(read_file(file, 1 << 24).c_str()) == 0) {
       throw InputError(file.string(), "is not FFTW wisdom");
     }
     wisdom_file_ = file;
@@ -53,10 +54,13 @@ class Plans {
     Eigen::VectorXd real(n);
     Eigen::VectorXcd a(n), b(n);
     switch (kind) {
-      case Kind::kRealForward: return fftw_plan_dft_r2c_1d(n, real.data(), as_fftw(a.data()), flags | FFTW_PRESERVE_INPUT);
-      case Kind::kRealInverse: return fftw_plan_dft_c2r_1d(n, as_fftw(a.data()), real.data(), flags);
+      case Kind::kRealForward:
+        return fftw_plan_dft_r2c_1d(n, real.data(), as_fftw(a.data()), flags | FFTW_PRESERVE_INPUT);
+      case Kind::kRealInverse:
+        return fftw_plan_dft_c2r_1d(n, as_fftw(a.data()), real.data(), flags);
       case Kind::kComplexInverse:
-        return fftw_plan_dft_1d(n, as_fftw(a.data()), as_fftw(b.data()), FFTW_BACKWARD, flags | FFTW_PRESERVE_INPUT);
+        return fftw_plan_dft_1d(n, as_fftw(a.data()), as_fftw(b.data()), FFTW_BACKWARD,
+                                flags | FFTW_PRESERVE_INPUT);
     }
     return nullptr;
   }
@@ -96,7 +100,8 @@ Eigen::VectorXcd real_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x, Eigen
   const fftw_plan plan = plans().get(Kind::kRealForward, static_cast<int>(n_fft));
   Eigen::VectorXcd spectrum(n_fft / 2 + 1);
   if (x.size() >= n_fft) {
-    fftw_execute_dft_r2c(plan, const_cast<double*>(x.data()), as_fftw(spectrum.data()));  // input is preserved
+    fftw_execute_dft_r2c(plan, const_cast<double*>(x.data()),
+                         as_fftw(spectrum.data()));  // input is preserved
   } else {
     Eigen::VectorXd padded = Eigen::VectorXd::Zero(n_fft);
     padded.head(x.size()) = x;

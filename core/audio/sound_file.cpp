@@ -64,8 +64,9 @@ std::uint32_t u32(std::string_view bytes, std::size_t at, bool big_endian) {
   return value;
 }
 
-/// Bytes of samples that the header promises beyond the end of the file. libsndfile shortens such files silently.
-/// Sizes of 0 and from 2^31 - 1 on are what streaming writers leave when they do not know the length.
+/// Bytes of samples that the header promises beyond the end of the file. libsndfile shortens such files
+/// silently. Sizes of 0 and from 2^31 - 1 on are what streaming writers leave when they do not know the
+/// length.
 std::optional<std::uint64_t> missing_chunk_bytes(std::string_view bytes) {
   if (bytes.size() < 12) return std::nullopt;
   const std::string_view id = bytes.substr(0, 4);
@@ -104,7 +105,8 @@ std::vector<double> read_samples(SNDFILE* file, int n_channels, const std::strin
   for (;;) {
     const sf_count_t n = sf_readf_double(file, buffer.data(), block);
     if (n <= 0) break;
-    interleaved.insert(interleaved.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(n * n_channels));
+    interleaved.insert(interleaved.end(), buffer.begin(),
+                       buffer.begin() + static_cast<std::ptrdiff_t>(n * n_channels));
     if (interleaved.size() > kMaxSamples) {
       throw InputError(name, "is too long", "more than " + std::to_string(kMaxSamples) + " samples",
                        "frames x channels up to " + std::to_string(kMaxSamples));
@@ -120,7 +122,8 @@ Signal read_sound(const fs::path& path) { return read_sound_bytes(read_file(path
 Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
   if (bytes.empty()) throw InputError(name, "is empty", "0 bytes", "a WAV, FLAC, OGG or AIFF file");
   if (const auto missing = missing_chunk_bytes(bytes)) {
-    throw InputError(name, "is cut short: its header promises more samples", std::to_string(*missing) + " bytes missing");
+    throw InputError(name, "is cut short: its header promises more samples",
+                     std::to_string(*missing) + " bytes missing");
   }
   if (ogg_is_cut(bytes)) throw InputError(name, "is cut short: its last Ogg page is missing");
   SF_VIRTUAL_IO io{cursor_length, cursor_seek, cursor_read, cursor_write, cursor_tell};
@@ -136,7 +139,8 @@ Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
   const auto n_channels = static_cast<Eigen::Index>(info.channels);
   const auto n_frames = static_cast<Eigen::Index>(interleaved.size()) / n_channels;
   // Compressed streams know their length from the header (FLAC); an unknown length is the largest number.
-  if (info.frames > n_frames && info.frames < SF_COUNT_MAX && (info.format & SF_FORMAT_TYPEMASK) != SF_FORMAT_OGG) {
+  if (info.frames > n_frames && info.frames < SF_COUNT_MAX &&
+      (info.format & SF_FORMAT_TYPEMASK) != SF_FORMAT_OGG) {
     throw InputError(name, "is cut short or damaged", std::to_string(n_frames) + " frames readable",
                      std::to_string(info.frames) + " by its header");
   }
@@ -172,8 +176,10 @@ void write_sound(const fs::path& path, const Signal& signal, SampleFormat format
     throw InputError(place, "sample_rate_hz must be whole", to_text(signal.sample_rate_hz));
   }
   checked(place, "channels", static_cast<double>(signal.n_channels()), 1, flac ? 8 : 1024);
-  if (!flac) checked(place, "samples", static_cast<double>(signal.samples.size()), 1, 1e9);  // WAV sizes are 32 bit
-  if (!signal.samples.allFinite()) throw InputError(place, "cannot write samples that are not finite numbers");
+  if (!flac)
+    checked(place, "samples", static_cast<double>(signal.samples.size()), 1, 1e9);  // WAV sizes are 32 bit
+  if (!signal.samples.allFinite())
+    throw InputError(place, "cannot write samples that are not finite numbers");
 
   SF_INFO info{};
   info.samplerate = static_cast<int>(signal.sample_rate_hz);

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "core/audio/fft.hpp"
+#include "core/audio/resample.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/parallel.hpp"
 
@@ -15,9 +16,9 @@ constexpr Eigen::Index kBands = 24;
 constexpr Eigen::Index kTopBands = 6;  ///< a strike shows in at least this many
 constexpr double kFrameS = 0.010;
 constexpr double kHopS = 0.0025;
-constexpr Eigen::Index kLagMin = 4;    ///< frames: 10 ms, the windows do not overlap
-constexpr Eigen::Index kLagMax = 16;   ///< frames: 40 ms
-constexpr double kMaxRiseDb = 20.0;    ///< of one band, so that no single band carries the score
+constexpr Eigen::Index kLagMin = 4;   ///< frames: 10 ms, the windows do not overlap
+constexpr Eigen::Index kLagMax = 16;  ///< frames: 40 ms
+constexpr double kMaxRiseDb = 20.0;   ///< of one band, so that no single band carries the score
 
 struct Frames {
   Eigen::MatrixXd band_power;  ///< kBands x n_frames, sum over channels
@@ -34,7 +35,8 @@ Frames band_frames(const Signal& signal, const Band& band) {
   const Eigen::Index n_fft = good_fft_size(frames.window);
   Eigen::VectorXd window(frames.window);
   for (Eigen::Index i = 0; i < frames.window; ++i) {
-    window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(frames.window));
+    window[i] =
+        0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(frames.window));
   }
   window /= std::sqrt(window.squaredNorm() * static_cast<double>(n_fft) / 2);
   // Band of each bin; below 100 Hz a 10 ms frame resolves nothing.
@@ -45,7 +47,8 @@ Frames band_frames(const Signal& signal, const Band& band) {
     const double f = static_cast<double>(k) * rate / static_cast<double>(n_fft);
     if (f < 0.7 * low || f > high) continue;
     const double x = std::log(std::max(f, low) / low) / std::log(high / low);
-    band_of[static_cast<std::size_t>(k)] = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(x * kBands), 0, kBands - 1);
+    band_of[static_cast<std::size_t>(k)] =
+        std::clamp<Eigen::Index>(static_cast<Eigen::Index>(x * kBands), 0, kBands - 1);
   }
   frames.band_power = Eigen::MatrixXd::Zero(kBands, n_frames);
   parallel_for(static_cast<std::size_t>(n_frames), 64, [&](std::size_t begin, std::size_t end) {
@@ -55,7 +58,8 @@ Frames band_frames(const Signal& signal, const Band& band) {
       const Eigen::Index count = std::min(frames.window, n - first);
       for (Eigen::Index channel = 0; channel < signal.n_channels(); ++channel) {
         block.setZero();
-        block.head(count) = signal.samples.col(channel).segment(first, count).cwiseProduct(window.head(count));
+        block.head(count) =
+            signal.samples.col(channel).segment(first, count).cwiseProduct(window.head(count));
         const Eigen::VectorXcd spectrum = real_spectrum(block, n_fft);
         for (Eigen::Index k = 1; k <= n_fft / 2; ++k) {
           const Eigen::Index b = band_of[static_cast<std::size_t>(k)];
@@ -127,7 +131,8 @@ Eigen::VectorXd envelope(const Signal& signal, Eigen::Index begin, Eigen::Index 
 }
 
 /// First frame of the strike and the frame where contact is over, by the envelope in [begin, end).
-Strike refined(const Signal& signal, Eigen::Index begin, Eigen::Index guess, Eigen::Index end, bool starts_at_begin) {
+Strike refined(const Signal& signal, Eigen::Index begin, Eigen::Index guess, Eigen::Index end,
+               bool starts_at_begin) {
   const double rate = signal.sample_rate_hz;
   const Eigen::VectorXd e = envelope(signal, begin, end);
   Strike strike;
@@ -152,6 +157,69 @@ Strike refined(const Signal& signal, Eigen::Index begin, Eigen::Index guess, Eig
   return strike;
 }
 
+/// Prediction error of a linear predictor of the given order (Burg's recursion): free ringing is predictable
+/// from its past, a push from outside is not. Source: Burg 1975; as in Kay, Modern Spectral Estimation, 1988,
+/// section 7.3.
+Eigen::VectorXd prediction_error(const Eigen::VectorXd& x, int order) {
+  Eigen::VectorXd forward = x, backward = x;
+  for (Eigen::Index m = 1; m <= order; ++m) {
+    const Eigen::Index n = x.size() - m;
+    const auto f = forward.tail(n), b = backward.segment(m - 1, n);
+    const double power = f.squaredNorm() + b.squaredNorm();
+    if (!(power > 0)) break;
+    const double k = 2 * f.dot(b) / power;
+    const Eigen::VectorXd f_next = f - k * b;
+    const Eigen::VectorXd b_next = b - k * f;
+    forward.tail(n) = f_next;
+    backward.tail(n) = b_next;
+  }
+  return forward;
+}
+
+double median(Eigen::VectorXd values) {
+  double* middle = values.data() + values.size() / 2;
+  std::nth_element(values.data(), middle, values.data() + values.size());
+  return *middle;
+}
+
+/// Time after which nothing touches the body any more, when it was touched again within 60 ms of the strike
+/// (a mallet that bounces); 0 when it was not. Such pushes are rises of the prediction error.
+double last_push_s(const Signal& signal, double strike_s, double end_s) {
+  constexpr double kSpanS = 0.4, kSearchS = 0.06, kBinS = 0.0005;
+  constexpr double kRise = 2.2, kAbove = 2.0, kWeakest = 0.05;
+  constexpr Eigen::Index kBefore = 6, kAfter = 24;
+  const double rate = signal.sample_rate_hz;
+  const Eigen::Index begin = std::llround(strike_s * rate);
+  const Eigen::Index end =
+      std::min<Eigen::Index>(signal.n_frames(), std::llround(std::min(end_s, strike_s + kSpanS) * rate));
+  if (static_cast<double>(end - begin) < 0.04 * rate || rate < 6000) return 0;
+  Eigen::Index loudest = 0;
+  signal.samples.middleRows(begin, end - begin).colwise().squaredNorm().maxCoeff(&loudest);
+  Signal part;
+  part.sample_rate_hz = rate;
+  part.samples = signal.samples.col(loudest).segment(begin, end - begin);
+  part.samples.array() -= part.samples.mean();
+  if (rate > 60000) part = resample(part, 48000);
+  const Eigen::Index bin = std::max<Eigen::Index>(2, std::llround(kBinS * part.sample_rate_hz));
+  const auto order = static_cast<int>(std::min<Eigen::Index>(128, part.n_frames() / 8));
+  const Eigen::VectorXd error = prediction_error(part.samples.col(0), order);
+  Eigen::VectorXd level(error.size() / bin);
+  for (Eigen::Index i = 0; i < level.size(); ++i) {
+    level[i] = std::sqrt(error.segment(i * bin, bin).squaredNorm() / static_cast<double>(bin));
+  }
+  if (level.size() < kBefore + kAfter + 8) return 0;
+  const double struck = level.head(4).maxCoeff();
+  const double bin_s = static_cast<double>(bin) / part.sample_rate_hz;
+  double last = 0;
+  for (Eigen::Index i = kBefore; i + kAfter + 4 < level.size() && static_cast<double>(i) * bin_s < kSearchS;
+       ++i) {
+    const bool rises = level[i] > kRise * median(level.segment(i - kBefore, kBefore));
+    const bool stands_out = level[i] > kAbove * median(level.segment(i + 4, kAfter));
+    if (rises && stands_out && level[i] > kWeakest * struck) last = (static_cast<double>(i) + 4) * bin_s;
+  }
+  return last;
+}
+
 }  // namespace
 
 void StrikeOptions::validate() const {
@@ -174,7 +242,8 @@ std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& op
   if (!(loudest > 0)) return {};
   const Eigen::VectorXd rise = rises_db(frames);
   const double weakest = loudest * std::pow(10.0, options.min_level_db / 10);
-  const auto apart = std::max<Eigen::Index>(1, std::llround(options.min_interval_s * rate / static_cast<double>(frames.hop)));
+  const auto apart = std::max<Eigen::Index>(
+      1, std::llround(options.min_interval_s * rate / static_cast<double>(frames.hop)));
   const auto level_after = [&](Eigen::Index t) {
     return total.segment(t, std::min<Eigen::Index>(n - t, 13)).maxCoeff();
   };
@@ -199,10 +268,16 @@ std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& op
     Strike strike = refined(signal, begin, centre, end, false);
     strike.level = std::sqrt(level_after(t));
     if (!strikes.empty() && strike.time_s - strikes.back().time_s < options.min_interval_s) {
-      if (strike.level > 2 * strikes.back().level) strikes.back() = strike;  // what came before was its prelude
+      if (strike.level > 2 * strikes.back().level)
+        strikes.back() = strike;  // what came before was its prelude
       continue;
     }
     strikes.push_back(strike);
+  }
+  for (std::size_t s = 0; s < strikes.size(); ++s) {
+    const double end_s = s + 1 < strikes.size() ? strikes[s + 1].time_s - 0.002 : signal.duration_s();
+    strikes[s].settled_s =
+        std::max(strikes[s].settled_s, strikes[s].time_s + last_push_s(signal, strikes[s].time_s, end_s));
   }
   return strikes;
 }

@@ -11,7 +11,7 @@
 namespace klang::fit::detail {
 namespace {
 
-constexpr Eigen::Index kEdge = 4;        ///< decimated samples at both ends that the taper smears
+constexpr Eigen::Index kEdge = 4;  ///< decimated samples at both ends that the taper smears
 constexpr Eigen::Index kMaxSamples = 160;
 
 }  // namespace
@@ -36,7 +36,8 @@ EspritSubspace::EspritSubspace(const SubBand& band) {
     if (block.n != first->n || block.y.size() != n_bins) continue;
     Eigen::VectorXcd bins = block.y;
     for (Eigen::Index i = 0; i < taper_bins; ++i) {
-      const double w = std::pow(std::sin(0.5 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(taper_bins)), 2);
+      const double w =
+          std::pow(std::sin(0.5 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(taper_bins)), 2);
       bins[i] *= w;
       bins[n_bins - 1 - i] *= w;
     }

@@ -7,9 +7,9 @@
 namespace klang::fit::detail {
 
 /// Signal subspace of a sub-band, from which poles of any order can be read: starting values for refine().
-/// The bins are tapered at the band's edges and brought back to the time domain (a demodulated, decimated signal of
-/// n_bins samples over the window), whose Hankel matrix is decomposed once.
-/// Source: Roy and Kailath 1989, IEEE Trans. ASSP 37, 984-995 (total least squares form).
+/// The bins are tapered at the band's edges and brought back to the time domain (a demodulated, decimated
+/// signal of n_bins samples over the window), whose Hankel matrix is decomposed once. Source: Roy and Kailath
+/// 1989, IEEE Trans. ASSP 37, 984-995 (total least squares form).
 class EspritSubspace {
  public:
   explicit EspritSubspace(const SubBand& band);

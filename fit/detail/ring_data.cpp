@@ -16,8 +16,8 @@ constexpr std::size_t kMaxChannels = 4;
 constexpr Eigen::Index kMaxWindow = Eigen::Index{1} << 22;  ///< frames; bounds memory for long recordings
 constexpr double kMinSegmentS = 0.008;
 
-/// Frames at which a channel stands at its rail: at least three neighbours at the very same extreme value, which lies
-/// far above the quantisation step.
+/// Frames at which a channel stands at its rail: at least three neighbours at the very same extreme value,
+/// which lies far above the quantisation step.
 std::vector<Eigen::Index> clipped_frames(const Eigen::VectorXd& x) {
   const double top = x.maxCoeff(), bottom = x.minCoeff();
   double step = 0;
@@ -46,16 +46,19 @@ std::vector<Eigen::Index> clipped_frames(const Eigen::VectorXd& x) {
 
 }  // namespace
 
-double RingPartial::energy() const { return amplitude.squaredNorm() / (4 * (std::max(pole.decay_per_s, 0.0) + 1)); }
+double RingPartial::energy() const {
+  return amplitude.squaredNorm() / (4 * (std::max(pole.decay_per_s, 0.0) + 1));
+}
 
-RingData::RingData(const audio::Signal& recording, const std::vector<audio::Strike>& strikes, const Band& band)
+RingData::RingData(const audio::Signal& recording, const std::vector<audio::Strike>& strikes,
+                   const Band& band)
     : rate_(recording.sample_rate_hz), band_(band) {
   choose_channels(recording);
   cut_segments(strikes, recording.n_frames());
 }
 
-/// The loudest channels, without those that are copies of (combinations of) louder ones: a mono recording stored twice
-/// has one channel's worth of information.
+/// The loudest channels, without those that are copies of (combinations of) louder ones: a mono recording
+/// stored twice has one channel's worth of information.
 void RingData::choose_channels(const audio::Signal& recording) {
   const Eigen::RowVectorXd mean = recording.samples.colwise().mean();
   std::vector<double> energy;
@@ -111,21 +114,34 @@ void RingData::cut_segments(const std::vector<audio::Strike>& strikes, Eigen::In
     segment.begin = std::llround(strikes[s].settled_s * rate_);
     segment.end = n_frames;
     if (s + 1 < strikes.size()) {
-      segment.end = std::min(n_frames, static_cast<Eigen::Index>(std::floor((strikes[s + 1].time_s - 0.002) * rate_)));
+      segment.end =
+          std::min(n_frames, static_cast<Eigen::Index>(std::floor((strikes[s + 1].time_s - 0.002) * rate_)));
     }
     const auto next = std::lower_bound(clipped.begin(), clipped.end(), segment.end);
     if (next != clipped.begin() && *(next - 1) >= segment.begin) segment.begin = *(next - 1) + 2;
     segment.begin = std::max<Eigen::Index>(segment.begin, 0);
-    segment.end = std::min(segment.end, segment.begin + kMaxWindow / static_cast<Eigen::Index>(channels_.size()));
+    segment.end =
+        std::min(segment.end, segment.begin + kMaxWindow / static_cast<Eigen::Index>(channels_.size()));
     segment.delay_s = static_cast<double>(segment.begin) / rate_ - segment.strike_s;
     const auto shortest = std::max<Eigen::Index>(16, std::llround(kMinSegmentS * rate_));
     if (segment.end - segment.begin >= shortest) segments_.push_back(segment);
+  }
+  peaks_.resize(static_cast<Eigen::Index>(segments_.size()), static_cast<Eigen::Index>(channels_.size()));
+  for (Eigen::Index s = 0; s < peaks_.rows(); ++s) {
+    const Segment& segment = segments_[static_cast<std::size_t>(s)];
+    for (Eigen::Index c = 0; c < peaks_.cols(); ++c) {
+      peaks_(s, c) = channels_[static_cast<std::size_t>(c)]
+                         .segment(segment.begin, segment.end - segment.begin)
+                         .cwiseAbs()
+                         .maxCoeff();
+    }
   }
 }
 
 double RingData::longest_segment_s() const {
   double longest = 0;
-  for (const Segment& s : segments_) longest = std::max(longest, static_cast<double>(s.end - s.begin) / rate_);
+  for (const Segment& s : segments_)
+    longest = std::max(longest, static_cast<double>(s.end - s.begin) / rate_);
   return longest;
 }
 
@@ -137,31 +153,39 @@ Eigen::Index RingData::longest_segment() const {
   return static_cast<Eigen::Index>(best);
 }
 
-const Eigen::VectorXcd& RingData::spectrum(Eigen::Index segment, Eigen::Index channel, Eigen::Index n) const {
-  const std::array<Eigen::Index, 3> key{segment, channel, n};
+const Eigen::VectorXcd& RingData::spectrum(Eigen::Index segment, Eigen::Index channel, Eigen::Index offset,
+                                           Eigen::Index n) const {
+  const std::array<Eigen::Index, 4> key{segment, channel, offset, n};
   {
     const std::lock_guard lock(mutex_);
     const auto found = spectra_.find(key);
     if (found != spectra_.end()) return found->second;
   }
-  Eigen::VectorXcd bins = audio::real_spectrum(
-      channels_[static_cast<std::size_t>(channel)].segment(segments_[static_cast<std::size_t>(segment)].begin, n), n);
+  Eigen::VectorXcd bins =
+      audio::real_spectrum(channels_[static_cast<std::size_t>(channel)].segment(
+                               segments_[static_cast<std::size_t>(segment)].begin + offset, n),
+                           n);
   bins /= std::sqrt(static_cast<double>(n));
   const std::lock_guard lock(mutex_);
   return spectra_.try_emplace(key, std::move(bins)).first->second;
 }
 
 SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s,
-                           const std::vector<RingPartial>& others) const {
+                           const std::vector<RingPartial>& others, Eigen::Index offset) const {
   SubBand band;
+  const double offset_s = static_cast<double>(offset) / rate_;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
-    const Eigen::Index available = segments_[s].end - segments_[s].begin;
-    const auto wanted = static_cast<Eigen::Index>(std::min(duration_s * rate_, static_cast<double>(available)));
+    const Eigen::Index available = segments_[s].end - segments_[s].begin - offset;
+    if (available < 16) continue;
+    const auto wanted =
+        static_cast<Eigen::Index>(std::min(duration_s * rate_, static_cast<double>(available)));
     if (wanted < 16) continue;
     const Eigen::Index n = audio::good_fft_size_below(wanted);
     const double per_bin = rate_ / static_cast<double>(n);
-    const Eigen::Index first = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::ceil(low_hz / per_bin)));
-    const Eigen::Index last = std::min<Eigen::Index>((n - 1) / 2, static_cast<Eigen::Index>(std::floor(high_hz / per_bin)));
+    const Eigen::Index first =
+        std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::ceil(low_hz / per_bin)));
+    const Eigen::Index last =
+        std::min<Eigen::Index>((n - 1) / 2, static_cast<Eigen::Index>(std::floor(high_hz / per_bin)));
     if (last - first + 1 < 2 * kBackgroundTerms) continue;
     for (std::size_t c = 0; c < channels_.size(); ++c) {
       BinBlock block;
@@ -170,15 +194,11 @@ SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s,
       block.n = n;
       block.first_bin = first;
       block.sample_rate_hz = rate_;
-      block.y = spectrum(block.segment, block.channel, n).segment(first, last - first + 1);
-      const double scale = 1 / std::sqrt(static_cast<double>(n));
+      block.y = spectrum(block.segment, block.channel, offset, n).segment(first, last - first + 1);
       for (const RingPartial& other : others) {
-        const Complex a = other.amplitude(block.segment, block.channel);
-        const Complex sigma(-other.pole.decay_per_s / rate_, 2 * kPi * other.pole.frequency_hz / rate_);
-        for (Eigen::Index j = 0; j < block.y.size(); ++j) {
-          block.y[j] -= scale * (a * exponential_bin(sigma, first + j, n).value +
-                                 std::conj(a) * exponential_bin(std::conj(sigma), first + j, n).value);
-        }
+        const Complex sigma(-other.pole.decay_per_s, 2 * kPi * other.pole.frequency_hz);
+        const Complex a = other.amplitude(block.segment, block.channel) * std::exp(sigma * offset_s);
+        block.y -= exponential_bins(block, other.pole.frequency_hz, other.pole.decay_per_s, a);
       }
       band.time_scale_s = std::max(band.time_scale_s, block.duration_s());
       band.blocks.push_back(std::move(block));
@@ -189,9 +209,10 @@ SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s,
 
 Eigen::VectorXd RingData::residual(Eigen::Index segment, Eigen::Index channel, Eigen::Index n,
                                    const std::vector<RingPartial>& partials) const {
-  Eigen::VectorXd x =
-      channels_[static_cast<std::size_t>(channel)].segment(segments_[static_cast<std::size_t>(segment)].begin, n);
-  constexpr Eigen::Index kBlock = 1024;  // the recurrence restarts from the closed form before rounding adds up
+  Eigen::VectorXd x = channels_[static_cast<std::size_t>(channel)].segment(
+      segments_[static_cast<std::size_t>(segment)].begin, n);
+  constexpr Eigen::Index kBlock =
+      1024;  // the recurrence restarts from the closed form before rounding adds up
   for (const RingPartial& partial : partials) {
     const Complex a = partial.amplitude(segment, channel);
     if (a == Complex(0, 0)) continue;

@@ -21,10 +21,12 @@ Eigen::MatrixXd stacked(const Eigen::MatrixXcd& a) {
   return result;
 }
 
-/// Columns (ar, ai) of each pole, then Legendre polynomials times 1 and i. The derivative columns belong to the first 2p.
+/// Columns (ar, ai) of each pole, then Legendre polynomials times 1 and i. The derivative columns belong to
+/// the first 2p.
 struct Design {
-  Eigen::MatrixXd phi;                        ///< 2 n_bins x (2p + 2 kBackgroundTerms)
-  std::vector<Eigen::MatrixXd> by_parameter;  ///< 2p of them: 2 n_bins x 2, by f [Hz] and decay [1/s] of each pole
+  Eigen::MatrixXd phi;  ///< 2 n_bins x (2p + 2 kBackgroundTerms)
+  std::vector<Eigen::MatrixXd>
+      by_parameter;  ///< 2p of them: 2 n_bins x 2, by f [Hz] and decay [1/s] of each pole
 };
 
 Design make_design(const BinBlock& block, const std::vector<Pole>& poles, bool with_derivatives) {
@@ -56,7 +58,9 @@ Design make_design(const BinBlock& block, const std::vector<Pole>& poles, bool w
 class ProjectedCost final : public ceres::CostFunction {
  public:
   ProjectedCost(BinBlock block, std::vector<Pole> start, double time_scale_s, double noise_rms)
-      : block_(std::move(block)), start_(std::move(start)), time_scale_s_(time_scale_s),
+      : block_(std::move(block)),
+        start_(std::move(start)),
+        time_scale_s_(time_scale_s),
         weight_(std::sqrt(2.0) / noise_rms) {
     set_num_residuals(static_cast<int>(2 * block_.y.size()));
     mutable_parameter_block_sizes()->push_back(static_cast<int>(2 * start_.size()));
@@ -80,7 +84,8 @@ class ProjectedCost final : public ceres::CostFunction {
     const Eigen::VectorXd rest = y - q * qy;
     Eigen::Map<Eigen::VectorXd>(residuals, rows) = weight_ * rest;
     if (!slopes) return true;
-    if (!(r.toDenseMatrix().diagonal().cwiseAbs().minCoeff() > 1e-13 * r.toDenseMatrix().diagonal().cwiseAbs().maxCoeff())) {
+    const Eigen::VectorXd pivots = qr.matrixQR().diagonal().cwiseAbs();
+    if (!(pivots.minCoeff() > 1e-13 * pivots.maxCoeff())) {
       return false;  // two poles fell together
     }
     const Eigen::VectorXd c = r.solve(qy);
@@ -134,12 +139,13 @@ LinearFit linear_fit(const SubBand& band, const std::vector<Pole>& poles) {
   return fit;
 }
 
-std::unique_ptr<ceres::CostFunction> make_projected_cost(const BinBlock& block, const std::vector<Pole>& start,
-                                                         double time_scale_s, double noise_rms) {
+std::unique_ptr<ceres::CostFunction> make_projected_cost(const BinBlock& block,
+                                                         const std::vector<Pole>& start, double time_scale_s,
+                                                         double noise_rms) {
   return std::make_unique<ProjectedCost>(block, start, time_scale_s, noise_rms);
 }
 
-RefinedFit refine(const SubBand& band, const std::vector<Pole>& start) {
+RefinedFit refine(const SubBand& band, const std::vector<Pole>& start, bool precise) {
   RefinedFit result;
   result.poles = start;
   if (start.empty()) {
@@ -183,8 +189,8 @@ RefinedFit refine(const SubBand& band, const std::vector<Pole>& start) {
   options.logging_type = ceres::SILENT;
   options.minimizer_progress_to_stdout = false;
   options.num_threads = 1;
-  options.max_num_iterations = 40;
-  options.function_tolerance = 1e-12;
+  options.max_num_iterations = precise ? 40 : 15;
+  options.function_tolerance = precise ? 1e-9 : 1e-5;
   options.gradient_tolerance = 1e-14;
   options.parameter_tolerance = 1e-10;
   ceres::Solver::Summary summary;
@@ -215,12 +221,14 @@ FitCovariance covariance(const SubBand& band, const std::vector<Pole>& poles, co
     if (!(r.diagonal().cwiseAbs().minCoeff() > 1e-12 * r.diagonal().cwiseAbs().maxCoeff())) return result;
     Eigen::MatrixXd moved(rows, n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      moved.col(k) = design.by_parameter[static_cast<std::size_t>(k)] * linear.coefficients[b].segment(2 * (k / 2), 2);
+      moved.col(k) =
+          design.by_parameter[static_cast<std::size_t>(k)] * linear.coefficients[b].segment(2 * (k / 2), 2);
     }
     const Eigen::MatrixXd along = q.transpose() * moved;
     const Eigen::MatrixXd across = moved - q * along;
     information += across.transpose() * across;
-    const Eigen::MatrixXd inverse_r = r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(cols, cols));
+    const Eigen::MatrixXd inverse_r =
+        r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(cols, cols));
     inverse_gram.push_back((inverse_r * inverse_r.transpose()).topLeftCorner(n, n));
     shifts.push_back(-(inverse_r * along).topRows(n));
   }
@@ -229,7 +237,9 @@ FitCovariance covariance(const SubBand& band, const std::vector<Pole>& poles, co
   const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * information * scale.asDiagonal());
   if (n > 0 && !(ldlt.vectorD().minCoeff() > 1e-14)) return result;
-  result.poles = variance * (scale.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal()).eval();
+  result.poles =
+      variance *
+      (scale.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal()).eval();
   for (std::size_t b = 0; b < band.blocks.size(); ++b) {
     result.cross.push_back(shifts[b] * result.poles);
     result.amplitudes_held.push_back(variance * inverse_gram[b]);

@@ -21,20 +21,22 @@ using klang::tests::TruePartial;
 namespace {
 
 std::vector<TruePartial> twelve() {
-  return {{312, 1.2, 0.1, 0.3},   {587, 1.5, 0.1, 1.1},   {830, 2.0, 0.1, -2.0},  {1100, 2.2, 0.1, 2.5},
-          {1490, 3.0, 0.1, 0.0},  {1492, 3.3, 0.1, -1.2}, {2210, 4.0, 0.1, 0.7},  {2950, 5.0, 0.1, -0.4},
-          {3700, 7.0, 0.1, 1.9},  {4800, 9.0, 0.1, -2.9}, {6100, 12.0, 0.1, 3.0}, {9000, 20.0, 0.1, -1.7}};
+  return {{312, 1.2, 0.1, 0.3},  {587, 1.5, 0.1, 1.1},   {830, 2.0, 0.1, -2.0},  {1100, 2.2, 0.1, 2.5},
+          {1490, 3.0, 0.1, 0.0}, {1492, 3.3, 0.1, -1.2}, {2210, 4.0, 0.1, 0.7},  {2950, 5.0, 0.1, -0.4},
+          {3700, 7.0, 0.1, 1.9}, {4800, 9.0, 0.1, -2.9}, {6100, 12.0, 0.1, 3.0}, {9000, 20.0, 0.1, -1.7}};
 }
 
-/// Smallest standard deviations of (f, decay) that any unbiased estimator can reach (Cramer-Rao), all samples used.
+/// Smallest standard deviations of (f, decay) that any unbiased estimator can reach (Cramer-Rao), all samples
+/// used.
 Eigen::Vector2d cramer_rao_std(const TruePartial& p, double rate, double duration_s, double noise_rms) {
   const auto n = static_cast<Eigen::Index>(duration_s * rate + 0.5);
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
   for (Eigen::Index i = 0; i < n; ++i) {
     const double t = static_cast<double>(i) / rate;
     const double e = std::exp(-p.decay_per_s * t), angle = 2 * kPi * p.frequency_hz * t + p.phase_rad;
-    const Eigen::Vector4d slope(-p.amplitude * e * 2 * kPi * t * std::sin(angle), -p.amplitude * e * t * std::cos(angle),
-                                e * std::cos(angle), -p.amplitude * e * std::sin(angle));
+    const Eigen::Vector4d slope(-p.amplitude * e * 2 * kPi * t * std::sin(angle),
+                                -p.amplitude * e * t * std::cos(angle), e * std::cos(angle),
+                                -p.amplitude * e * std::sin(angle));
     information += slope * slope.transpose();
   }
   const Eigen::Matrix4d covariance = information.inverse() * noise_rms * noise_rms;
@@ -110,8 +112,11 @@ TEST(Ringdown, OnePartialInNoiseReachesTheCramerRaoBoundAndKnowsItsScatter) {
     EXPECT_LE(std::abs(std::sqrt(f_std / f) - 1), 0.25) << snr_db;
     EXPECT_LE(std::abs(std::sqrt(d_std / d) - 1), 0.25) << snr_db;
     EXPECT_LE(std::abs(f_bias), 4 * bound[0] / std::sqrt(200.0)) << snr_db;
-    RecordProperty("frequency_over_bound_" + std::to_string(static_cast<int>(snr_db)), std::to_string(std::sqrt(f) / bound[0]));
-    RecordProperty("decay_over_bound_" + std::to_string(static_cast<int>(snr_db)), std::to_string(std::sqrt(d) / bound[1]));
-    RecordProperty("reported_over_scatter_" + std::to_string(static_cast<int>(snr_db)), std::to_string(std::sqrt(f_std / f)) + " " + std::to_string(std::sqrt(d_std / d)));
+    RecordProperty("frequency_over_bound_" + std::to_string(static_cast<int>(snr_db)),
+                   std::to_string(std::sqrt(f) / bound[0]));
+    RecordProperty("decay_over_bound_" + std::to_string(static_cast<int>(snr_db)),
+                   std::to_string(std::sqrt(d) / bound[1]));
+    RecordProperty("reported_over_scatter_" + std::to_string(static_cast<int>(snr_db)),
+                   std::to_string(std::sqrt(f_std / f)) + " " + std::to_string(std::sqrt(d_std / d)));
   }
 }

@@ -202,9 +202,25 @@ class ReportWriter {
       if (!files[i].empty()) candidates_of[i] = candidates(data_.specimens[i]);
     }
     if (!options_.pictures) return;
-    // One mode of each specimen in turn until the number is reached.
+    // One mode of each specimen; then, where all are of one kind and would look alike, the first one's others; then one
+    // more of each in turn until the number is reached.
     std::vector<Wanted> wanted;
     const auto limit = static_cast<std::size_t>(std::max(0, options_.max_mode_pictures));
+    const auto& bodies = data_.specimens;
+    const bool alike = std::all_of(bodies.begin(), bodies.end(), [&](const Specimen& s) {
+      return !s.shape_kind.empty() && s.shape_kind == bodies.front().shape_kind;
+    });
+    if (alike && bodies.size() > 1) {
+      for (std::size_t i = 0; i < bodies.size() && wanted.size() < limit; ++i) {
+        if (candidates_of[i].empty()) continue;
+        wanted.push_back({i, candidates_of[i].front()});
+        candidates_of[i].erase(candidates_of[i].begin());
+      }
+      while (!candidates_of[0].empty() && wanted.size() < limit) {
+        wanted.push_back({0, candidates_of[0].front()});
+        candidates_of[0].erase(candidates_of[0].begin());
+      }
+    }
     for (std::size_t rank = 0; wanted.size() < limit; ++rank) {
       bool any = false;
       for (std::size_t i = 0; i < candidates_of.size() && wanted.size() < limit; ++i) {

@@ -212,7 +212,7 @@ std::string specimen_details(const ResultData& data, const Specimen& specimen, c
   if (specimen.explained_energy) fact(rounded(100 * *specimen.explained_energy, 4) + " % of the energy explained");
   if (specimen.strikes_s.size() > 1) fact(std::to_string(specimen.strikes_s.size()) + " strikes");
   if (specimen.n_nodes) fact(std::to_string(*specimen.n_nodes) + " nodes" + (specimen.n_elements ? ", " + std::to_string(*specimen.n_elements) + " elements" : ""));
-  if (specimen.none_missing) fact(*specimen.none_missing ? "no mode missing in the band (proven by a Sturm count)" : "a mode may be missing in the band");
+  if (specimen.none_missing) fact(*specimen.none_missing ? "no mode missing in the band (proven by a Sturm count)" : "not proven that no mode is missing in the band");
   std::string html = facts.empty() ? "" : "<p class=\"how\"><small>" + facts + "</small></p>\n";
   if (data.kind != "fit") return html;
   std::string tables;
@@ -356,7 +356,7 @@ std::string title_of(const ResultData& data) {
     return "Recording";
   }
   const Specimen* body = data.specimens.empty() ? nullptr : &data.specimens.front();
-  return body && !body->shape.empty() ? body->shape : "Result";
+  return body && !body->shape.empty() ? capitalised(body->shape) : "Result";
 }
 
 }  // namespace

@@ -139,17 +139,15 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
   std::vector<std::string> sentences;
   if (data.kind == "fit") {
     if (data.status == "no_partials") {
-      sentences.push_back("Nothing in the recordings stands out of the noise, so nothing was fitted." +
-                          (data.message.empty() ? "" : " " + escaped(data.message)));
+      sentences.push_back("Nothing in the recordings stands out of the noise, so nothing was fitted.");
       return sentences;
     }
     if (data.status == "no_match") {
-      sentences.push_back("No partial lies near a mode of the model, so nothing was fitted." +
-                          (data.message.empty() ? "" : " " + escaped(data.message)));
+      sentences.push_back("No partial lies near a mode of the model, so nothing was fitted.");
       return sentences;
     }
     if (data.status != "converged") {
-      sentences.push_back("The solver did not converge; the numbers on this page are its last state, not a result.");
+      sentences.push_back(std::string("The solver did not converge; the numbers on this page are its last state, not a result.") + (data.message.empty() ? "" : " " + escaped(data.message)));
     }
     say_material(data, sentences);
     say_matches(data, sentences);
@@ -207,6 +205,10 @@ Verdict verdict(const ResultData& data) {
       result = {"No partial matches", "bad", {}};
     } else {
       result = {data.status.empty() ? "No status" : data.status, "bad", {}};
+    }
+    if (data.status != "converged" && data.matches.empty()) {
+      result.details = data.message;
+      return result;
     }
     std::size_t n_partials = 0;
     for (const Specimen& specimen : data.specimens) n_partials += specimen.partials.size();

@@ -93,11 +93,13 @@ ul.files{columns:1}details.body>summary{grid-template-columns:1.1rem 1fr}details
 body{font-size:10.5pt}header.top{padding-top:0}nav.toc,.listen{display:none}h2{break-after:avoid;margin-top:1.6rem}
 figure,table,.keys{break-inside:avoid}.sheet{border:0;padding:0;overflow:visible}svg.kf{min-width:0}a{color:inherit;text-decoration:none}}
 )css";
-  return std::string(kStyle) + figure_css(false) + "@media screen and (prefers-color-scheme:dark){\n" + figure_css(true) + "}\n";
+  return std::string(kStyle) + figure_css(false) + "@media screen and (prefers-color-scheme:dark){\n" +
+         figure_css(true) + "}\n";
 }
 
 std::string page_script() {
-  // One button per specimen plays both clips in step and lets one of them be heard; closed parts open for the printer.
+  // One button per specimen plays both clips in step and lets one of them be heard; closed parts open for the
+  // printer.
   return R"js("use strict";
 document.querySelectorAll("[data-switch]").forEach(function(box){
   var sounds=box.querySelectorAll("audio"),button=box.querySelector("button"),heard=-1;

@@ -11,7 +11,7 @@ class VirtualDisplay {
  public:
   /// Looks for Xvfb along PATH and waits for it up to timeout_s. Where that fails, name() is empty and
   /// problem() says why in a few words ("no Xvfb").
-  explicit VirtualDisplay(double timeout_s = 10.0);
+  explicit VirtualDisplay(double timeout_s = 30.0);
   ~VirtualDisplay();
   VirtualDisplay(const VirtualDisplay&) = delete;
   VirtualDisplay& operator=(const VirtualDisplay&) = delete;

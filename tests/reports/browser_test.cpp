@@ -73,7 +73,7 @@ json judged(const fs::path& page, const fs::path& folder, int width) {
   text = replaced(std::move(text), "</body>", std::string(kJudge) + "</body>");
   write_file(folder / "watched.html", text);
   const std::string base =
-      "timeout 100 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage "
+      "timeout 250 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage "
       "--autoplay-policy=no-user-gesture-required --enable-logging=stderr --user-data-dir=" +
       (folder / "profile").string() + " --window-size=" + std::to_string(width) + ",900 ";
   int status = 0;
@@ -98,7 +98,7 @@ void screenshot(const fs::path& page, const std::string& name, int width, int he
   const fs::path profile = fs::temp_directory_path() / ("klang-shot-" + std::to_string(::getpid()));
   int status = 0;
   output_of(
-      "timeout 100 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage "
+      "timeout 250 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage "
       "--hide-scrollbars --user-data-dir=" +
           profile.string() + " --window-size=" + std::to_string(width) + "," + std::to_string(height) + " " +
           extra + " --screenshot=" + std::string(KLANG_SCREENSHOTS) + "/" + name + ".png file://" +

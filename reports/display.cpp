@@ -65,8 +65,8 @@ VirtualDisplay::VirtualDisplay(double timeout_s) {
     problem_ = "no pipe";
     return;
   }
-  const char* const arguments[] = {server.c_str(), "-displayfd", "3", "-screen", "0", "1280x1024x24",
-                                   "-nolisten", "tcp", "-noreset", nullptr};
+  const char* const arguments[] = {server.c_str(), "-displayfd", "3",   "-screen",  "0",
+                                   "1280x1024x24", "-nolisten",  "tcp", "-noreset", nullptr};
   const pid_t parent = ::getpid();
   process_ = ::fork();
   if (process_ == 0) {  // only async-signal-safe calls from here to execv
@@ -92,7 +92,8 @@ VirtualDisplay::VirtualDisplay(double timeout_s) {
     problem_ = "no process for Xvfb";
     return;
   }
-  const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
+  const auto until =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
   const std::string number = line_from(ends[0], until);
   ::close(ends[0]);
   if (number.empty() || number.find_first_not_of("0123456789") != std::string::npos) {

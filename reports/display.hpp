@@ -5,13 +5,13 @@
 
 namespace klang::reports {
 
-/// A private X server without a screen (Xvfb), for programs that cannot draw without a display. It lives as long as
-/// the object and is gone, reaped, afterwards; it also ends when this process dies.
+/// A private X server without a screen (Xvfb), for programs that cannot draw without a display. It lives as
+/// long as the object and is gone, reaped, afterwards; it also ends when this process dies.
 class VirtualDisplay {
  public:
-  /// Looks for Xvfb along PATH and waits for it up to timeout_s. Where that fails, name() is empty and problem() says why
-  /// in a few words ("no Xvfb").
-  explicit VirtualDisplay(double timeout_s = 10.0);
+  /// Looks for Xvfb along PATH and waits for it up to timeout_s. Where that fails, name() is empty and
+  /// problem() says why in a few words ("no Xvfb").
+  explicit VirtualDisplay(double timeout_s = 30.0);
   ~VirtualDisplay();
   VirtualDisplay(const VirtualDisplay&) = delete;
   VirtualDisplay& operator=(const VirtualDisplay&) = delete;

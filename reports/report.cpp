@@ -27,8 +27,11 @@ constexpr double kPngScale = 1.5;
 class ReportWriter {
  public:
   ReportWriter(const std::filesystem::path& result_json, const ReportOptions& options, Monitor& monitor)
-      : result_json_(result_json), folder_(result_json.parent_path().empty() ? "." : result_json.parent_path()), options_(options),
-        monitor_(monitor), data_(read_result(result_json)) {}
+      : result_json_(result_json),
+        folder_(result_json.parent_path().empty() ? "." : result_json.parent_path()),
+        options_(options),
+        monitor_(monitor),
+        data_(read_result(result_json)) {}
 
   ReportResult write() {
     parts_.media.resize(data_.specimens.size());
@@ -37,7 +40,8 @@ class ReportWriter {
     for (std::size_t i = 0; i < data_.specimens.size(); ++i) {
       monitor_.throw_if_stopped();
       sounds(i);
-      monitor_.progress("report", 0.1 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(data_.specimens.size()));
+      monitor_.progress("report",
+                        0.1 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(data_.specimens.size()));
     }
     mode_shapes();
     monitor_.progress("report", 0.95);
@@ -52,9 +56,12 @@ class ReportWriter {
   }
 
  private:
-  void add_file(const std::string& name, std::string bytes) { output_.emplace_back(folder_ / name, std::move(bytes)); }
+  void add_file(const std::string& name, std::string bytes) {
+    output_.emplace_back(folder_ / name, std::move(bytes));
+  }
 
-  /// The page comes last, so that it never points at what is not there yet; after a failure files that are new go again.
+  /// The page comes last, so that it never points at what is not there yet; after a failure files that are
+  /// new go again.
   void write_all() {
     std::error_code error;
     std::filesystem::create_directories(folder_ / "figures", error);
@@ -107,7 +114,9 @@ class ReportWriter {
     const bool inside = path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end();
     std::error_code ignored;
     if (!inside || !std::filesystem::is_regular_file(folder_ / path, ignored)) {
-      result_.warnings.push_back(name + (inside ? ": no such file beside the result" : ": lies outside the result's folder") + ", left out");
+      result_.warnings.push_back(
+          name + (inside ? ": no such file beside the result" : ": lies outside the result's folder") +
+          ", left out");
       return {};
     }
     return folder_ / path;
@@ -127,7 +136,8 @@ class ReportWriter {
   std::string stem_of(std::size_t index) const {
     const std::string stem = file_stem(data_.specimens[index].name);
     for (std::size_t i = 0; i < data_.specimens.size(); ++i) {
-      if (i != index && file_stem(data_.specimens[i].name) == stem) return stem + "-" + std::to_string(index + 1);
+      if (i != index && file_stem(data_.specimens[i].name) == stem)
+        return stem + "-" + std::to_string(index + 1);
     }
     return stem;
   }
@@ -135,19 +145,22 @@ class ReportWriter {
   void sounds(std::size_t index) {
     const Specimen& specimen = data_.specimens[index];
     SpecimenMedia& media = parts_.media[index];
-    const audio::Signal recorded = sound_beside(specimen.recording), fitted = sound_beside(specimen.resynthesis);
+    const audio::Signal recorded = sound_beside(specimen.recording),
+                        fitted = sound_beside(specimen.resynthesis);
     const audio::Signal& first = recorded.n_frames() > 0 ? recorded : fitted;
     if (first.n_frames() < 16) return;
     double highest = 0;
     for (const Partial& partial : specimen.partials) highest = std::max(highest, partial.frequency_hz);
     const bool in_page = index < kMaxMedia;
     if (index == kMaxMedia) {
-      result_.warnings.push_back("sounds and spectrograms of " + counted(data_.specimens.size() - kMaxMedia, "specimen", "specimens") +
+      result_.warnings.push_back("sounds and spectrograms of " +
+                                 counted(data_.specimens.size() - kMaxMedia, "specimen", "specimens") +
                                  " are left out of the page to keep it small; they lie beside it");
     }
     const bool both = recorded.n_frames() > 0 && fitted.n_frames() >= 16;
-    Svg svg = spectrogram_figure(specimen.name.empty() ? "the recording" : specimen.name, first, both ? fitted : audio::Signal{},
-                                 specimen.strikes_s, spectrogram_range(first, highest), fitted_words(data_));
+    Svg svg = spectrogram_figure(specimen.name.empty() ? "the recording" : specimen.name, first,
+                                 both ? fitted : audio::Signal{}, specimen.strikes_s,
+                                 spectrogram_range(first, highest), fitted_words(data_));
     add_figure(data_.kind == "fit" ? "spectrogram-" + stem_of(index) : "spectrogram", svg);
     if (!in_page) return;
     media.spectrogram = std::move(svg);
@@ -166,11 +179,13 @@ class ReportWriter {
     ModePicture picture;
   };
 
-  /// A specimen's modes worth a picture: those that were heard, else all, by rising frequency; of twins the first.
+  /// A specimen's modes worth a picture: those that were heard, else all, by rising frequency; of twins the
+  /// first.
   std::vector<ModePicture> candidates(const Specimen& specimen) const {
     std::vector<Predicted> modes;
     if (data_.kind == "modes") {
-      for (const Mode& mode : specimen.modes) modes.push_back({specimen.name, mode.index, mode.frequency_hz, {}});
+      for (const Mode& mode : specimen.modes)
+        modes.push_back({specimen.name, mode.index, mode.frequency_hz, {}});
     } else {
       const SpecimenRows rows = rows_of(data_, specimen);
       std::set<int> heard;
@@ -183,7 +198,8 @@ class ReportWriter {
     for (const Predicted& mode : modes) {
       if (mode.mode_index < 0) continue;
       if (!result.empty() && mode.frequency_hz < result.back().frequency_hz * 1.0003) {
-        result.back().twins += (result.back().twins.empty() ? " and its twin " : ", ") + std::to_string(mode.mode_index);
+        result.back().twins +=
+            (result.back().twins.empty() ? " and its twin " : ", ") + std::to_string(mode.mode_index);
         continue;
       }
       ModePicture picture;
@@ -202,9 +218,25 @@ class ReportWriter {
       if (!files[i].empty()) candidates_of[i] = candidates(data_.specimens[i]);
     }
     if (!options_.pictures) return;
-    // One mode of each specimen in turn until the number is reached.
+    // One mode of each specimen; then, where all are of one kind and would look alike, the first one's
+    // others; then one more of each in turn until the number is reached.
     std::vector<Wanted> wanted;
     const auto limit = static_cast<std::size_t>(std::max(0, options_.max_mode_pictures));
+    const auto& bodies = data_.specimens;
+    const bool alike = std::all_of(bodies.begin(), bodies.end(), [&](const Specimen& s) {
+      return !s.shape_kind.empty() && s.shape_kind == bodies.front().shape_kind;
+    });
+    if (alike && bodies.size() > 1) {
+      for (std::size_t i = 0; i < bodies.size() && wanted.size() < limit; ++i) {
+        if (candidates_of[i].empty()) continue;
+        wanted.push_back({i, candidates_of[i].front()});
+        candidates_of[i].erase(candidates_of[i].begin());
+      }
+      while (!candidates_of[0].empty() && wanted.size() < limit) {
+        wanted.push_back({0, candidates_of[0].front()});
+        candidates_of[0].erase(candidates_of[0].begin());
+      }
+    }
     for (std::size_t rank = 0; wanted.size() < limit; ++rank) {
       bool any = false;
       for (std::size_t i = 0; i < candidates_of.size() && wanted.size() < limit; ++i) {
@@ -224,7 +256,8 @@ class ReportWriter {
       ModePicture& picture = wanted[k].picture;
       std::string number = std::to_string(picture.mode_index);
       number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
-      picture.file = data_.kind == "fit" ? "mode-" + stem_of(wanted[k].specimen) + "-" + number + ".png" : "mode-" + number + ".png";
+      picture.file = data_.kind == "fit" ? "mode-" + stem_of(wanted[k].specimen) + "-" + number + ".png"
+                                         : "mode-" + number + ".png";
       picture.png = std::move(rendered.pictures[k].png);
       picture.width = rendered.pictures[k].width;
       picture.height = rendered.pictures[k].height;
@@ -238,9 +271,11 @@ class ReportWriter {
     for (const auto& [name, text] : csv_tables(data_)) {
       // A user's own table of that name in this folder is an input and stays.
       std::error_code ignored;
-      const bool taken = std::any_of(data_.inputs.begin(), data_.inputs.end(), [&](const ProvenanceInput& input) {
-        return std::filesystem::path(input.path).filename() == name && std::filesystem::exists(folder_ / name, ignored);
-      });
+      const bool taken =
+          std::any_of(data_.inputs.begin(), data_.inputs.end(), [&](const ProvenanceInput& input) {
+            return std::filesystem::path(input.path).filename() == name &&
+                   std::filesystem::exists(folder_ / name, ignored);
+          });
       add_file(taken ? "report-" + name : name, text);
       csv_files_.push_back(taken ? "report-" + name : name);
     }
@@ -253,7 +288,8 @@ class ReportWriter {
     std::error_code ignored;
     for (const Specimen& specimen : data_.specimens) {
       const auto add = [&](const std::string& name, const char* what) {
-        if (!name.empty() && std::filesystem::is_regular_file(folder_ / name, ignored)) list.emplace_back(name, what);
+        if (!name.empty() && std::filesystem::is_regular_file(folder_ / name, ignored))
+          list.emplace_back(name, what);
       };
       add(specimen.recording, "– recording");
       add(specimen.resynthesis, "– fitted model’s sound");
@@ -274,7 +310,8 @@ class ReportWriter {
 
 }  // namespace
 
-ReportResult write_report(const std::filesystem::path& result_json, const ReportOptions& options, Monitor& monitor) {
+ReportResult write_report(const std::filesystem::path& result_json, const ReportOptions& options,
+                          Monitor& monitor) {
   return ReportWriter(result_json, options, monitor).write();
 }
 

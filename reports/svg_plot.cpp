@@ -19,16 +19,25 @@ struct Palette {
   std::array<std::string_view, kSeriesCount> series;
 };
 // Distinct for the common kinds of colour blindness, and of even lightness on each ground.
-constexpr Palette kLight = {"#1f2328", "#646b73", "#8a9099", "#e6e4df", "#b9bcc0", "#ffffff", "#0f5f8a", "#c3c7cc", "#b3261e",
-                            {"#0f5f8a", "#c4561b", "#2e7d4f", "#8250a8", "#a37a00", "#c2407e", "#1f8a8c", "#5b6168"}};
-constexpr Palette kDark = {"#e7e5e0", "#a0a6ad", "#737a82", "#2b2f35", "#4b5058", "#16181c", "#6db9e6", "#4b5158", "#ff8f85",
-                           {"#6db9e6", "#f0955f", "#75c796", "#c09ae0", "#d9b64a", "#ee8fbd", "#63c7c9", "#b3b9c0"}};
+constexpr Palette kLight = {
+    "#1f2328", "#646b73",
+    "#8a9099", "#e6e4df",
+    "#b9bcc0", "#ffffff",
+    "#0f5f8a", "#c3c7cc",
+    "#b3261e", {"#0f5f8a", "#c4561b", "#2e7d4f", "#8250a8", "#a37a00", "#c2407e", "#1f8a8c", "#5b6168"}};
+constexpr Palette kDark = {
+    "#e7e5e0", "#a0a6ad",
+    "#737a82", "#2b2f35",
+    "#4b5058", "#16181c",
+    "#6db9e6", "#4b5158",
+    "#ff8f85", {"#6db9e6", "#f0955f", "#75c796", "#c09ae0", "#d9b64a", "#ee8fbd", "#63c7c9", "#b3b9c0"}};
 
 std::string number_label(double value) {
   const double magnitude = std::abs(value);
   if (magnitude >= 10000 && magnitude < 1e7) {  // 10 000: groups of three
     std::string digits = detail::fixed(magnitude, 0);
-    for (int i = static_cast<int>(digits.size()) - 3; i > 0; i -= 3) digits.insert(static_cast<std::size_t>(i), "\u202f");
+    for (int i = static_cast<int>(digits.size()) - 3; i > 0; i -= 3)
+      digits.insert(static_cast<std::size_t>(i), "\u202f");
     return (value < 0 ? "\u2212" : "") + digits;
   }
   return detail::rounded(std::abs(value) < 1e-300 ? 0.0 : value, 6);
@@ -49,8 +58,10 @@ std::string figure_css(bool dark) {
   const auto colour = [](std::string_view property, std::string_view value) {
     return std::string(property) + ":" + std::string(value);
   };
-  rule("text", "font:12px system-ui,'Segoe UI',Roboto,'Helvetica Neue','Liberation Sans','DejaVu Sans',sans-serif;"
-               "font-variant-numeric:tabular-nums;" + colour("fill", p.ink));
+  rule("text",
+       "font:12px system-ui,'Segoe UI',Roboto,'Helvetica Neue','Liberation Sans','DejaVu Sans',sans-serif;"
+       "font-variant-numeric:tabular-nums;" +
+           colour("fill", p.ink));
   rule("text.muted", colour("fill", p.muted));
   rule("text.small", "font-size:11px");
   rule("text.tiny", "font-size:10px");
@@ -95,19 +106,20 @@ Svg::Svg(double width, double height, std::string description)
 }
 
 void Svg::line(double x1, double y1, double x2, double y2, std::string_view classes) {
-  body_ += "<line class=\"" + std::string(classes) + "\" x1=\"" + coordinate(x1) + "\" y1=\"" + coordinate(y1) +
-           "\" x2=\"" + coordinate(x2) + "\" y2=\"" + coordinate(y2) + "\"/>\n";
+  body_ += "<line class=\"" + std::string(classes) + "\" x1=\"" + coordinate(x1) + "\" y1=\"" +
+           coordinate(y1) + "\" x2=\"" + coordinate(x2) + "\" y2=\"" + coordinate(y2) + "\"/>\n";
 }
 
 void Svg::rect(double x, double y, double width, double height, std::string_view classes, double radius) {
   body_ += "<rect class=\"" + std::string(classes) + "\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) +
-           "\" width=\"" + coordinate(std::max(width, 0.0)) + "\" height=\"" + coordinate(std::max(height, 0.0)) +
-           (radius > 0 ? "\" rx=\"" + coordinate(radius) : "") + "\"/>\n";
+           "\" width=\"" + coordinate(std::max(width, 0.0)) + "\" height=\"" +
+           coordinate(std::max(height, 0.0)) + (radius > 0 ? "\" rx=\"" + coordinate(radius) : "") + "\"/>\n";
 }
 
 void Svg::polyline(const std::vector<PlotPoint>& points, std::string_view classes, bool closed) {
   if (points.size() < 2) return;
-  body_ += std::string(closed ? "<polygon" : "<polyline") + " class=\"" + std::string(classes) + "\" points=\"";
+  body_ +=
+      std::string(closed ? "<polygon" : "<polyline") + " class=\"" + std::string(classes) + "\" points=\"";
   for (const PlotPoint& point : points) body_ += coordinate(point.x) + "," + coordinate(point.y) + " ";
   body_.back() = '"';
   body_ += "/>\n";
@@ -126,33 +138,61 @@ void Svg::marker(int series, double x, double y, double radius, std::string_view
     body_ += title + (tooltip.empty() ? "" : "polygon>\n");
   };
   switch (kind) {
-    case 1: polygon({{-0.9, -0.9}, {0.9, -0.9}, {0.9, 0.9}, {-0.9, 0.9}}); break;
-    case 2: polygon({{0, -1.2}, {1.1, 0.8}, {-1.1, 0.8}}); break;
-    case 3: polygon({{0, -1.3}, {1.3, 0}, {0, 1.3}, {-1.3, 0}}); break;
-    case 4: polygon({{0, 1.2}, {1.1, -0.8}, {-1.1, -0.8}}); break;
-    case 5: polygon({{-0.4, -1.2}, {0.4, -1.2}, {0.4, -0.4}, {1.2, -0.4}, {1.2, 0.4}, {0.4, 0.4}, {0.4, 1.2},
-                     {-0.4, 1.2}, {-0.4, 0.4}, {-1.2, 0.4}, {-1.2, -0.4}, {-0.4, -0.4}}); break;
-    case 6: polygon({{-1.3, 0}, {-0.6, -1.1}, {0.6, -1.1}, {1.3, 0}, {0.6, 1.1}, {-0.6, 1.1}}); break;
-    case 7: polygon({{1.2, 0}, {-0.8, -1.1}, {-0.8, 1.1}}); break;
+    case 1:
+      polygon({{-0.9, -0.9}, {0.9, -0.9}, {0.9, 0.9}, {-0.9, 0.9}});
+      break;
+    case 2:
+      polygon({{0, -1.2}, {1.1, 0.8}, {-1.1, 0.8}});
+      break;
+    case 3:
+      polygon({{0, -1.3}, {1.3, 0}, {0, 1.3}, {-1.3, 0}});
+      break;
+    case 4:
+      polygon({{0, 1.2}, {1.1, -0.8}, {-1.1, -0.8}});
+      break;
+    case 5:
+      polygon({{-0.4, -1.2},
+               {0.4, -1.2},
+               {0.4, -0.4},
+               {1.2, -0.4},
+               {1.2, 0.4},
+               {0.4, 0.4},
+               {0.4, 1.2},
+               {-0.4, 1.2},
+               {-0.4, 0.4},
+               {-1.2, 0.4},
+               {-1.2, -0.4},
+               {-0.4, -0.4}});
+      break;
+    case 6:
+      polygon({{-1.3, 0}, {-0.6, -1.1}, {0.6, -1.1}, {1.3, 0}, {0.6, 1.1}, {-0.6, 1.1}});
+      break;
+    case 7:
+      polygon({{1.2, 0}, {-0.8, -1.1}, {-0.8, 1.1}});
+      break;
     default:
       body_ += "<circle" + attributes + " cx=\"" + coordinate(x) + "\" cy=\"" + coordinate(y) + "\" r=\"" +
                coordinate(radius) + "\"" + title + (tooltip.empty() ? "" : "circle>\n");
   }
 }
 
-void Svg::text(double x, double y, std::string_view words, std::string_view classes, Anchor anchor, double turned_deg) {
-  body_ += "<text class=\"" + std::string(classes) + "\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\"";
-  if (anchor != Anchor::kStart) body_ += anchor == Anchor::kMiddle ? " text-anchor=\"middle\"" : " text-anchor=\"end\"";
+void Svg::text(double x, double y, std::string_view words, std::string_view classes, Anchor anchor,
+               double turned_deg) {
+  body_ +=
+      "<text class=\"" + std::string(classes) + "\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\"";
+  if (anchor != Anchor::kStart)
+    body_ += anchor == Anchor::kMiddle ? " text-anchor=\"middle\"" : " text-anchor=\"end\"";
   if (turned_deg != 0) {
-    body_ += " transform=\"rotate(" + coordinate(turned_deg) + " " + coordinate(x) + " " + coordinate(y) + ")\"";
+    body_ +=
+        " transform=\"rotate(" + coordinate(turned_deg) + " " + coordinate(x) + " " + coordinate(y) + ")\"";
   }
   body_ += ">" + escaped(words) + "</text>\n";
 }
 
 void Svg::image(double x, double y, double width, double height, std::string_view data_uri) {
   body_ += "<image x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\" width=\"" + coordinate(width) +
-           "\" height=\"" + coordinate(height) + "\" preserveAspectRatio=\"none\" href=\"" + std::string(data_uri) +
-           "\"/>\n";
+           "\" height=\"" + coordinate(height) + "\" preserveAspectRatio=\"none\" href=\"" +
+           std::string(data_uri) + "\"/>\n";
 }
 
 void Svg::begin_group(std::string_view title) { body_ += "<g><title>" + escaped(title) + "</title>\n"; }
@@ -160,8 +200,8 @@ void Svg::end_group() { body_ += "</g>\n"; }
 
 std::string Svg::markup(std::string_view head) const {
   return "<svg class=\"kf\" role=\"img\" aria-label=\"" + escaped(description_) + "\" viewBox=\"0 0 " +
-         coordinate(width_) + " " + coordinate(height_) + "\" width=\"" + coordinate(width_) + "\" height=\"" +
-         coordinate(height_) + "\"" + std::string(head) + body_ + "</svg>\n";
+         coordinate(width_) + " " + coordinate(height_) + "\" width=\"" + coordinate(width_) +
+         "\" height=\"" + coordinate(height_) + "\"" + std::string(head) + body_ + "</svg>\n";
 }
 
 std::string Svg::inline_markup() const { return markup(">\n"); }
@@ -174,7 +214,9 @@ std::string Svg::standalone() const {
 std::vector<Tick> axis_ticks(const AxisSpec& axis, int wanted) {
   std::vector<Tick> ticks;
   const auto add = [&](double value, bool labelled) {
-    if (value < axis.low * (1 - 1e-12) - (axis.low < 0 ? -2e-12 * axis.low : 0) || value > axis.high + 1e-12 * std::abs(axis.high)) return;
+    if (value < axis.low * (1 - 1e-12) - (axis.low < 0 ? -2e-12 * axis.low : 0) ||
+        value > axis.high + 1e-12 * std::abs(axis.high))
+      return;
     ticks.push_back({value, labelled ? number_label(value) : std::string()});
   };
   if (axis.scale == Scale::kLog) {
@@ -192,7 +234,8 @@ std::vector<Tick> axis_ticks(const AxisSpec& axis, int wanted) {
         const double value = digit * std::pow(10.0, decade);
         const bool five = digit == 2 || digit == 5;
         const bool more = decades < 1.2 && (digit == 3 || digit == 7);
-        const bool labelled = digit == 1 ? (decade % every == 0) : every == 1 && decades * 3 <= wanted + 3 && (five || more);
+        const bool labelled =
+            digit == 1 ? (decade % every == 0) : every == 1 && decades * 3 <= wanted + 3 && (five || more);
         if (every == 1 || digit == 1) add(value, labelled);
       }
     }
@@ -200,7 +243,10 @@ std::vector<Tick> axis_ticks(const AxisSpec& axis, int wanted) {
   }
   const double raw = (axis.high - axis.low) / std::max(wanted, 1);
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  const double step = power * (raw / power <= 1.0 + 1e-9 ? 1 : raw / power <= 2.0 + 1e-9 ? 2 : raw / power <= 5.0 + 1e-9 ? 5 : 10);
+  const double step = power * (raw / power <= 1.0 + 1e-9   ? 1
+                               : raw / power <= 2.0 + 1e-9 ? 2
+                               : raw / power <= 5.0 + 1e-9 ? 5
+                                                           : 10);
   const double first = std::ceil(axis.low / step - 1e-9);
   for (int i = 0; i < 200; ++i) {
     const double value = (first + i) * step;
@@ -235,15 +281,24 @@ AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& 
 }
 
 Frame::Frame(Svg& svg, double left, double top, double width, double height, AxisSpec x, AxisSpec y)
-    : svg_(svg), left_(left), top_(top), width_(width), height_(height), x_axis_(std::move(x)), y_axis_(std::move(y)) {
+    : svg_(svg),
+      left_(left),
+      top_(top),
+      width_(width),
+      height_(height),
+      x_axis_(std::move(x)),
+      y_axis_(std::move(y)) {
   KLANG_CHECK(x_axis_.low < x_axis_.high && y_axis_.low < y_axis_.high, "an axis needs an extent");
-  KLANG_CHECK((x_axis_.scale == Scale::kLinear || x_axis_.low > 0) && (y_axis_.scale == Scale::kLinear || y_axis_.low > 0),
+  KLANG_CHECK((x_axis_.scale == Scale::kLinear || x_axis_.low > 0) &&
+                  (y_axis_.scale == Scale::kLinear || y_axis_.low > 0),
               "a log axis starts above zero");
 }
 
 namespace {
 double fraction(const AxisSpec& axis, double value) {
-  if (axis.scale == Scale::kLog) return (std::log(std::max(value, 1e-305)) - std::log(axis.low)) / (std::log(axis.high) - std::log(axis.low));
+  if (axis.scale == Scale::kLog)
+    return (std::log(std::max(value, 1e-305)) - std::log(axis.low)) /
+           (std::log(axis.high) - std::log(axis.low));
   return (value - axis.low) / (axis.high - axis.low);
 }
 }  // namespace
@@ -252,7 +307,8 @@ double Frame::x(double value) const { return left_ + width_ * fraction(x_axis_, 
 double Frame::y(double value) const { return top_ + height_ * (1 - fraction(y_axis_, value)); }
 
 bool Frame::shows(double x_value, double y_value) const {
-  return x_value >= x_axis_.low && x_value <= x_axis_.high && y_value >= y_axis_.low && y_value <= y_axis_.high;
+  return x_value >= x_axis_.low && x_value <= x_axis_.high && y_value >= y_axis_.low &&
+         y_value <= y_axis_.high;
 }
 
 void Frame::draw_axes(int x_ticks, int y_ticks, bool x_grid, bool y_grid) {
@@ -270,8 +326,10 @@ void Frame::draw_axes(int x_ticks, int y_ticks, bool x_grid, bool y_grid) {
   }
   svg_.line(left_, bottom(), right(), bottom(), "axis");
   svg_.line(left_, top_, left_, bottom(), "axis");
-  if (x_axis_.labelled) svg_.text((left_ + right()) / 2, bottom() + 36, x_axis_.label, "muted", Anchor::kMiddle);
-  if (y_axis_.labelled) svg_.text(left_ - 50, (top_ + bottom()) / 2, y_axis_.label, "muted", Anchor::kMiddle, -90);
+  if (x_axis_.labelled)
+    svg_.text((left_ + right()) / 2, bottom() + 36, x_axis_.label, "muted", Anchor::kMiddle);
+  if (y_axis_.labelled)
+    svg_.text(left_ - 50, (top_ + bottom()) / 2, y_axis_.label, "muted", Anchor::kMiddle, -90);
 }
 
 void Frame::curve(const std::vector<PlotPoint>& values, std::string_view classes) {
@@ -333,7 +391,8 @@ std::vector<double> spread_labels(std::vector<double> positions, double spacing,
   spacing = std::min(spacing, (high - low) / static_cast<double>(n));
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return positions[a] < positions[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return positions[a] < positions[b]; });
   // Blocks of touching labels sit at the mean of what their members want (pool adjacent violators).
   struct Block {
     double wanted_first;  ///< mean over members of (wanted position - rank * spacing)
@@ -348,7 +407,8 @@ std::vector<double> spread_labels(std::vector<double> positions, double spacing,
       if (before.wanted_first + spacing * static_cast<double>(before.count) <= last.wanted_first) break;
       const double total = static_cast<double>(before.count + last.count);
       before.wanted_first = (before.wanted_first * static_cast<double>(before.count) +
-                             (last.wanted_first - spacing * static_cast<double>(before.count)) * static_cast<double>(last.count)) /
+                             (last.wanted_first - spacing * static_cast<double>(before.count)) *
+                                 static_cast<double>(last.count)) /
                             total;
       before.count += last.count;
       blocks.pop_back();

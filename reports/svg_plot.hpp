@@ -3,13 +3,14 @@
 #include <string_view>
 #include <vector>
 
-/// A small plotting layer that writes SVG. Shapes carry classes, not colours: the page colours them for light and dark
-/// screens, a file of its own gets the light palette in a style element.
+/// A small plotting layer that writes SVG. Shapes carry classes, not colours: the page colours them for light
+/// and dark screens, a file of its own gets the light palette in a style element.
 namespace klang::reports {
 
 /// Rules for the classes below, each prefixed by "svg.kf ".
 ///   ink, muted (text), axis, grid, rule (lines), paper (fill), s0-s7 (stroke and marker fill of a series),
-///   accent, ghost, alarm, thin, mid, thick, dash1-dash4, small, tiny, strong, halo (text with a rim of paper)
+///   accent, ghost, alarm, thin, mid, thick, dash1-dash4, small, tiny, strong, halo (text with a rim of
+///   paper)
 std::string figure_css(bool dark);
 
 inline constexpr int kSeriesCount = 8;
@@ -29,8 +30,8 @@ class Svg {
   void polyline(const std::vector<PlotPoint>& points, std::string_view classes, bool closed = false);
   /// Marker of series 0-7: its own shape and colour. tooltip may be empty.
   void marker(int series, double x, double y, double radius, std::string_view tooltip, bool hollow = false);
-  void text(double x, double y, std::string_view words, std::string_view classes, Anchor anchor = Anchor::kStart,
-            double turned_deg = 0);
+  void text(double x, double y, std::string_view words, std::string_view classes,
+            Anchor anchor = Anchor::kStart, double turned_deg = 0);
   /// An image given as a data URI, stretched to the rectangle.
   void image(double x, double y, double width, double height, std::string_view data_uri);
   /// Encloses what is drawn until end_group; the title shows under a pointer.
@@ -68,7 +69,8 @@ struct Tick {
 /// Round values (1, 2 or 5 times a power of ten) that divide the axis into about `wanted` parts.
 std::vector<Tick> axis_ticks(const AxisSpec& axis, int wanted);
 
-/// A range that holds all values with a margin; for a log scale values <= 0 do not count. Sane for no or one value.
+/// A range that holds all values with a margin; for a log scale values <= 0 do not count. Sane for no or one
+/// value.
 AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& values, double margin = 0.06);
 
 /// The area between two axes.
@@ -95,8 +97,8 @@ class Frame {
   AxisSpec x_axis_, y_axis_;
 };
 
-/// Moves label positions apart so that neighbours are at least `spacing` away and all lie in [low, high] where that
-/// is possible; order is kept and the total shift small. Positions need not be sorted.
+/// Moves label positions apart so that neighbours are at least `spacing` away and all lie in [low, high]
+/// where that is possible; order is kept and the total shift small. Positions need not be sorted.
 std::vector<double> spread_labels(std::vector<double> positions, double spacing, double low, double high);
 
 }  // namespace klang::reports

@@ -22,7 +22,8 @@
 namespace klang::reports::detail {
 namespace {
 
-constexpr double kSilenceLimitS = 90.0;  // a large mesh may take that long between two pictures, a hung driver longer
+constexpr double kSilenceLimitS =
+    90.0;  // a large mesh may take that long between two pictures, a hung driver longer
 constexpr std::uint64_t kLargestPng = 64u << 20;
 
 /// What the drawing process sends before each picture's bytes.
@@ -44,7 +45,8 @@ bool write_whole(int fd, const void* data, std::size_t n) {
 }
 
 /// The drawing process. Never returns.
-[[noreturn]] void draw_and_exit(const std::vector<ModePictureRequest>& requests, const std::string& display, int fd, pid_t parent) {
+[[noreturn]] void draw_and_exit(const std::vector<ModePictureRequest>& requests, const std::string& display,
+                                int fd, pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(1);
   // What the caller did about signals is not for here; and when it aborts, no core file.
@@ -94,7 +96,9 @@ Reading read_whole(int fd, void* data, std::size_t n, Monitor& monitor) {
     pollfd waiting{fd, POLLIN, 0};
     const int ready = ::poll(&waiting, 1, 200);
     if (ready <= 0) {
-      if (monitor.stop_requested() || std::chrono::duration<double>(Clock::now() - last).count() > kSilenceLimitS) return Reading::kTimeout;
+      if (monitor.stop_requested() ||
+          std::chrono::duration<double>(Clock::now() - last).count() > kSilenceLimitS)
+        return Reading::kTimeout;
       continue;
     }
     const ssize_t got = ::read(fd, at, n);
@@ -119,8 +123,9 @@ RenderResult render_modes(const std::vector<ModePictureRequest>& requests, Monit
   if (display.empty()) {
     const char* users = std::getenv("DISPLAY");
     if (!users || *users == '\0') {
-      result.warning = server.problem() == "no Xvfb" ? "no display and no Xvfb: mode pictures left out"
-                                                     : "no display and " + server.problem() + ": mode pictures left out";
+      result.warning = server.problem() == "no Xvfb"
+                           ? "no display and no Xvfb: mode pictures left out"
+                           : "no display and " + server.problem() + ": mode pictures left out";
       return result;
     }
     display = users;
@@ -168,10 +173,12 @@ RenderResult render_modes(const std::vector<ModePictureRequest>& requests, Monit
   monitor.throw_if_stopped();
   const std::size_t left_out = requests.size() - n_answers + n_missing;
   if (left_out > 0) {
-    result.warning = state == Reading::kTimeout ? "drawing took too long: "
+    result.warning = state == Reading::kTimeout    ? "drawing took too long: "
                      : n_answers < requests.size() ? "display " + display + " cannot draw: "
                                                    : "mode shapes missing or not readable: ";
-    result.warning += (left_out == requests.size() ? "mode pictures" : std::to_string(left_out) + " mode pictures") + std::string(" left out");
+    result.warning +=
+        (left_out == requests.size() ? "mode pictures" : std::to_string(left_out) + " mode pictures") +
+        std::string(" left out");
   }
   return result;
 }

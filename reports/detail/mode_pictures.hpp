@@ -23,8 +23,9 @@ struct RenderResult {
   std::string warning;                    ///< one line, empty when all is well
 };
 
-/// Draws the warped, coloured surface of each mode in a process of its own, so that whatever OpenGL or a damaged file
-/// does there (VTK aborts without a display) leaves the caller alive. Starts an Xvfb; without one uses DISPLAY.
+/// Draws the warped, coloured surface of each mode in a process of its own, so that whatever OpenGL or a
+/// damaged file does there (VTK aborts without a display) leaves the caller alive. Starts an Xvfb; without
+/// one uses DISPLAY.
 RenderResult render_modes(const std::vector<ModePictureRequest>& requests, Monitor& monitor);
 
 }  // namespace klang::reports::detail

@@ -67,7 +67,8 @@ double steepest(vtkPolyData* surface, vtkDataArray* displacement) {
     for (vtkIdType k = 0; k < ids->GetNumberOfIds(); ++k) {
       const vtkIdType a = ids->GetId(k), b = ids->GetId((k + 1) % ids->GetNumberOfIds());
       const double length = (point_of(surface, a) - point_of(surface, b)).norm();
-      if (length > 0) slope = std::max(slope, (vector_of(displacement, a) - vector_of(displacement, b)).norm() / length);
+      if (length > 0)
+        slope = std::max(slope, (vector_of(displacement, a) - vector_of(displacement, b)).norm() / length);
     }
   }
   return slope;
@@ -75,9 +76,15 @@ double steepest(vtkPolyData* surface, vtkDataArray* displacement) {
 
 /// Blue (inwards) over near white to red (outwards), or near white to violet for sizes.
 vtkNew<vtkLookupTable> colours(double range, bool signed_values) {
-  static constexpr std::array<std::array<double, 3>, 7> kSigned = {{{0.02, 0.30, 0.55}, {0.22, 0.55, 0.78}, {0.66, 0.82, 0.91}, {0.96, 0.955, 0.94},
-                                                                   {0.97, 0.77, 0.66}, {0.86, 0.42, 0.33}, {0.62, 0.07, 0.16}}};
-  static constexpr std::array<std::array<double, 3>, 4> kSizes = {{{0.96, 0.955, 0.94}, {0.80, 0.74, 0.87}, {0.56, 0.44, 0.74}, {0.33, 0.15, 0.53}}};
+  static constexpr std::array<std::array<double, 3>, 7> kSigned = {{{0.02, 0.30, 0.55},
+                                                                    {0.22, 0.55, 0.78},
+                                                                    {0.62, 0.78, 0.88},
+                                                                    {0.86, 0.855, 0.84},
+                                                                    {0.93, 0.72, 0.61},
+                                                                    {0.86, 0.42, 0.33},
+                                                                    {0.62, 0.07, 0.16}}};
+  static constexpr std::array<std::array<double, 3>, 4> kSizes = {
+      {{0.88, 0.875, 0.86}, {0.80, 0.74, 0.87}, {0.56, 0.44, 0.74}, {0.33, 0.15, 0.53}}};
   vtkNew<vtkLookupTable> table;
   table->SetNumberOfTableValues(256);
   const auto set = [&](const auto& stops) {
@@ -85,7 +92,8 @@ vtkNew<vtkLookupTable> colours(double range, bool signed_values) {
       const double at = i / 255.0 * static_cast<double>(stops.size() - 1);
       const auto k = std::min(static_cast<std::size_t>(at), stops.size() - 2);
       const double t = at - static_cast<double>(k);
-      table->SetTableValue(i, (1 - t) * stops[k][0] + t * stops[k + 1][0], (1 - t) * stops[k][1] + t * stops[k + 1][1],
+      table->SetTableValue(i, (1 - t) * stops[k][0] + t * stops[k + 1][0],
+                           (1 - t) * stops[k][1] + t * stops[k + 1][1],
                            (1 - t) * stops[k][2] + t * stops[k + 1][2], 1.0);
     }
   };
@@ -98,8 +106,8 @@ struct View {
   Vector3d towards_camera, up;
 };
 
-/// Long bodies lie across the picture, turned about their axis so that the motion shows; plates are seen from above
-/// and to the side; other bodies stand upright (z up).
+/// Long bodies lie across the picture, turned about their axis so that the motion shows; plates are seen from
+/// above and to the side; other bodies stand upright (z up).
 View view_of(vtkPolyData* surface, vtkDataArray* displacement) {
   const vtkIdType n = surface->GetNumberOfPoints();
   Vector3d mean = Vector3d::Zero();
@@ -112,7 +120,8 @@ View view_of(vtkPolyData* surface, vtkDataArray* displacement) {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
   const Eigen::Vector3d size = axes.eigenvalues().cwiseMax(0).cwiseSqrt();  // smallest first
-  Vector3d longest = axes.eigenvectors().col(2), middle = axes.eigenvectors().col(1), shortest = axes.eigenvectors().col(0);
+  Vector3d longest = axes.eigenvectors().col(2), middle = axes.eigenvectors().col(1),
+           shortest = axes.eigenvectors().col(0);
   const auto pointing = [](Vector3d v) {  // one sign for the same body every time
     Eigen::Index k;
     v.cwiseAbs().maxCoeff(&k);
@@ -192,14 +201,16 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   shade->SetName("shade");
   shade->SetNumberOfTuples(n);
   for (vtkIdType i = 0; i < n; ++i) {
-    shade->SetValue(i, result.tangential ? vector_of(u, i).norm() : vector_of(u, i).dot(vector_of(normal, i)));
+    shade->SetValue(i,
+                    result.tangential ? vector_of(u, i).norm() : vector_of(u, i).dot(vector_of(normal, i)));
   }
   surface->GetPointData()->SetScalars(shade);
   surface->GetPointData()->SetActiveVectors("u");
 
   double bounds[6];
   surface->GetBounds(bounds);
-  const double diagonal = Vector3d(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]).norm();
+  const double diagonal =
+      Vector3d(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]).norm();
   const double slope = steepest(surface, u);
   // Clearly bent, never folded: at most a ninth of the size, and slopes of about a third.
   double scale = diagonal / 9 / largest;
@@ -284,8 +295,11 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
     height = largest_height;
     width = height * extent.x() / extent.y();
   }
-  const Vector3d centre = 0.5 * (low.x() + high.x()) * right + 0.5 * (low.y() + high.y()) * up +
-                          view.towards_camera * view.towards_camera.dot(Vector3d(bounds[0] + bounds[1], bounds[2] + bounds[3], bounds[4] + bounds[5]) / 2);
+  const Vector3d centre =
+      0.5 * (low.x() + high.x()) * right + 0.5 * (low.y() + high.y()) * up +
+      view.towards_camera *
+          view.towards_camera.dot(
+              Vector3d(bounds[0] + bounds[1], bounds[2] + bounds[3], bounds[4] + bounds[5]) / 2);
   vtkCamera* camera = renderer->GetActiveCamera();
   camera->ParallelProjectionOn();
   camera->SetFocalPoint(centre.x(), centre.y(), centre.z());
@@ -296,7 +310,10 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   renderer->ResetCameraClippingRange();
 
   vtkNew<vtkLightKit> light;
-  light->SetKeyLightIntensity(0.95);
+  light->SetKeyLightIntensity(0.9);
+  light->SetKeyLightWarmth(0.5);  // white: the colours mean something
+  light->SetFillLightWarmth(0.5);
+  light->SetBackLightWarmth(0.5);
   light->SetKeyToFillRatio(2.2);
   light->AddLightsToRenderer(renderer);
   renderer->SetBackground(1, 1, 1);
@@ -316,7 +333,8 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   image.pixels.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * 4);
   for (int row = 0; row < rows; ++row) {  // VTK's first row is the lowest
     const unsigned char* from = pixels->GetPointer(static_cast<vtkIdType>(rows - 1 - row) * columns * 4);
-    std::copy(from, from + static_cast<std::ptrdiff_t>(columns) * 4, image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * columns * 4);
+    std::copy(from, from + static_cast<std::ptrdiff_t>(columns) * 4,
+              image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * columns * 4);
   }
   result.image = trimmed(reduced(image, kSupersampling), 2);
   return result;
@@ -334,7 +352,8 @@ void draw_modes(const std::filesystem::path& modes_file, const std::vector<int>&
   for (const int mode : mode_indices) arrays->EnableArray(array_name(mode).c_str());
   reader->Update();
   vtkUnstructuredGrid* grid = reader->GetOutput();
-  for (std::size_t i = 0; i < mode_indices.size(); ++i) done(i, grid ? draw(grid, mode_indices[i]) : std::nullopt);
+  for (std::size_t i = 0; i < mode_indices.size(); ++i)
+    done(i, grid ? draw(grid, mode_indices[i]) : std::nullopt);
 }
 
 }  // namespace klang::reports::detail

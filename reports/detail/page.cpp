@@ -10,8 +10,8 @@ namespace klang::reports::detail {
 namespace {
 
 std::string tag(std::string_view name, std::string_view content, std::string_view attributes = {}) {
-  return "<" + std::string(name) + (attributes.empty() ? "" : " " + std::string(attributes)) + ">" + std::string(content) +
-         "</" + std::string(name) + ">";
+  return "<" + std::string(name) + (attributes.empty() ? "" : " " + std::string(attributes)) + ">" +
+         std::string(content) + "</" + std::string(name) + ">";
 }
 std::string number_cell(std::string_view content) { return tag("td", content, "class=\"n\""); }
 
@@ -19,22 +19,26 @@ std::string figure(const std::string& content, const std::string& caption) {
   return "<figure>" + content + (caption.empty() ? "" : tag("figcaption", caption)) + "</figure>\n";
 }
 std::string sheet(const Svg& svg) {
-  return "<div class=\"sheet scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Figure, scrolls sideways on a small screen\">" +
+  return "<div class=\"sheet scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Figure, scrolls sideways on "
+         "a small screen\">" +
          svg.inline_markup() + "</div>";
 }
 std::string scrolled(const std::string& table, const std::string& label) {
-  return "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(label) + "\">" + table + "</div>\n";
+  return "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(label) + "\">" +
+         table + "</div>\n";
 }
 std::string more(const std::string& title, const std::string& content) {
   return "<details class=\"more\"><summary>" + title + "</summary>" + content + "</details>\n";
 }
 
 std::string name_html(const Quantity& quantity) {
-  return escaped(capitalised(quantity.words)) + (quantity.symbol.empty() ? "" : " <span class=\"sym\">" + escaped(quantity.symbol) + "</span>");
+  return escaped(capitalised(quantity.words)) +
+         (quantity.symbol.empty() ? "" : " <span class=\"sym\">" + escaped(quantity.symbol) + "</span>");
 }
 
 std::string with_unit(const std::string& text, const Quantity& quantity) {
-  return text.empty() || quantity.unit.empty() ? escaped(text) : escaped(text) + "\u202f" + escaped(quantity.unit);
+  return text.empty() || quantity.unit.empty() ? escaped(text)
+                                               : escaped(text) + "\u202f" + escaped(quantity.unit);
 }
 
 std::string plus_minus(const Number& value, const Number& std, int digits = 4) {
@@ -52,17 +56,22 @@ std::string parameter_table(const std::vector<Estimate>& parameters) {
     std::string classes = known ? "" : "open";
     if (noted) classes += classes.empty() ? "pair" : " pair";
     body += "<tr" + (classes.empty() ? "" : " class=\"" + classes + "\"") + ">";
-    body += tag("th", name_html(text.quantity) + (e.derived ? " <small>(derived)</small>" : ""), "scope=\"row\"");
+    body +=
+        tag("th", name_html(text.quantity) + (e.derived ? " <small>(derived)</small>" : ""), "scope=\"row\"");
     const std::string value = text.std.empty() || !known ? text.value : text.value + " ± " + text.std;
     body += number_cell(with_unit(value, text.quantity));
     body += number_cell(known ? escaped(text.interval()) : "—");
-    body += number_cell(e.start_value ? with_unit(rounded(*e.start_value * text.quantity.factor, 5), text.quantity) : "—");
-    body += tag("td", known ? "<span class=\"tag good\">determined</span>" : "<span class=\"tag fair\">not determined</span>");
+    body += number_cell(
+        e.start_value ? with_unit(rounded(*e.start_value * text.quantity.factor, 5), text.quantity) : "—");
+    body += tag("td", known ? "<span class=\"tag good\">determined</span>"
+                            : "<span class=\"tag fair\">not determined</span>");
     body += "</tr>\n";
     if (noted) body += "<tr class=\"note\"><td colspan=\"5\">" + escaped(e.why) + "</td></tr>\n";
   }
-  return "<table><thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\" class=\"n\">Value ± standard deviation</th>"
-         "<th scope=\"col\" class=\"n\">95 % interval</th><th scope=\"col\" class=\"n\">Start</th><th scope=\"col\">By these data</th></tr></thead>\n<tbody>" +
+  return "<table><thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\" class=\"n\">Value ± standard "
+         "deviation</th>"
+         "<th scope=\"col\" class=\"n\">95 % interval</th><th scope=\"col\" class=\"n\">Start</th><th "
+         "scope=\"col\">By these data</th></tr></thead>\n<tbody>" +
          body + "</tbody></table>";
 }
 
@@ -72,14 +81,16 @@ std::string correlation_table(const ResultData& data) {
   std::string head = "<th></th>", body;
   for (std::size_t i = 0; i < n; ++i) {
     const Quantity q = quantity(data.correlation_names[i], 1);
-    const std::string words = q.symbol.empty() ? escaped(q.words) : "<span class=\"sym\">" + q.symbol + "</span>";
+    const std::string words =
+        q.symbol.empty() ? escaped(q.words) : "<span class=\"sym\">" + q.symbol + "</span>";
     head += "<th scope=\"col\" class=\"n\">" + words + "</th>";
     body += "<tr>" + tag("th", name_html(q), "scope=\"row\"");
     for (const Number& value : data.correlation[i]) body += number_cell(value ? fixed(*value, 2) : "—");
     body += "</tr>\n";
   }
   return more("Correlation of the estimates",
-              scrolled("<table><thead><tr>" + head + "</tr></thead><tbody>" + body + "</tbody></table>", "Correlation matrix"));
+              scrolled("<table><thead><tr>" + head + "</tr></thead><tbody>" + body + "</tbody></table>",
+                       "Correlation matrix"));
 }
 
 std::string damping_table(const ResultData& data) {
@@ -91,24 +102,38 @@ std::string damping_table(const ResultData& data) {
     for (const Estimate& e : model.parameters) {
       const ShownEstimate text = shown(e);
       values += (values.empty() ? "" : "<br>") +
-                (text.quantity.symbol.empty() ? escaped(text.quantity.words) : "<span class=\"sym\">" + escaped(text.quantity.symbol) + "</span>") +
-                " = " + (e.identifiable ? escaped(text.value_with_std())
-                                        : with_unit(text.value, text.quantity) + " <span class=\"tag fair\">not determined</span>");
+                (text.quantity.symbol.empty()
+                     ? escaped(text.quantity.words)
+                     : "<span class=\"sym\">" + escaped(text.quantity.symbol) + "</span>") +
+                " = " +
+                (e.identifiable ? escaped(text.value_with_std())
+                                : with_unit(text.value, text.quantity) +
+                                      " <span class=\"tag fair\">not determined</span>");
     }
     const double weight = std::clamp(model.aicc_weight.value_or(0), 0.0, 1.0);
     body += "<tr" + std::string(model.model == data.damping_model ? " class=\"best\"" : "") + ">" +
-            tag("th", escaped(capitalised(damping_words(model.model))), "scope=\"row\"") + tag("td", values, "class=\"nw\"") +
-            number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %" : "—") +
+            tag("th", escaped(capitalised(damping_words(model.model))), "scope=\"row\"") +
+            tag("td", values, "class=\"nw\"") +
+            number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %"
+                                                    : "—") +
             number_cell(model.aicc ? fixed(*model.aicc, 1) : "—") +
             number_cell(model.aicc ? "+" + fixed(*model.aicc - least, 1) : "—") +
-            tag("td", model.aicc_weight ? "<span class=\"bar\" style=\"width:" + coordinate(5 * weight) + "em\"></span>" +
-                                              escaped(share(weight)) : "—", "class=\"nw\"") + "</tr>\n";
+            tag("td",
+                model.aicc_weight ? "<span class=\"bar\" style=\"width:" + coordinate(5 * weight) +
+                                        "em\"></span>" + escaped(share(weight))
+                                  : "—",
+                "class=\"nw\"") +
+            "</tr>\n";
   }
-  return scrolled("<table><caption>Damping models, best first. AICc weighs how well a model fits against how many "
-                  "parameters it takes; the weight is each model’s share of belief among these.</caption><thead><tr>"
-                  "<th scope=\"col\">Model</th><th scope=\"col\">Parameters</th><th scope=\"col\" class=\"n\">rms residual</th>"
-                  "<th scope=\"col\" class=\"n\">AICc</th><th scope=\"col\" class=\"n\">Difference</th><th scope=\"col\">Weight</th></tr></thead>\n<tbody>" +
-                      body + "</tbody></table>", "Damping models");
+  return scrolled(
+      "<table><caption>Damping models, best first. AICc weighs how well a model fits against how many "
+      "parameters it takes; the weight is each model’s share of belief among these.</caption><thead><tr>"
+      "<th scope=\"col\">Model</th><th scope=\"col\">Parameters</th><th scope=\"col\" class=\"n\">rms "
+      "residual</th>"
+      "<th scope=\"col\" class=\"n\">AICc</th><th scope=\"col\" class=\"n\">Difference</th><th "
+      "scope=\"col\">Weight</th></tr></thead>\n<tbody>" +
+          body + "</tbody></table>",
+      "Damping models");
 }
 
 std::string match_table(const SpecimenRows& rows) {
@@ -116,15 +141,19 @@ std::string match_table(const SpecimenRows& rows) {
   for (const Match& m : rows.matches) {
     body += "<tr>" + number_cell(std::to_string(m.mode_index)) +
             number_cell(escaped(plus_minus(m.frequency_hz, m.frequency_std_hz, 7))) +
-            number_cell(fixed(m.model_frequency_hz, m.frequency_std_hz ? std::clamp(decimals_for(*m.frequency_std_hz), 1, 4) : 2)) +
+            number_cell(fixed(m.model_frequency_hz,
+                              m.frequency_std_hz ? std::clamp(decimals_for(*m.frequency_std_hz), 1, 4) : 2)) +
             number_cell(signed_cents(m.deviation_cents)) +
             number_cell(fixed(100 * (m.frequency_hz / m.model_frequency_hz - 1), 3)) +
             number_cell(escaped(plus_minus(m.decay_per_s, m.decay_std_per_s))) +
             number_cell(m.model_decay_per_s ? rounded(*m.model_decay_per_s, 4) : "—") + "</tr>\n";
   }
-  return "<table><thead><tr><th class=\"n\" scope=\"col\">Mode</th><th class=\"n\" scope=\"col\">Measured [Hz]</th>"
-         "<th class=\"n\" scope=\"col\">Model [Hz]</th><th class=\"n\" scope=\"col\">Cents</th><th class=\"n\" scope=\"col\">Per cent</th>"
-         "<th class=\"n\" scope=\"col\">Decay [1/s]</th><th class=\"n\" scope=\"col\">Model decay [1/s]</th></tr></thead>\n<tbody>" +
+  return "<table><thead><tr><th class=\"n\" scope=\"col\">Mode</th><th class=\"n\" scope=\"col\">Measured "
+         "[Hz]</th>"
+         "<th class=\"n\" scope=\"col\">Model [Hz]</th><th class=\"n\" scope=\"col\">Cents</th><th "
+         "class=\"n\" scope=\"col\">Per cent</th>"
+         "<th class=\"n\" scope=\"col\">Decay [1/s]</th><th class=\"n\" scope=\"col\">Model decay "
+         "[1/s]</th></tr></thead>\n<tbody>" +
          body + "</tbody></table>";
 }
 
@@ -133,19 +162,25 @@ std::string partial_table(const std::vector<Partial>& partials) {
   for (const Partial& p : partials) {
     body += "<tr>" + number_cell(escaped(plus_minus(p.frequency_hz, p.frequency_std_hz, 7))) +
             number_cell(escaped(plus_minus(p.decay_per_s, p.decay_std_per_s))) +
-            number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3) : "—") +
+            number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3)
+                                                            : "—") +
             number_cell(p.amplitude && *p.amplitude > 0 ? fixed(20 * std::log10(*p.amplitude), 1) : "—") +
             number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—") + "</tr>\n";
   }
-  return "<table><thead><tr><th class=\"n\" scope=\"col\">Frequency [Hz]</th><th class=\"n\" scope=\"col\">Decay [1/s]</th>"
+  return "<table><thead><tr><th class=\"n\" scope=\"col\">Frequency [Hz]</th><th class=\"n\" "
+         "scope=\"col\">Decay [1/s]</th>"
          "<th class=\"n\" scope=\"col\">60 dB in [s]</th><th class=\"n\" scope=\"col\">Level [dB]</th>"
-         "<th class=\"n\" scope=\"col\">Phase [rad]</th></tr></thead>\n<tbody>" + body + "</tbody></table>";
+         "<th class=\"n\" scope=\"col\">Phase [rad]</th></tr></thead>\n<tbody>" +
+         body + "</tbody></table>";
 }
 
 std::string mode_list(const std::vector<Predicted>& modes) {
   std::string text;
   for (const Predicted& mode : modes) {
-    text += (text.empty() ? "" : ", ") + ("<span class=\"nobr\">" + std::to_string(mode.mode_index) + " (" + escaped(hertz(mode.frequency_hz))) + ")</span>";
+    text += (text.empty() ? "" : ", ") +
+            ("<span class=\"nobr\">" + std::to_string(mode.mode_index) + " (" +
+             escaped(hertz(mode.frequency_hz))) +
+            ")</span>";
   }
   return text;
 }
@@ -154,18 +189,21 @@ std::string players(const SpecimenMedia& media, const std::string& name, const s
   if (media.recorded_wav.empty() && media.fitted_wav.empty()) return {};
   const auto player = [&](const std::string& wav, const std::string& what) {
     if (wav.empty()) return std::string();
-    return "<label>" + what + "<audio controls preload=\"auto\" aria-label=\"" + escaped(name.empty() ? what : what + ", " + name) + "\" src=\"" +
-           data_uri("audio/wav", wav) + "\"></audio></label>";
+    return "<label>" + what + "<audio controls preload=\"auto\" aria-label=\"" +
+           escaped(name.empty() ? what : what + ", " + name) + "\" src=\"" + data_uri("audio/wav", wav) +
+           "\"></audio></label>";
   };
   const bool both = !media.recorded_wav.empty() && !media.fitted_wav.empty();
-  std::string html = "<div class=\"listen\"" + std::string(both ? " data-switch" : "") + ">" + player(media.recorded_wav, "Recorded") +
-                     player(media.fitted_wav, fitted);
+  std::string html = "<div class=\"listen\"" + std::string(both ? " data-switch" : "") + ">" +
+                     player(media.recorded_wav, "Recorded") + player(media.fitted_wav, fitted);
   if (both) html += "<button type=\"button\" hidden>Compare</button>";
   html += "</div>\n";
   std::string note;
-  if (media.cut) note = "The first " + rounded(media.clip_s, 2) + " s; the whole sound lies beside this page.";
+  if (media.cut)
+    note = "The first " + rounded(media.clip_s, 2) + " s; the whole sound lies beside this page.";
   if (std::abs(20 * std::log10(media.gain)) > 0.5) {
-    note += std::string(note.empty() ? "" : " ") + (both ? "Both are" : "It is") + " played " + fixed(std::abs(20 * std::log10(media.gain)), 1) + " dB " +
+    note += std::string(note.empty() ? "" : " ") + (both ? "Both are" : "It is") + " played " +
+            fixed(std::abs(20 * std::log10(media.gain)), 1) + " dB " +
             (media.gain > 1 ? "louder" : "softer") + " than recorded.";
   }
   return html + (note.empty() ? "" : "<p class=\"how\"><small>" + note + "</small></p>\n");
@@ -177,27 +215,36 @@ std::string shapes(const SpecimenMedia& media, const SpecimenRows& rows) {
   std::string body;
   for (const ModePicture& picture : media.pictures) {
     if (picture.width > 2 * picture.height) ++wide;
-    std::string caption = "<b>" + escaped(hertz(picture.frequency_hz)) + "</b> mode " + std::to_string(picture.mode_index) + escaped(picture.twins);
+    std::string caption = "<b>" + escaped(hertz(picture.frequency_hz)) + "</b> mode " +
+                          std::to_string(picture.mode_index) + escaped(picture.twins);
     for (const Match& match : rows.matches) {
-      if (match.mode_index == picture.mode_index) caption += "; measured " + escaped(hertz(match.frequency_hz, match.frequency_std_hz));
+      if (match.mode_index == picture.mode_index)
+        caption += "; measured " + escaped(hertz(match.frequency_hz, match.frequency_std_hz));
     }
     if (picture.tangential) {
       caption += "; moves within its surface only, colour is the size of the motion";
     }
-    body += "<figure><img alt=\"Shape of mode " + std::to_string(picture.mode_index) + " at " + escaped(hertz(picture.frequency_hz)) +
-            "\" width=\"" + std::to_string(picture.width) + "\" height=\"" + std::to_string(picture.height) + "\" src=\"" +
+    body += "<figure><img alt=\"Shape of mode " + std::to_string(picture.mode_index) + " at " +
+            escaped(hertz(picture.frequency_hz)) + "\" width=\"" + std::to_string(picture.width) +
+            "\" height=\"" + std::to_string(picture.height) + "\" src=\"" +
             data_uri("image/png", picture.png) + "\">" + tag("figcaption", caption) + "</figure>\n";
   }
-  return "<h3>Mode shapes</h3>\n<div class=\"shapes" + std::string(2 * wide > static_cast<int>(media.pictures.size()) ? " long" : "") + "\">" + body +
-         "</div>\n<p class=\"how\"><small>The body at one extreme of its motion, greatly enlarged. Colour is the displacement normal "
-         "to the surface, which is what sounds: red outwards, blue inwards; dark lines are the nodes.</small></p>\n";
+  return "<h3>Mode shapes</h3>\n<div class=\"shapes" +
+         std::string(2 * wide > static_cast<int>(media.pictures.size()) ? " long" : "") + "\">" + body +
+         "</div>\n<p class=\"how\"><small>The body at one extreme of its motion, greatly enlarged. Colour is "
+         "the displacement normal "
+         "to the surface, which is what sounds: red outwards, blue inwards; dark lines are the "
+         "nodes.</small></p>\n";
 }
 
 std::string specimen_facts(const ResultData& data, const Specimen& specimen, const SpecimenRows& rows) {
   std::vector<std::string> facts;
   if (data.kind == "fit") {
-    facts.push_back(std::to_string(rows.matches.size()) + " of " + std::to_string(std::max(rows.matches.size(), specimen.partials.size())) + " partials matched");
-    if (specimen.rms_deviation_cents) facts.push_back("rms " + rounded(*specimen.rms_deviation_cents, 2) + " cents");
+    facts.push_back(std::to_string(rows.matches.size()) + " of " +
+                    std::to_string(std::max(rows.matches.size(), specimen.partials.size())) +
+                    " partials matched");
+    if (specimen.rms_deviation_cents)
+      facts.push_back("rms " + rounded(*specimen.rms_deviation_cents, 2) + " cents");
     if (specimen.max_deviation_cents) facts.push_back("largest " + rounded(*specimen.max_deviation_cents, 2));
   }
   std::string text;
@@ -209,19 +256,28 @@ std::string specimen_details(const ResultData& data, const Specimen& specimen, c
   std::string facts;
   const auto fact = [&](const std::string& text) { facts += (facts.empty() ? "" : " · ") + text; };
   if (specimen.mass_kg) fact("mass " + rounded(1000 * *specimen.mass_kg, 5) + " g");
-  if (specimen.explained_energy) fact(rounded(100 * *specimen.explained_energy, 4) + " % of the energy explained");
+  if (specimen.explained_energy)
+    fact(rounded(100 * *specimen.explained_energy, 4) + " % of the energy explained");
   if (specimen.strikes_s.size() > 1) fact(std::to_string(specimen.strikes_s.size()) + " strikes");
-  if (specimen.n_nodes) fact(std::to_string(*specimen.n_nodes) + " nodes" + (specimen.n_elements ? ", " + std::to_string(*specimen.n_elements) + " elements" : ""));
-  if (specimen.none_missing) fact(*specimen.none_missing ? "no mode missing in the band (proven by a Sturm count)" : "a mode may be missing in the band");
+  if (specimen.n_nodes)
+    fact(std::to_string(*specimen.n_nodes) + " nodes" +
+         (specimen.n_elements ? ", " + std::to_string(*specimen.n_elements) + " elements" : ""));
+  if (specimen.none_missing)
+    fact(*specimen.none_missing ? "no mode missing in the band (proven by a Sturm count)"
+                                : "not proven that no mode is missing in the band");
   std::string html = facts.empty() ? "" : "<p class=\"how\"><small>" + facts + "</small></p>\n";
   if (data.kind != "fit") return html;
   std::string tables;
-  if (!rows.matches.empty()) tables += more(counted(rows.matches.size(), "matched partial", "matched partials"), scrolled(match_table(rows), "Matched partials"));
+  if (!rows.matches.empty())
+    tables += more(counted(rows.matches.size(), "matched partial", "matched partials"),
+                   scrolled(match_table(rows), "Matched partials"));
   if (!rows.unmatched.empty()) {
-    tables += more(counted(rows.unmatched.size(), "partial", "partials") + " without a mode", scrolled(partial_table(rows.unmatched), "Partials without a mode"));
+    tables += more(counted(rows.unmatched.size(), "partial", "partials") + " without a mode",
+                   scrolled(partial_table(rows.unmatched), "Partials without a mode"));
   }
   if (!rows.unheard.empty()) {
-    tables += more(counted(rows.unheard.size(), "mode", "modes") + " of the model that no partial matches", "<p>" + mode_list(rows.unheard) + "</p>");
+    tables += more(counted(rows.unheard.size(), "mode", "modes") + " of the model that no partial matches",
+                   "<p>" + mode_list(rows.unheard) + "</p>");
   }
   return html + tables;
 }
@@ -232,30 +288,37 @@ std::string specimen_section(const ResultData& data, const PageParts& parts, std
   const SpecimenRows rows = rows_of(data, specimen);
   std::string body = players(media, specimen.name, fitted_words(data));
   if (media.spectrogram) {
-    body += figure(sheet(*media.spectrogram),
-                   media.fitted_wav.empty() ? "Spectrogram of the recording; triangles mark strikes."
-                                            : "Spectrograms on one scale of level. The difference is taken between magnitudes, so that phases do not enter: "
-                                              "what is bright there is energy that one of the two has and the other has not. Triangles mark strikes.");
+    body += figure(sheet(*media.spectrogram), media.fitted_wav.empty()
+                                                  ? "Spectrogram of the recording; triangles mark strikes."
+                                                  : "Spectrograms on one scale of level. The difference is "
+                                                    "taken between magnitudes, so that phases do not enter: "
+                                                    "what is bright there is energy that one of the two has "
+                                                    "and the other has not. Triangles mark strikes.");
   }
   body += shapes(media, rows) + specimen_details(data, specimen, rows);
   if (data.kind != "fit") return body;
   const bool open = index == 0 || data.specimens.size() <= 3;
-  return "<details class=\"body\" id=\"specimen-" + std::to_string(index) + "\"" + (open ? " open" : "") + "><summary><h3>" +
-         escaped(specimen.name.empty() ? "specimen " + std::to_string(index + 1) : specimen.name) + "</h3><span class=\"shape\">" + escaped(specimen.shape) +
-         "</span><span class=\"how\">" + specimen_facts(data, specimen, rows) + "</span></summary>\n" + body + "</details>\n";
+  return "<details class=\"body\" id=\"specimen-" + std::to_string(index) + "\"" + (open ? " open" : "") +
+         "><summary><h3>" +
+         escaped(specimen.name.empty() ? "specimen " + std::to_string(index + 1) : specimen.name) +
+         "</h3><span class=\"shape\">" + escaped(specimen.shape) + "</span><span class=\"how\">" +
+         specimen_facts(data, specimen, rows) + "</span></summary>\n" + body + "</details>\n";
 }
 
 std::string key_figures(const ResultData& data) {
   std::string html;
   const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
-    html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) + "</dd></div>";
+    html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) +
+            "</dd></div>";
   };
   int n = 0;
-  for (const char* name : {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa", "rayleigh_stiffness_s", "rayleigh_mass_per_s"}) {
+  for (const char* name : {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa",
+                           "rayleigh_stiffness_s", "rayleigh_mass_per_s"}) {
     for (const Estimate& e : data.parameters) {
       if (e.name != name || !e.identifiable || n >= 4) continue;
       const ShownEstimate text = shown(e);
-      key(name_html(text.quantity), with_unit(text.value, text.quantity), text.std.empty() ? "" : "± " + with_unit(text.std, text.quantity));
+      key(name_html(text.quantity), with_unit(text.value, text.quantity),
+          text.std.empty() ? "" : "± " + with_unit(text.std, text.quantity));
       ++n;
     }
   }
@@ -267,12 +330,15 @@ std::string key_figures(const ResultData& data) {
       worst = std::max(worst, std::abs(match.deviation_cents));
     }
     for (const Specimen& specimen : data.specimens) n_partials += specimen.partials.size();
-    key("partials matched", std::to_string(data.matches.size()), "of " + std::to_string(std::max(n_partials, data.matches.size())));
-    key("deviation", rounded(std::sqrt(sum_sq / static_cast<double>(data.matches.size())), 2) + " cents", "rms; largest " + rounded(worst, 2));
+    key("partials matched", std::to_string(data.matches.size()),
+        "of " + std::to_string(std::max(n_partials, data.matches.size())));
+    key("deviation", rounded(std::sqrt(sum_sq / static_cast<double>(data.matches.size())), 2) + " cents",
+        "rms; largest " + rounded(worst, 2));
     if (!data.damping_model.empty()) {
       std::string note;
       for (const DampingModel& model : data.damping) {
-        if (model.model == data.damping_model && model.aicc_weight) note = "AICc weight " + escaped(share(*model.aicc_weight));
+        if (model.model == data.damping_model && model.aicc_weight)
+          note = "AICc weight " + escaped(share(*model.aicc_weight));
       }
       key("damping", escaped(capitalised(damping_words(data.damping_model))), note);
     }
@@ -281,17 +347,28 @@ std::string key_figures(const ResultData& data) {
     const Specimen& body = data.specimens.front();
     key("partials", std::to_string(body.partials.size()), "");
     if (body.explained_energy) key("energy explained", rounded(100 * *body.explained_energy, 4) + " %", "");
-    if (!body.strikes_s.empty()) key(body.strikes_s.size() == 1 ? "strike" : "strikes", std::to_string(body.strikes_s.size()), "first at " + rounded(body.strikes_s[0], 4) + " s");
-    if (body.duration_s) key("duration", rounded(*body.duration_s, 4) + "\u202fs", body.n_channels ? counted(static_cast<std::size_t>(std::max(0, *body.n_channels)), "channel", "channels") : "");
+    if (!body.strikes_s.empty())
+      key(body.strikes_s.size() == 1 ? "strike" : "strikes", std::to_string(body.strikes_s.size()),
+          "first at " + rounded(body.strikes_s[0], 4) + " s");
+    if (body.duration_s)
+      key("duration", rounded(*body.duration_s, 4) + "\u202fs",
+          body.n_channels
+              ? counted(static_cast<std::size_t>(std::max(0, *body.n_channels)), "channel", "channels")
+              : "");
     if (body.sample_rate_hz) key("sample rate", rounded(*body.sample_rate_hz / 1000, 5) + "\u202fkHz", "");
-    if (body.noise_rms && *body.noise_rms > 0) key("noise", fixed(20 * std::log10(*body.noise_rms), 1) + "\u202fdB", "re full scale, rms in band");
+    if (body.noise_rms && *body.noise_rms > 0)
+      key("noise", fixed(20 * std::log10(*body.noise_rms), 1) + "\u202fdB", "re full scale, rms in band");
   }
   if (data.kind == "modes") {
     const Specimen& body = data.specimens.front();
-    key("modes", std::to_string(body.modes.size()), body.none_missing.value_or(false) ? "none missing (proven)" : "");
-    if (body.n_nodes) key("nodes", std::to_string(*body.n_nodes), body.n_elements ? std::to_string(*body.n_elements) + " elements" : "");
+    key("modes", std::to_string(body.modes.size()),
+        body.none_missing.value_or(false) ? "none missing (proven)" : "");
+    if (body.n_nodes)
+      key("nodes", std::to_string(*body.n_nodes),
+          body.n_elements ? std::to_string(*body.n_elements) + " elements" : "");
     if (body.n_rigid_modes) key("rigid modes", std::to_string(*body.n_rigid_modes), "");
-    if (data.peak_memory_bytes) key("memory", rounded(*data.peak_memory_bytes / 1e6, 4) + "\u202fMB", "at the peak");
+    if (data.peak_memory_bytes)
+      key("memory", rounded(*data.peak_memory_bytes / 1e6, 4) + "\u202fMB", "at the peak");
   }
   return html.empty() ? "" : "<dl class=\"keys\">" + html + "</dl>\n";
 }
@@ -300,7 +377,10 @@ std::string warning_box(const ResultData& data, const PageParts& parts) {
   std::string items;
   for (const std::string& warning : data.warnings) items += tag("li", escaped(warning)) + "\n";
   for (const std::string& warning : parts.warnings) items += tag("li", escaped(warning)) + "\n";
-  return items.empty() ? "" : "<aside class=\"warn\" aria-label=\"Warnings\"><h2>To know when reading this page</h2><ul>" + items + "</ul></aside>\n";
+  return items.empty()
+             ? ""
+             : "<aside class=\"warn\" aria-label=\"Warnings\"><h2>To know when reading this page</h2><ul>" +
+                   items + "</ul></aside>\n";
 }
 
 std::string provenance(const ResultData& data) {
@@ -311,21 +391,28 @@ std::string provenance(const ResultData& data) {
   row("Made by", data.version.empty() ? "" : "klang " + escaped(data.version));
   row("Command", data.command.empty() ? "" : "<code>" + escaped(data.command) + "</code>");
   row("Seed", escaped(data.seed));
-  if (data.cost_initial && data.cost_final) row("Cost", rounded(*data.cost_initial, 4) + " → " + rounded(*data.cost_final, 4));
+  if (data.cost_initial && data.cost_final)
+    row("Cost", rounded(*data.cost_initial, 4) + " → " + rounded(*data.cost_final, 4));
   std::string times;
-  for (const auto& [name, seconds] : data.wall_time_s) times += (times.empty() ? "" : ", ") + escaped(name) + " " + rounded(seconds, 3) + " s";
+  for (const auto& [name, seconds] : data.wall_time_s)
+    times += (times.empty() ? "" : ", ") + escaped(name) + " " + rounded(seconds, 3) + " s";
   row("Time", times);
   std::string html = rows.empty() ? "" : "<table><tbody>" + rows + "</tbody></table>\n";
   if (!data.inputs.empty()) {
     std::string inputs;
     for (const ProvenanceInput& input : data.inputs) {
-      inputs += "<tr>" + tag("td", escaped(input.path)) + number_cell(input.n_bytes ? fixed(*input.n_bytes, 0) : "—") +
+      inputs += "<tr>" + tag("td", escaped(input.path)) +
+                number_cell(input.n_bytes ? fixed(*input.n_bytes, 0) : "—") +
                 tag("td", escaped(input.sha256), "class=\"hash\"") + "</tr>\n";
     }
-    html += scrolled("<table><thead><tr><th scope=\"col\">Input</th><th scope=\"col\" class=\"n\">Bytes</th><th scope=\"col\">SHA-256</th></tr></thead><tbody>" +
-                         inputs + "</tbody></table>", "Inputs");
+    html += scrolled(
+        "<table><thead><tr><th scope=\"col\">Input</th><th scope=\"col\" class=\"n\">Bytes</th><th "
+        "scope=\"col\">SHA-256</th></tr></thead><tbody>" +
+            inputs + "</tbody></table>",
+        "Inputs");
   }
-  if (!data.options.empty() && data.options != "{}" && data.options != "null") html += more("Options", "<pre>" + escaped(data.options) + "</pre>");
+  if (!data.options.empty() && data.options != "{}" && data.options != "null")
+    html += more("Options", "<pre>" + escaped(data.options) + "</pre>");
   return html;
 }
 
@@ -334,7 +421,8 @@ std::string encoded_path(const std::string& path) {
   static constexpr char kHex[] = "0123456789ABCDEF";
   for (const char c : path) {
     const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.' || c == '/';
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.' || c == '/';
     if (plain) {
       text += c;
     } else {
@@ -356,14 +444,16 @@ std::string title_of(const ResultData& data) {
     return "Recording";
   }
   const Specimen* body = data.specimens.empty() ? nullptr : &data.specimens.front();
-  return body && !body->shape.empty() ? body->shape : "Result";
+  return body && !body->shape.empty() ? capitalised(body->shape) : "Result";
 }
 
 }  // namespace
 
 std::string page_html(const ResultData& data, const PageParts& parts) {
   const std::string title = title_of(data);
-  const std::string over = data.kind == "fit" ? "Klangprobe · material from sound" : data.kind == "analysis" ? "Klangprobe · partials of a recording" : "Klangprobe · modes of a body";
+  const std::string over = data.kind == "fit"        ? "Klangprobe · material from sound"
+                           : data.kind == "analysis" ? "Klangprobe · partials of a recording"
+                                                     : "Klangprobe · modes of a body";
   std::vector<std::pair<std::string, std::string>> contents;
   std::string sections;
   const auto section = [&](const std::string& id, const std::string& name, const std::string& body) {
@@ -374,14 +464,26 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
 
   if (data.kind == "fit") {
     if (!data.parameters.empty()) {
-      section("parameters", "Parameters", scrolled(parameter_table(data.parameters), "Parameters") + correlation_table(data));
+      section("parameters", "Parameters",
+              scrolled(parameter_table(data.parameters), "Parameters") + correlation_table(data));
     }
     std::string partials;
-    for (const Svg& ladder : parts.ladders) partials += figure(sheet(ladder), &ladder == &parts.ladders.back()
-        ? "Each column is a specimen: measured partials left, modes of the fitted model right, and how many cents the measured one lies above the model." : "");
-    if (parts.residuals) partials += figure(sheet(*parts.residuals), "What is left between measurement and model. Error bars are one standard deviation of the measured frequency alone.");
+    for (const Svg& ladder : parts.ladders)
+      partials += figure(sheet(ladder),
+                         &ladder == &parts.ladders.back()
+                             ? "Each column is a specimen: measured partials left, modes of the fitted model "
+                               "right, and how many cents the measured one lies above the model."
+                             : "");
+    if (parts.residuals)
+      partials += figure(sheet(*parts.residuals),
+                         "What is left between measurement and model. Error bars are one standard deviation "
+                         "of the measured frequency alone.");
     section("partials", "Partials", partials);
-    std::string damping = parts.decays ? figure(sheet(*parts.decays), "Decay rate of the amplitude; a partial falls by 60 dB in 6.91 divided by it. Bars are one standard deviation; hollow marks are partials without a mode.") : "";
+    std::string damping =
+        parts.decays ? figure(sheet(*parts.decays),
+                              "Decay rate of the amplitude; a partial falls by 60 dB in 6.91 divided by it. "
+                              "Bars are one standard deviation; hollow marks are partials without a mode.")
+                     : "";
     if (!data.damping.empty()) damping += damping_table(data);
     section("damping", "Damping", damping);
     std::string bodies;
@@ -390,10 +492,16 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
   } else if (data.kind == "analysis") {
     const Specimen& body = data.specimens.front();
     section("sound", "Sound", specimen_section(data, parts, 0));
-    std::string partials = parts.spectrum ? figure(sheet(*parts.spectrum), "Each partial at the moment of the first strike.") : "";
+    std::string partials =
+        parts.spectrum ? figure(sheet(*parts.spectrum), "Each partial at the moment of the first strike.")
+                       : "";
     if (!body.partials.empty()) partials += scrolled(partial_table(body.partials), "Partials");
     section("partials", "Partials", partials);
-    section("damping", "Damping", parts.decays ? figure(sheet(*parts.decays), "Decay rate of the amplitude; a partial falls by 60 dB in 6.91 divided by it. Bars are one standard deviation.") : "");
+    section("damping", "Damping",
+            parts.decays ? figure(sheet(*parts.decays),
+                                  "Decay rate of the amplitude; a partial falls by 60 dB in 6.91 divided by "
+                                  "it. Bars are one standard deviation.")
+                         : "");
   } else {
     const Specimen& body = data.specimens.front();
     std::string modes = parts.modes ? figure(sheet(*parts.modes), "") : "";
@@ -402,30 +510,44 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
       rows += "<tr>" + number_cell(std::to_string(mode.index)) + number_cell(fixed(mode.frequency_hz, 3)) +
               number_cell(mode.relative_residual ? rounded(*mode.relative_residual, 2) : "—") + "</tr>\n";
     }
-    if (!rows.empty()) modes += scrolled("<table><thead><tr><th class=\"n\" scope=\"col\">Mode</th><th class=\"n\" scope=\"col\">Frequency [Hz]</th><th class=\"n\" scope=\"col\">Relative residual</th></tr></thead><tbody>" + rows + "</tbody></table>", "Modes");
+    if (!rows.empty())
+      modes += scrolled(
+          "<table><thead><tr><th class=\"n\" scope=\"col\">Mode</th><th class=\"n\" scope=\"col\">Frequency "
+          "[Hz]</th><th class=\"n\" scope=\"col\">Relative residual</th></tr></thead><tbody>" +
+              rows + "</tbody></table>",
+          "Modes");
     section("modes", "Modes", modes);
     section("shapes", "Shapes", specimen_section(data, parts, 0));
   }
   section("provenance", "How it was made", provenance(data));
   std::string files;
-  for (const auto& [file, what] : parts.downloads) files += "<li><a href=\"" + encoded_path(file) + "\">" + escaped(file) + "</a> " + escaped(what) + "</li>\n";
+  for (const auto& [file, what] : parts.downloads)
+    files +=
+        "<li><a href=\"" + encoded_path(file) + "\">" + escaped(file) + "</a> " + escaped(what) + "</li>\n";
   if (!files.empty()) section("files", "Files beside this page", "<ul class=\"files\">" + files + "</ul>");
 
   std::string toc;
   for (const auto& [id, name] : contents) toc += "<li><a href=\"#" + id + "\">" + name + "</a></li>";
   const Verdict result = verdict(data);
   std::string lead;
-  for (const std::string& sentence : summary_sentences(data)) lead += tag("p", sentence, "class=\"lead\"") + "\n";
+  for (const std::string& sentence : summary_sentences(data))
+    lead += tag("p", sentence, "class=\"lead\"") + "\n";
 
   // The policy makes sure that nothing is ever fetched: all a browser may load is in this file.
   return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; media-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
-         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>" + escaped(title) + "</title>\n<style>" + page_css() +
-         "</style>\n</head>\n<body>\n<header class=\"top\"><p class=\"over\">" + over + "</p>\n<h1>" + escaped(title) +
-         "</h1>\n<p class=\"verdict\"><span class=\"pill " + result.kind + "\">" + escaped(result.words) + "</span><span class=\"how\">" +
-         escaped(result.details) + "</span></p>\n" + lead + key_figures(data) + warning_box(data, parts) +
-         "<nav class=\"toc\" aria-label=\"Contents\"><ol>" + toc + "</ol></nav></header>\n<main>\n" + sections +
-         "</main>\n<footer>This page is one file and needs no network. Numbers: standard deviations are one sigma; frequencies in hertz, decays of the amplitude in 1/s, 100 cents = one semitone.</footer>\n<script>" +
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
+         "media-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>" +
+         escaped(title) + "</title>\n<style>" + page_css() +
+         "</style>\n</head>\n<body>\n<header class=\"top\"><p class=\"over\">" + over + "</p>\n<h1>" +
+         escaped(title) + "</h1>\n<p class=\"verdict\"><span class=\"pill " + result.kind + "\">" +
+         escaped(result.words) + "</span><span class=\"how\">" + escaped(result.details) + "</span></p>\n" +
+         lead + key_figures(data) + warning_box(data, parts) +
+         "<nav class=\"toc\" aria-label=\"Contents\"><ol>" + toc + "</ol></nav></header>\n<main>\n" +
+         sections +
+         "</main>\n<footer>This page is one file and needs no network. Numbers: standard deviations are one "
+         "sigma; frequencies in hertz, decays of the amplitude in 1/s, 100 cents = one "
+         "semitone.</footer>\n<script>" +
          page_script() + "</script>\n</body>\n</html>\n";
 }
 

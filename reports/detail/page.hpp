@@ -33,8 +33,8 @@ struct SpecimenMedia {
 struct PageParts {
   std::vector<Svg> ladders;
   std::optional<Svg> residuals, decays, spectrum, modes;
-  std::vector<SpecimenMedia> media;                          ///< as data.specimens
-  std::vector<std::string> warnings;                         ///< of the report itself
+  std::vector<SpecimenMedia> media;                            ///< as data.specimens
+  std::vector<std::string> warnings;                           ///< of the report itself
   std::vector<std::pair<std::string, std::string>> downloads;  ///< file beside the page, what it is
 };
 

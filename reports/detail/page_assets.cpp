@@ -87,17 +87,19 @@ pre{overflow-x:auto;background:var(--soft);padding:.8rem 1rem;border-radius:6px;
 code,.hash{font-family:ui-monospace,"SF Mono",Menlo,Consolas,"Liberation Mono","DejaVu Sans Mono",monospace;font-size:.85em;overflow-wrap:anywhere}
 ul.files{columns:2;column-gap:2.5rem;padding-left:1.1rem;font-size:.92rem}
 footer{margin-top:3.5rem;padding-bottom:3rem;color:var(--muted);font-size:.85rem}
-@media (max-width:640px){main,header.top,footer{padding-left:16px;padding-right:16px}header.top{padding-top:28px}h1{font-size:1.85rem}
+@media (max-width:640px){.scroll table{min-width:600px}main,header.top,footer{padding-left:16px;padding-right:16px}header.top{padding-top:28px}h1{font-size:1.85rem}
 ul.files{columns:1}details.body>summary{grid-template-columns:1.1rem 1fr}details.body>summary .shape,details.body>summary .how{grid-column:2}}
 @media print{:root{color-scheme:light;--ground:#fff;--paper:#fff;--ink:#000;--muted:#444;--line:#bbb;--soft:#f4f4f4;--accent:#0f5f8a}
 body{font-size:10.5pt}header.top{padding-top:0}nav.toc,.listen{display:none}h2{break-after:avoid;margin-top:1.6rem}
 figure,table,.keys{break-inside:avoid}.sheet{border:0;padding:0;overflow:visible}svg.kf{min-width:0}a{color:inherit;text-decoration:none}}
 )css";
-  return std::string(kStyle) + figure_css(false) + "@media screen and (prefers-color-scheme:dark){\n" + figure_css(true) + "}\n";
+  return std::string(kStyle) + figure_css(false) + "@media screen and (prefers-color-scheme:dark){\n" +
+         figure_css(true) + "}\n";
 }
 
 std::string page_script() {
-  // One button per specimen plays both clips in step and lets one of them be heard; closed parts open for the printer.
+  // One button per specimen plays both clips in step and lets one of them be heard; closed parts open for the
+  // printer.
   return R"js("use strict";
 document.querySelectorAll("[data-switch]").forEach(function(box){
   var sounds=box.querySelectorAll("audio"),button=box.querySelector("button"),heard=-1;

@@ -24,15 +24,16 @@ void append_bytes(png_structp png, png_bytep data, png_size_t length) {
 }
 void png_warned(png_structp, png_const_charp) {}
 
-/// Owns libpng's write structure; libpng calls png_failed, which throws through its C frames (Debian builds libpng with
-/// unwind tables, and nothing there needs cleaning up but what this destructor frees).
+/// Owns libpng's write structure; libpng calls png_failed, which throws through its C frames (Debian builds
+/// libpng with unwind tables, and nothing there needs cleaning up but what this destructor frees).
 struct PngWriter {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, png_failed, png_warned);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   ~PngWriter() { png_destroy_write_struct(&png, &info); }
 };
 
-std::string encode(int width, int height, int colour_type, int bytes_a_pixel, const std::vector<std::uint8_t>& pixels,
+std::string encode(int width, int height, int colour_type, int bytes_a_pixel,
+                   const std::vector<std::uint8_t>& pixels,
                    const std::array<std::array<std::uint8_t, 3>, 256>* palette) {
   KLANG_CHECK(width > 0 && height > 0 &&
                   pixels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
@@ -43,8 +44,8 @@ std::string encode(int width, int height, int colour_type, int bytes_a_pixel, co
   if (!writer.info) throw NumericalError("PNG: out of memory");
   png_set_write_fn(writer.png, &bytes, append_bytes, nullptr);
   png_set_compression_level(writer.png, 7);
-  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8, colour_type,
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
+               colour_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   if (palette) {
     std::array<png_color, 256> colours;
     for (std::size_t i = 0; i < 256; ++i) colours[i] = {(*palette)[i][0], (*palette)[i][1], (*palette)[i][2]};
@@ -65,7 +66,8 @@ double linear_to_srgb(double c) {
   return c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
 }
 
-/// sRGB (0 to 1) of a colour in Oklab. Source: Ottosson 2020, "A perceptual color space for image processing".
+/// sRGB (0 to 1) of a colour in Oklab. Source: Ottosson 2020, "A perceptual color space for image
+/// processing".
 std::array<double, 3> from_oklab(double lightness, double a, double b) {
   const double l = std::pow(lightness + 0.3963377774 * a + 0.2158037573 * b, 3);
   const double m = std::pow(lightness - 0.1055613458 * a - 0.0638541728 * b, 3);
@@ -76,7 +78,8 @@ std::array<double, 3> from_oklab(double lightness, double a, double b) {
 }
 
 std::array<std::array<std::uint8_t, 3>, 256> make_heat_palette() {
-  // Lightness rises evenly; hue turns from blue-violet through red and orange to yellow, chroma is largest half-way.
+  // Lightness rises evenly; hue turns from blue-violet through red and orange to yellow, chroma is largest
+  // half-way.
   std::array<std::array<std::uint8_t, 3>, 256> palette;
   constexpr double kPiHere = 3.14159265358979323846;
   for (int i = 0; i < 256; ++i) {
@@ -108,7 +111,8 @@ const std::array<std::array<std::uint8_t, 3>, 256>& heat_palette() {
   return palette;
 }
 
-std::string png_bytes(const IndexedImage& image, const std::array<std::array<std::uint8_t, 3>, 256>& palette) {
+std::string png_bytes(const IndexedImage& image,
+                      const std::array<std::array<std::uint8_t, 3>, 256>& palette) {
   return encode(image.width, image.height, PNG_COLOR_TYPE_PALETTE, 1, image.pixels, &palette);
 }
 
@@ -124,7 +128,8 @@ std::string png_of_svg(std::string_view svg, double scale) {
   const std::unique_ptr<RsvgHandle, ObjectFree> handle(
       rsvg_handle_new_from_data(reinterpret_cast<const guint8*>(svg.data()), svg.size(), &error));
   const auto fail = [&](const char* stage) {
-    std::string message = std::string("librsvg: ") + stage + (error ? std::string(": ") + error->message : "");
+    std::string message =
+        std::string("librsvg: ") + stage + (error ? std::string(": ") + error->message : "");
     if (error) g_error_free(error);
     throw NumericalError(message);
   };
@@ -137,7 +142,8 @@ std::string png_of_svg(std::string_view svg, double scale) {
   struct ContextFree {
     void operator()(cairo_t* context) const { cairo_destroy(context); }
   };
-  const int columns = static_cast<int>(std::ceil(width * scale)), rows = static_cast<int>(std::ceil(height * scale));
+  const int columns = static_cast<int>(std::ceil(width * scale)),
+            rows = static_cast<int>(std::ceil(height * scale));
   const std::unique_ptr<cairo_surface_t, SurfaceFree> surface(
       cairo_image_surface_create(CAIRO_FORMAT_RGB24, columns, rows));
   const std::unique_ptr<cairo_t, ContextFree> context(cairo_create(surface.get()));
@@ -148,7 +154,8 @@ std::string png_of_svg(std::string_view svg, double scale) {
     static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
     return CAIRO_STATUS_SUCCESS;
   };
-  if (cairo_surface_write_to_png_stream(surface.get(), append, &bytes) != CAIRO_STATUS_SUCCESS) fail("no PNG");
+  if (cairo_surface_write_to_png_stream(surface.get(), append, &bytes) != CAIRO_STATUS_SUCCESS)
+    fail("no PNG");
   return bytes;
 }
 
@@ -183,15 +190,20 @@ RgbaImage reduced(const RgbaImage& image, int factor) {
       int sum[4] = {0, 0, 0, 0};
       for (int i = 0; i < factor; ++i) {
         for (int j = 0; j < factor; ++j) {
-          const std::uint8_t* p = &image.pixels[(static_cast<std::size_t>(row * factor + i) * static_cast<std::size_t>(image.width) +
-                                                 static_cast<std::size_t>(column * factor + j)) * 4];
+          const std::uint8_t* p = &image.pixels[(static_cast<std::size_t>(row * factor + i) *
+                                                     static_cast<std::size_t>(image.width) +
+                                                 static_cast<std::size_t>(column * factor + j)) *
+                                                4];
           for (int c = 0; c < 3; ++c) sum[c] += p[c] * p[3];
           sum[3] += p[3];
         }
       }
-      std::uint8_t* q = &result.pixels[(static_cast<std::size_t>(row) * static_cast<std::size_t>(result.width) +
-                                        static_cast<std::size_t>(column)) * 4];
-      for (int c = 0; c < 3; ++c) q[c] = static_cast<std::uint8_t>(sum[3] > 0 ? (sum[c] + sum[3] / 2) / sum[3] : 0);
+      std::uint8_t* q =
+          &result.pixels[(static_cast<std::size_t>(row) * static_cast<std::size_t>(result.width) +
+                          static_cast<std::size_t>(column)) *
+                         4];
+      for (int c = 0; c < 3; ++c)
+        q[c] = static_cast<std::uint8_t>(sum[3] > 0 ? (sum[c] + sum[3] / 2) / sum[3] : 0);
       q[3] = static_cast<std::uint8_t>((sum[3] + factor * factor / 2) / (factor * factor));
     }
   }
@@ -202,7 +214,11 @@ RgbaImage trimmed(const RgbaImage& image, int margin) {
   int left = image.width, right = -1, top = image.height, bottom = -1;
   for (int row = 0; row < image.height; ++row) {
     for (int column = 0; column < image.width; ++column) {
-      if (image.pixels[(static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(column)) * 4 + 3] == 0) continue;
+      if (image.pixels[(static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                        static_cast<std::size_t>(column)) *
+                           4 +
+                       3] == 0)
+        continue;
       left = std::min(left, column);
       right = std::max(right, column);
       top = std::min(top, row);

@@ -1,5 +1,6 @@
 #include "reports/detail/result_data.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/errors.hpp"
@@ -139,11 +140,23 @@ void describe_shape(const Node& node, std::string& words, std::string& kind) {
   if (node.has("mesh")) words += (words.empty() ? "mesh " : ", mesh ") + node.text("mesh");
   if (node.has("profile_csv")) words += ", profile " + node.text("profile_csv");
   const json& dims = node.has("dims") && shape.at("dims").is_object() ? shape.at("dims") : shape;
+  // As a person gives them: the largest dimensions first, unknown ones last.
+  static constexpr std::array<std::string_view, 13> kOrder = {
+      "edge_m", "length_m", "width_m", "height_m", "outer_radius_m", "radius_m",  "a_m",
+      "b_m",    "c_m",      "depth_m", "wall_m",   "thickness_m",    "max_edge_m"};
+  std::vector<std::pair<std::string, double>> sorted;
   for (const auto& [key, value] : dims.items()) {
-    if (!value.is_number()) continue;
-    const Quantity shown_as = quantity(key, value.get<double>());
-    words += (words.empty() ? "" : ", ") + shown_as.words + " " +
-             rounded(value.get<double>() * shown_as.factor, 5) + " " + shown_as.unit;
+    if (value.is_number()) sorted.emplace_back(key, value.get<double>());
+  }
+  const auto rank = [](const auto& entry) {
+    return std::find(kOrder.begin(), kOrder.end(), entry.first) - kOrder.begin();
+  };
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+  for (const auto& [key, value] : sorted) {
+    const Quantity shown_as = quantity(key, value);
+    words += (words.empty() ? "" : ", ") + shown_as.words + " " + rounded(value * shown_as.factor, 5) + " " +
+             shown_as.unit;
   }
 }
 
@@ -269,7 +282,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
   if (!parsed.is_object()) throw InputError(place, "not a result file");
   const Node root(parsed, place);
   if (root.integer("schema_version").value_or(0) != 1) {
-    throw InputError(place + ".schema_version", "cannot be read", root.child("schema_version").raw().dump(), "1");
+    throw InputError(place + ".schema_version", "cannot be read", root.child("schema_version").raw().dump(),
+                     "1");
   }
   ResultData data;
   data.kind = root.text("kind");

@@ -60,7 +60,8 @@ struct Specimen {
   std::string name;
   std::string shape;  ///< in words: "tube, length 505 mm, outer radius 12.5 mm, wall 1 mm"
   std::string shape_kind;
-  Number mass_kg, rms_deviation_cents, max_deviation_cents, explained_energy, noise_rms, sample_rate_hz, duration_s;
+  Number mass_kg, rms_deviation_cents, max_deviation_cents, explained_energy, noise_rms, sample_rate_hz,
+      duration_s;
   std::optional<int> n_nodes, n_elements, n_channels;
   std::optional<bool> none_missing;
   std::vector<Partial> partials;
@@ -99,7 +100,8 @@ struct ResultData {
 };
 
 /// Reads a result file of schema 1.
-/// @throws InputError naming the file and the key: not JSON, another schema or kind, a value of the wrong type.
+/// @throws InputError naming the file and the key: not JSON, another schema or kind, a value of the wrong
+/// type.
 ResultData read_result(const std::filesystem::path& result_json);
 
 }  // namespace klang::reports::detail

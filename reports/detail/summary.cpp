@@ -9,8 +9,9 @@ namespace klang::reports::detail {
 namespace {
 
 std::string number_word(std::size_t n) {
-  static constexpr std::array<std::string_view, 13> kWords = {"no",  "one",   "two",   "three", "four",   "five",  "six",
-                                                              "seven", "eight", "nine", "ten",   "eleven", "twelve"};
+  static constexpr std::array<std::string_view, 13> kWords = {"no",   "one",    "two",   "three", "four",
+                                                              "five", "six",    "seven", "eight", "nine",
+                                                              "ten",  "eleven", "twelve"};
   return n < kWords.size() ? std::string(kWords[n]) : std::to_string(n);
 }
 
@@ -41,11 +42,12 @@ std::string said(const Estimate& estimate) {
 }
 
 bool elastic(const std::string& name) {
-  return name == "youngs_modulus_pa" || name == "poissons_ratio" || name == "lame_lambda_pa" || name == "lame_mu_pa" ||
-         name == "shear_modulus_pa" || name == "bulk_modulus_pa";
+  return name == "youngs_modulus_pa" || name == "poissons_ratio" || name == "lame_lambda_pa" ||
+         name == "lame_mu_pa" || name == "shear_modulus_pa" || name == "bulk_modulus_pa";
 }
 bool damping(const std::string& name) {
-  return name.starts_with("rayleigh_") || name == "loss_factor" || name.starts_with("zener_") || name.starts_with("relaxation_");
+  return name.starts_with("rayleigh_") || name == "loss_factor" || name.starts_with("zener_") ||
+         name.starts_with("relaxation_");
 }
 
 std::string the_specimens(const ResultData& data) {
@@ -64,22 +66,26 @@ std::string the_specimens(const ResultData& data) {
 
 void say_material(const ResultData& data, std::vector<std::string>& sentences) {
   std::vector<std::string> found, missing;
-  for (const char* name : {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa", "bulk_modulus_pa", "lame_lambda_pa"}) {
+  for (const char* name : {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa",
+                           "bulk_modulus_pa", "lame_lambda_pa"}) {
     for (const Estimate& parameter : data.parameters) {
       if (parameter.name != name || !parameter.identifiable || !parameter.value) continue;
       if (found.size() < 3) found.push_back(said(parameter));
     }
   }
   for (const Estimate& parameter : data.parameters) {
-    if (!elastic(parameter.name) && !damping(parameter.name) && parameter.identifiable && parameter.value && found.size() < 5) {
+    if (!elastic(parameter.name) && !damping(parameter.name) && parameter.identifiable && parameter.value &&
+        found.size() < 5) {
       found.push_back(said(parameter));
     }
     if (parameter.identifiable || damping(parameter.name)) continue;
     const Quantity name = quantity(parameter.name, parameter.value.value_or(1));
     std::string why = parameter.why;
     while (!why.empty() && (why.back() == '.' || why.back() == ' ')) why.pop_back();
-    missing.push_back("The " + escaped(name.words) + (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>") +
-                      " is not determined by these partials" + (why.empty() ? "" : ": " + escaped(why)) + ".");
+    missing.push_back("The " + escaped(name.words) +
+                      (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>") +
+                      " is not determined by these partials" + (why.empty() ? "" : ": " + escaped(why)) +
+                      ".");
   }
   const bool plural = data.specimens.size() > 1;
   if (!found.empty()) {
@@ -104,13 +110,14 @@ void say_matches(const ResultData& data, std::vector<std::string>& sentences) {
   }
   n_partials = std::max(n_partials, data.matches.size());
   const double percent = 100 * std::abs(worst->frequency_hz / worst->model_frequency_hz - 1);
-  sentences.push_back("Of " + counted(n_partials, "measured partial", "measured partials") + ", " +
-                      bold(std::to_string(data.matches.size())) + (data.matches.size() == 1 ? " matches" : " match") +
-                      " a mode of the model, with a root-mean-square deviation of " +
-                      bold(rounded(std::sqrt(sum_sq / static_cast<double>(data.matches.size())), 2) + " cents") +
-                      "; the largest is " + escaped(signed_cents(worst->deviation_cents)) + " cents (" + rounded(percent, 2) +
-                      " %) at " + escaped(hertz(worst->frequency_hz, worst->frequency_std_hz)) +
-                      (data.specimens.size() > 1 ? " of " + escaped(worst->specimen) : "") + ".");
+  sentences.push_back(
+      "Of " + counted(n_partials, "measured partial", "measured partials") + ", " +
+      bold(std::to_string(data.matches.size())) + (data.matches.size() == 1 ? " matches" : " match") +
+      " a mode of the model, with a root-mean-square deviation of " +
+      bold(rounded(std::sqrt(sum_sq / static_cast<double>(data.matches.size())), 2) + " cents") +
+      "; the largest is " + escaped(signed_cents(worst->deviation_cents)) + " cents (" + rounded(percent, 2) +
+      " %) at " + escaped(hertz(worst->frequency_hz, worst->frequency_std_hz)) +
+      (data.specimens.size() > 1 ? " of " + escaped(worst->specimen) : "") + ".");
 }
 
 void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
@@ -122,14 +129,18 @@ void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
   if (!best) return;
   std::string sentence = "Of " + counted(data.damping.size(), "damping model", "damping models") + ", <b>" +
                          escaped(damping_words(best->model)) + "</b> explains the decays best";
-  if (data.damping.size() == 1) sentence = "The decays are described by <b>" + escaped(damping_words(best->model)) + "</b> damping";
-  if (best->aicc_weight && data.damping.size() > 1) sentence += " (AICc weight " + escaped(share(*best->aicc_weight)) + ")";
+  if (data.damping.size() == 1)
+    sentence = "The decays are described by <b>" + escaped(damping_words(best->model)) + "</b> damping";
+  if (best->aicc_weight && data.damping.size() > 1)
+    sentence += " (AICc weight " + escaped(share(*best->aicc_weight)) + ")";
   std::vector<std::string> values;
   for (const Estimate& parameter : best->parameters) {
     if (parameter.value && parameter.identifiable) values.push_back(said(parameter));
   }
   if (!values.empty()) sentence += ", with " + list_of(values);
-  if (best->rms_relative_residual) sentence += "; its decays lie " + rounded(100 * *best->rms_relative_residual, 2) + " % (rms) from the measured ones";
+  if (best->rms_relative_residual)
+    sentence += "; its decays lie " + rounded(100 * *best->rms_relative_residual, 2) +
+                " % (rms) from the measured ones";
   sentences.push_back(sentence + ".");
 }
 
@@ -139,17 +150,18 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
   std::vector<std::string> sentences;
   if (data.kind == "fit") {
     if (data.status == "no_partials") {
-      sentences.push_back("Nothing in the recordings stands out of the noise, so nothing was fitted." +
-                          (data.message.empty() ? "" : " " + escaped(data.message)));
+      sentences.push_back("Nothing in the recordings stands out of the noise, so nothing was fitted.");
       return sentences;
     }
     if (data.status == "no_match") {
-      sentences.push_back("No partial lies near a mode of the model, so nothing was fitted." +
-                          (data.message.empty() ? "" : " " + escaped(data.message)));
+      sentences.push_back("No partial lies near a mode of the model, so nothing was fitted.");
       return sentences;
     }
     if (data.status != "converged") {
-      sentences.push_back("The solver did not converge; the numbers on this page are its last state, not a result.");
+      sentences.push_back(
+          std::string(
+              "The solver did not converge; the numbers on this page are its last state, not a result.") +
+          (data.message.empty() ? "" : " " + escaped(data.message)));
     }
     say_material(data, sentences);
     say_matches(data, sentences);
@@ -159,18 +171,21 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
   const Specimen& body = data.specimens.front();
   if (data.kind == "analysis") {
     if (body.partials.empty()) {
-      sentences.push_back("No partial stands out of the noise." + (data.message.empty() ? "" : " " + escaped(data.message)));
+      sentences.push_back("No partial stands out of the noise." +
+                          (data.message.empty() ? "" : " " + escaped(data.message)));
       return sentences;
     }
-    const auto loudest = std::max_element(body.partials.begin(), body.partials.end(), [](const Partial& a, const Partial& b) {
-      return a.amplitude.value_or(0) < b.amplitude.value_or(0);
-    });
-    const auto [lowest, highest] = std::minmax_element(body.partials.begin(), body.partials.end(), [](const Partial& a, const Partial& b) {
-      return a.frequency_hz < b.frequency_hz;
-    });
-    std::string sentence = "The recording holds " + bold(counted(body.partials.size(), "partial", "partials"));
-    if (body.partials.size() > 1) sentence += " from " + escaped(hertz(lowest->frequency_hz, lowest->frequency_std_hz)) + " to " +
-                                              escaped(hertz(highest->frequency_hz, highest->frequency_std_hz));
+    const auto loudest = std::max_element(
+        body.partials.begin(), body.partials.end(),
+        [](const Partial& a, const Partial& b) { return a.amplitude.value_or(0) < b.amplitude.value_or(0); });
+    const auto [lowest, highest] = std::minmax_element(
+        body.partials.begin(), body.partials.end(),
+        [](const Partial& a, const Partial& b) { return a.frequency_hz < b.frequency_hz; });
+    std::string sentence =
+        "The recording holds " + bold(counted(body.partials.size(), "partial", "partials"));
+    if (body.partials.size() > 1)
+      sentence += " from " + escaped(hertz(lowest->frequency_hz, lowest->frequency_std_hz)) + " to " +
+                  escaped(hertz(highest->frequency_hz, highest->frequency_std_hz));
     if (body.strikes_s.size() > 1) sentence += " and " + std::to_string(body.strikes_s.size()) + " strikes";
     sentences.push_back(sentence + ".");
     sentence = "The strongest lies at " + bold(hertz(loudest->frequency_hz, loudest->frequency_std_hz));
@@ -185,14 +200,19 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
     return sentences;
   }
   if (!body.modes.empty()) {
-    sentences.push_back("The body has " + bold(counted(body.modes.size(), "elastic mode", "elastic modes")) + " from " +
-                        escaped(hertz(body.modes.front().frequency_hz)) + " to " + escaped(hertz(body.modes.back().frequency_hz)) +
-                        (body.none_missing.value_or(false) ? "; a Sturm count proves that none between them is missing." : "."));
+    sentences.push_back("The body has " + bold(counted(body.modes.size(), "elastic mode", "elastic modes")) +
+                        " from " + escaped(hertz(body.modes.front().frequency_hz)) + " to " +
+                        escaped(hertz(body.modes.back().frequency_hz)) +
+                        (body.none_missing.value_or(false)
+                             ? "; a Sturm count proves that none between them is missing."
+                             : "."));
   }
   return sentences;
 }
 
-std::string fitted_words(const ResultData& data) { return data.kind == "fit" ? "Fitted model" : "Resynthesis"; }
+std::string fitted_words(const ResultData& data) {
+  return data.kind == "fit" ? "Fitted model" : "Resynthesis";
+}
 
 Verdict verdict(const ResultData& data) {
   Verdict result;
@@ -208,14 +228,20 @@ Verdict verdict(const ResultData& data) {
     } else {
       result = {data.status.empty() ? "No status" : data.status, "bad", {}};
     }
+    if (data.status != "converged" && data.matches.empty()) {
+      result.details = data.message;
+      return result;
+    }
     std::size_t n_partials = 0;
     for (const Specimen& specimen : data.specimens) n_partials += specimen.partials.size();
     double worst = 0;
     for (const Match& match : data.matches) worst = std::max(worst, std::abs(match.deviation_cents));
-    result.details = std::to_string(data.matches.size()) + " of " + std::to_string(std::max(n_partials, data.matches.size())) +
-                     " partials matched";
+    result.details = std::to_string(data.matches.size()) + " of " +
+                     std::to_string(std::max(n_partials, data.matches.size())) + " partials matched";
     if (!data.matches.empty()) result.details += ", none further than " + rounded(worst, 2) + " cents";
-    if (data.n_iterations) result.details += "; " + counted(static_cast<std::size_t>(std::max(0.0, *data.n_iterations)), "solver step", "solver steps");
+    if (data.n_iterations)
+      result.details += "; " + counted(static_cast<std::size_t>(std::max(0.0, *data.n_iterations)),
+                                       "solver step", "solver steps");
     return result;
   }
   const bool good = data.status == "ok" || data.status == "converged" || data.status.empty();

@@ -13,8 +13,8 @@ constexpr std::string_view kThinSpace = "\u202f";
 
 std::string plain_fixed(double value, int decimals) {
   std::array<char, 400> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed,
-                                 std::clamp(decimals, 0, 12));
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
+                                 std::chars_format::fixed, std::clamp(decimals, 0, 12));
   return {buffer.data(), end.ptr};
 }
 
@@ -30,8 +30,11 @@ int exponent_of(double value) { return static_cast<int>(std::floor(std::log10(st
 std::size_t sequence_length(std::string_view text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   const unsigned char first = byte(i);
-  const std::size_t n = first < 0x80 ? 1 : first >= 0xc2 && first < 0xe0 ? 2 : first >= 0xe0 && first < 0xf0 ? 3
-                        : first >= 0xf0 && first < 0xf5 ? 4 : 0;
+  const std::size_t n = first < 0x80                    ? 1
+                        : first >= 0xc2 && first < 0xe0 ? 2
+                        : first >= 0xe0 && first < 0xf0 ? 3
+                        : first >= 0xf0 && first < 0xf5 ? 4
+                                                        : 0;
   if (n == 0 || i + n > text.size()) return 0;
   for (std::size_t k = 1; k < n; ++k) {
     if ((byte(i + k) & 0xc0) != 0x80) return 0;
@@ -60,6 +63,8 @@ constexpr Known kKnown[] = {
     {"zener_strength", "relaxation strength", "Δ"},
     {"zener_time_s", "relaxation time", "τ"},
     {"relaxation_time_s", "relaxation time", "τ"},
+    {"zener_relaxation_strength", "relaxation strength", "Δ"},
+    {"zener_relaxation_time_s", "relaxation time", "τ"},
 };
 
 struct Suffix {
@@ -67,9 +72,10 @@ struct Suffix {
   bool prefixed;
 };
 // Longest first: "_per_s" before "_s".
-constexpr Suffix kSuffixes[] = {{"_kg_m3", "kg/m³", false}, {"_per_s", "1/s", false}, {"_cents", "cents", false},
-                                {"_rad", "rad", false},     {"_hz", "Hz", true},      {"_kg", "g", true},
-                                {"_pa", "Pa", true},        {"_m", "m", true},        {"_s", "s", true}};
+constexpr Suffix kSuffixes[] = {
+    {"_kg_m3", "kg/m³", false}, {"_per_s", "1/s", false}, {"_cents", "cents", false},
+    {"_rad", "rad", false},     {"_hz", "Hz", true},      {"_kg", "g", true},
+    {"_pa", "Pa", true},        {"_m", "m", true},        {"_s", "s", true}};
 
 /// Engineering prefix that leaves 1 to 1000 before the point.
 void add_prefix(double magnitude, Quantity& quantity) {
@@ -136,7 +142,8 @@ std::string rounded(double value, int digits) {
     return with_true_minus(text);
   }
   const double mantissa = value / std::pow(10.0, exponent);
-  static constexpr std::array<std::string_view, 10> kSuper = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  static constexpr std::array<std::string_view, 10> kSuper = {"⁰", "¹", "²", "³", "⁴",
+                                                              "⁵", "⁶", "⁷", "⁸", "⁹"};
   std::string power = exponent < 0 ? "⁻" : "";
   for (const char c : std::to_string(std::abs(exponent))) power += kSuper[static_cast<std::size_t>(c - '0')];
   return rounded(mantissa, digits) + std::string(kThinSpace) + "×" + std::string(kThinSpace) + "10" + power;
@@ -212,7 +219,9 @@ ShownEstimate shown(const Estimate& estimate) {
   const double factor = result.quantity.factor;
   const bool has_std = estimate.std && *estimate.std > 0;
   const int decimals = has_std ? decimals_for(*estimate.std * factor) : -1;
-  const auto text = [&](double si) { return has_std ? fixed(si * factor, decimals) : rounded(si * factor, 5); };
+  const auto text = [&](double si) {
+    return has_std ? fixed(si * factor, decimals) : rounded(si * factor, 5);
+  };
   result.value = estimate.value ? text(value) : "—";
   if (has_std) result.std = text(*estimate.std);
   if (estimate.ci95) {
@@ -223,8 +232,9 @@ ShownEstimate shown(const Estimate& estimate) {
 }
 
 std::string hertz(double frequency_hz, const std::optional<double>& std_hz) {
-  const int decimals = std_hz && *std_hz > 0 ? std::min(decimals_for(*std_hz), 4)
-                                             : std::clamp(5 - exponent_of(std::max(std::abs(frequency_hz), 1e-3)), 0, 4);
+  const int decimals = std_hz && *std_hz > 0
+                           ? std::min(decimals_for(*std_hz), 4)
+                           : std::clamp(5 - exponent_of(std::max(std::abs(frequency_hz), 1e-3)), 0, 4);
   return fixed(frequency_hz, decimals) + std::string(kThinSpace) + "Hz";
 }
 
@@ -263,8 +273,8 @@ std::string counted(std::size_t n, std::string_view singular, std::string_view p
 std::string file_stem(std::string_view name) {
   std::string stem;
   for (const char c : name.substr(0, 60)) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-                       c == '_' || c == '.';
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.';
     stem += plain ? c : '_';
   }
   while (!stem.empty() && stem.front() == '.') stem.erase(stem.begin());

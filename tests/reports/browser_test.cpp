@@ -11,8 +11,9 @@
 #include "fixture.hpp"
 #include "reports/report.hpp"
 
-/// The pages in a real browser. A copy of the page gets a script in front that catches every error and one behind that
-/// waits for all pictures and sounds and writes what it saw into the document, which the browser prints.
+/// The pages in a real browser. A copy of the page gets a script in front that catches every error and one
+/// behind that waits for all pictures and sounds and writes what it saw into the document, which the browser
+/// prints.
 namespace klang::reports {
 namespace {
 
@@ -51,7 +52,8 @@ std::string output_of(const std::string& command, int& status) {
   std::FILE* pipe = ::popen(command.c_str(), "r");
   if (!pipe) return {};
   std::array<char, 65536> buffer;
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), n);
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+    text.append(buffer.data(), n);
   status = ::pclose(pipe);
   return text;
 }
@@ -70,12 +72,15 @@ json judged(const fs::path& page, const fs::path& folder, int width) {
   text.insert(text.find('\n', head + 7), kWatch);
   text = replaced(std::move(text), "</body>", std::string(kJudge) + "</body>");
   write_file(folder / "watched.html", text);
-  const std::string base = "timeout 100 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage "
-                           "--autoplay-policy=no-user-gesture-required --enable-logging=stderr --user-data-dir=" +
-                           (folder / "profile").string() + " --window-size=" + std::to_string(width) + ",900 ";
+  const std::string base =
+      "timeout 250 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage "
+      "--autoplay-policy=no-user-gesture-required --enable-logging=stderr --user-data-dir=" +
+      (folder / "profile").string() + " --window-size=" + std::to_string(width) + ",900 ";
   int status = 0;
   const std::string log = (folder / "log.txt").string();
-  const std::string dom = output_of(base + "--virtual-time-budget=30000 --dump-dom file://" + (folder / "watched.html").string() + " 2>" + log, status);
+  const std::string dom = output_of(base + "--virtual-time-budget=30000 --dump-dom file://" +
+                                        (folder / "watched.html").string() + " 2>" + log,
+                                    status);
   EXPECT_EQ(status, 0);
   const std::string logged = read_file(log);
   EXPECT_EQ(logged.find("CONSOLE"), std::string::npos) << logged.substr(logged.find("CONSOLE"), 300);
@@ -87,13 +92,18 @@ json judged(const fs::path& page, const fs::path& folder, int width) {
   return json::parse(verdict);
 }
 
-void screenshot(const fs::path& page, const std::string& name, int width, int height, const std::string& extra = {}) {
+void screenshot(const fs::path& page, const std::string& name, int width, int height,
+                const std::string& extra = {}) {
   fs::create_directories(KLANG_SCREENSHOTS);
   const fs::path profile = fs::temp_directory_path() / ("klang-shot-" + std::to_string(::getpid()));
   int status = 0;
-  output_of("timeout 100 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage --hide-scrollbars --user-data-dir=" +
-                profile.string() + " --window-size=" + std::to_string(width) + "," + std::to_string(height) + " " + extra + " --screenshot=" +
-                std::string(KLANG_SCREENSHOTS) + "/" + name + ".png file://" + page.string() + " 2>/dev/null", status);
+  output_of(
+      "timeout 250 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage "
+      "--hide-scrollbars --user-data-dir=" +
+          profile.string() + " --window-size=" + std::to_string(width) + "," + std::to_string(height) + " " +
+          extra + " --screenshot=" + std::string(KLANG_SCREENSHOTS) + "/" + name + ".png file://" +
+          page.string() + " 2>/dev/null",
+      status);
   EXPECT_EQ(status, 0);
   EXPECT_GT(fs::file_size(fs::path(KLANG_SCREENSHOTS) / (name + ".png")), 20000u);
   fs::remove_all(profile);
@@ -137,7 +147,8 @@ TEST_F(Browser, SeesTheFitPageWithoutAnyErrorAndPlaysItsSounds) {
   for (const json& duration : verdict["durations"]) EXPECT_NEAR(duration.get<double>(), 3.0, 0.01);
   expect_clean(judged(report.page, folder_, 500), 12, n_shapes);
   screenshot(report.page, "fit-light", 1200, 5200);
-  screenshot(report.page, "fit-dark", 1200, 5200, "--force-dark-mode --enable-features=WebUIDarkMode --blink-settings=preferredColorScheme=0");
+  screenshot(report.page, "fit-dark", 1200, 5200,
+             "--force-dark-mode --enable-features=WebUIDarkMode --blink-settings=preferredColorScheme=0");
   screenshot(report.page, "fit-phone", 500, 2600);
 }
 
@@ -154,7 +165,8 @@ TEST_F(Browser, SeesAnalysisAndModesWithoutAnyError) {
   expect_clean(judged(analysis.page, folder_, 1200), 2, 0);
   screenshot(analysis.page, "analysis", 1200, 3000);
   fixture::write_modes(folder_ / "m");
-  const ReportResult modes = write_report(folder_ / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 9});
+  const ReportResult modes =
+      write_report(folder_ / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 9});
   expect_clean(judged(modes.page, folder_, 1200), 0, modes.warnings.empty() ? 9 : 0);
   screenshot(modes.page, "modes", 1200, 2600);
 }

@@ -22,7 +22,7 @@ constexpr double kOuter = 0.0125, kWall = 0.001;
 const std::array<const char*, 6> kNames = {"D3", "E3", "G3", "A3", "B3", "D4"};
 const std::array<double, 6> kLengths = {0.505, 0.476, 0.436, 0.413, 0.390, 0.353};
 // beta L of a free-free beam.
-const std::array<double, 6> kBetaL = {4.730040744862704, 7.853204624095838, 10.995607838001671,
+const std::array<double, 6> kBetaL = {4.730040744862704,  7.853204624095838, 10.995607838001671,
                                       14.137165491257464, 17.27875965739948, 20.42035224562606};
 
 double decay(double frequency_hz) {
@@ -36,7 +36,8 @@ struct TubeMode {
   int order;
 };
 
-/// Bending by Euler and Bernoulli with a correction that meets the reference tubes to 0.3 %, torsion by c_t n / 2L.
+/// Bending by Euler and Bernoulli with a correction that meets the reference tubes to 0.3 %, torsion by c_t n
+/// / 2L.
 std::vector<TubeMode> tube_modes(double length_m) {
   const double inner = kOuter - kWall, gyration = 0.5 * std::sqrt(kOuter * kOuter + inner * inner);
   const double bar_speed = std::sqrt(68.35e9 / 2700), shear_speed = std::sqrt(25.7e9 / 2700);
@@ -48,7 +49,8 @@ std::vector<TubeMode> tube_modes(double length_m) {
     modes.push_back({f * 1.000002, 'c', static_cast<int>(n)});
   }
   for (int n = 1; n <= 3; ++n) modes.push_back({n * shear_speed / (2 * length_m), 't', n});
-  std::sort(modes.begin(), modes.end(), [](const TubeMode& a, const TubeMode& b) { return a.frequency_hz < b.frequency_hz; });
+  std::sort(modes.begin(), modes.end(),
+            [](const TubeMode& a, const TubeMode& b) { return a.frequency_hz < b.frequency_hz; });
   return modes;
 }
 
@@ -65,7 +67,8 @@ std::string data_array(const std::string& name, const char* type, int components
   std::ostringstream out;
   out.imbue(std::locale::classic());
   out.precision(9);
-  out << "<DataArray type=\"" << type << "\" Name=\"" << name << "\" NumberOfComponents=\"" << components << "\" format=\"ascii\">\n";
+  out << "<DataArray type=\"" << type << "\" Name=\"" << name << "\" NumberOfComponents=\"" << components
+      << "\" format=\"ascii\">\n";
   write(out);
   out << "\n</DataArray>\n";
   return out.str();
@@ -76,12 +79,17 @@ void write_tube_vtu(const std::filesystem::path& path, double length_m, const st
   mesh::ShapeDivisions divisions;
   divisions.counts = {24, 12, 1};
   const mesh::TetMesh mesh = mesh::mesh_shape(spec, divisions, 2);
-  std::string xml = "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n<FieldData>\n";
+  std::string xml =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n<FieldData>\n";
   std::ostringstream frequencies;
   frequencies.precision(17);
   for (const TubeMode& mode : modes) frequencies << mode.frequency_hz << ' ';
-  xml += "<DataArray type=\"Float64\" Name=\"frequencies_hz\" NumberOfTuples=\"" + std::to_string(modes.size()) + "\" format=\"ascii\">" + frequencies.str() + "</DataArray>\n</FieldData>\n";
-  xml += "<Piece NumberOfPoints=\"" + std::to_string(mesh.n_nodes()) + "\" NumberOfCells=\"" + std::to_string(mesh.n_elements()) + "\">\n<PointData>\n";
+  xml += "<DataArray type=\"Float64\" Name=\"frequencies_hz\" NumberOfTuples=\"" +
+         std::to_string(modes.size()) + "\" format=\"ascii\">" + frequencies.str() +
+         "</DataArray>\n</FieldData>\n";
+  xml += "<Piece NumberOfPoints=\"" + std::to_string(mesh.n_nodes()) + "\" NumberOfCells=\"" +
+         std::to_string(mesh.n_elements()) + "\">\n<PointData>\n";
   for (std::size_t m = 0; m < modes.size(); ++m) {
     std::string number = std::to_string(m);
     number.insert(0, 4 - number.size(), '0');
@@ -96,9 +104,14 @@ void write_tube_vtu(const std::filesystem::path& path, double length_m, const st
       }
     });
   }
-  xml += "</PointData>\n<Points>\n" + data_array("points", "Float64", 3, [&](std::ostream& out) {
-    for (int i = 0; i < mesh.n_nodes(); ++i) out << mesh.nodes_m(i, 0) << ' ' << mesh.nodes_m(i, 1) << ' ' << mesh.nodes_m(i, 2) << '\n';
-  }) + "</Points>\n<Cells>\n";
+  xml += "</PointData>\n<Points>\n" +
+         data_array("points", "Float64", 3,
+                    [&](std::ostream& out) {
+                      for (int i = 0; i < mesh.n_nodes(); ++i)
+                        out << mesh.nodes_m(i, 0) << ' ' << mesh.nodes_m(i, 1) << ' ' << mesh.nodes_m(i, 2)
+                            << '\n';
+                    }) +
+         "</Points>\n<Cells>\n";
   xml += data_array("connectivity", "Int64", 1, [&](std::ostream& out) {
     for (int e = 0; e < mesh.n_elements(); ++e) {
       for (int k = 0; k < 10; ++k) out << mesh.elements(e, k) << ' ';
@@ -117,7 +130,8 @@ struct Tone {
   double frequency_hz, decay_per_s, amplitude, phase_rad;
 };
 
-audio::Signal ringing(const std::vector<Tone>& tones, double rate, double seconds, double noise, std::uint64_t seed) {
+audio::Signal ringing(const std::vector<Tone>& tones, double rate, double seconds, double noise,
+                      std::uint64_t seed) {
   audio::Signal signal;
   signal.sample_rate_hz = rate;
   const auto n = static_cast<Eigen::Index>(seconds * rate);
@@ -128,32 +142,48 @@ audio::Signal ringing(const std::vector<Tone>& tones, double rate, double second
   for (const Tone& tone : tones) {
     for (Eigen::Index i = start; i < n; ++i) {
       const double t = static_cast<double>(i - start) / rate;
-      signal.samples(i, 0) += tone.amplitude * std::exp(-tone.decay_per_s * t) * std::cos(2 * kPi * tone.frequency_hz * t + tone.phase_rad);
+      signal.samples(i, 0) += tone.amplitude * std::exp(-tone.decay_per_s * t) *
+                              std::cos(2 * kPi * tone.frequency_hz * t + tone.phase_rad);
     }
   }
   return signal;
 }
 
-json estimate(const char* name, double value, json std, bool identifiable, const char* why, double start, bool derived) {
+json estimate(const char* name, double value, json std, bool identifiable, const char* why, double start,
+              bool derived) {
   json interval = nullptr;
   if (std.is_number()) interval = {value - 1.96 * std.get<double>(), value + 1.96 * std.get<double>()};
-  return {{"name", name}, {"value", value}, {"std", std}, {"ci95", interval}, {"identifiable", identifiable},
-          {"why", why}, {"start_value", start}, {"derived", derived}};
+  return {{"name", name},
+          {"value", value},
+          {"std", std},
+          {"ci95", interval},
+          {"identifiable", identifiable},
+          {"why", why},
+          {"start_value", start},
+          {"derived", derived}};
 }
 
-json candidate(const char* model, json parameters, double aicc, double weight, double rms, double (*rate)(double)) {
+json candidate(const char* model, json parameters, double aicc, double weight, double rms,
+               double (*rate)(double)) {
   json frequencies = json::array(), decays = json::array();
   for (int i = 0; i <= 60; ++i) {
     const double f = 400 * std::pow(45.0, i / 60.0);
     frequencies.push_back(f);
     decays.push_back(rate(f));
   }
-  return {{"model", model}, {"parameters", parameters}, {"aicc", aicc}, {"aicc_weight", weight}, {"rms_relative_residual", rms},
+  return {{"model", model},
+          {"parameters", parameters},
+          {"aicc", aicc},
+          {"aicc_weight", weight},
+          {"rms_relative_residual", rms},
           {"curve", {{"frequency_hz", frequencies}, {"decay_per_s", decays}}}};
 }
 
 json provenance(const char* command) {
-  return {{"version", "0.1.0"}, {"command", command}, {"seed", 1}, {"options", {{"gate_cents", 60.0}, {"robust", true}}},
+  return {{"version", "0.1.0"},
+          {"command", command},
+          {"seed", 1},
+          {"options", {{"gate_cents", 60.0}, {"robust", true}}},
           {"inputs", {{{"path", "six-chimes.toml"}, {"n_bytes", 1630}, {"sha256", std::string(64, 'a')}}}}};
 }
 
@@ -161,39 +191,55 @@ json provenance(const char* command) {
 
 json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
   std::filesystem::create_directories(folder);
-  json result = {{"schema_version", 1}, {"kind", "fit"}, {"name", "Six chimes"}, {"status", "converged"},
+  json result = {{"schema_version", 1},
+                 {"kind", "fit"},
+                 {"name", "Six chimes"},
+                 {"status", "converged"},
                  {"material", {{"preset", "aluminium"}, {"density_kg_m3", 2700.0}}},
                  {"provenance", provenance("klang fit six-chimes.toml -o out")},
-                 {"warnings", json::array()}, {"wall_time_s", {{"modes", 11.2}, {"fit", 3.4}}},
-                 {"cost_initial", 5321.7}, {"cost_final", 21.3}, {"n_iterations", 9}};
+                 {"warnings", json::array()},
+                 {"wall_time_s", {{"modes", 11.2}, {"fit", 3.4}}},
+                 {"cost_initial", 5321.7},
+                 {"cost_final", 21.3},
+                 {"n_iterations", 9}};
   result["parameters"] = {
       estimate("lame_lambda_pa", 4.98e10, nullptr, false,
-               "bending frequencies depend on Young's modulus alone: moving along constant E changes no frequency by more than its error", 4.98e10, false),
-      estimate("lame_mu_pa", 2.57e10, nullptr, false, "only the combination E = mu (3 lambda + 2 mu) / (lambda + mu) is determined", 2.7e10, false),
+               "bending frequencies depend on Young's modulus alone: moving along constant E changes no "
+               "frequency by more than its error",
+               4.98e10, false),
+      estimate("lame_mu_pa", 2.57e10, nullptr, false,
+               "only the combination E = mu (3 lambda + 2 mu) / (lambda + mu) is determined", 2.7e10, false),
       estimate("rayleigh_stiffness_s", 2.003e-8, 3.1e-11, true, "", 1e-7, false),
       estimate("rayleigh_mass_per_s", 1.0952, 0.0113, true, "", 1.0, false),
       estimate("youngs_modulus_pa", 6.8404e10, 5.2e7, true, "", 7e10, true)};
-  result["correlation"] = {{"names", {"rayleigh_stiffness_s", "rayleigh_mass_per_s"}}, {"matrix", {{1.0, -0.41}, {-0.41, 1.0}}}};
-  result["damping"] = {{"model", "rayleigh"},
-                       {"candidates",
-                        {candidate("rayleigh", {estimate("rayleigh_stiffness_s", 2.003e-8, 3.1e-11, true, "", 1e-7, false),
-                                                estimate("rayleigh_mass_per_s", 1.0952, 0.0113, true, "", 1.0, false)},
-                                   -151.3, 0.9985, 0.0213, [](double f) { return decay(f); }),
-                         candidate("zener", {estimate("zener_strength", 0.0024, 1e-4, true, "", 0.001, false),
-                                             estimate("zener_time_s", 1.1e-6, 2e-7, true, "", 1e-6, false)},
-                                   -138.2, 0.0014, 0.041, [](double f) { return 0.0012 * 2 * kPi * f * (f / 14000) / (1 + f * f / 196e6) + 0.4; }),
-                         candidate("stiffness_only", {estimate("rayleigh_stiffness_s", 2.2e-8, 4e-10, true, "", 1e-7, false)}, -60.1, 1e-20, 0.31,
-                                   [](double f) { return 1.1e-8 * 4 * kPi * kPi * f * f; }),
-                         candidate("loss_factor", {estimate("loss_factor", 7e-4, 1e-4, true, "", 1e-3, false)}, -12.4, 1e-30, 0.62,
-                                   [](double f) { return 7e-4 * kPi * f; }),
-                         candidate("mass_only", {estimate("rayleigh_mass_per_s", 9.1, 2.0, true, "", 1.0, false)}, 40.9, 1e-42, 0.91,
-                                   [](double) { return 4.55; })}}};
+  result["correlation"] = {{"names", {"rayleigh_stiffness_s", "rayleigh_mass_per_s"}},
+                           {"matrix", {{1.0, -0.41}, {-0.41, 1.0}}}};
+  result["damping"] = {
+      {"model", "rayleigh"},
+      {"candidates",
+       {candidate("rayleigh",
+                  {estimate("rayleigh_stiffness_s", 2.003e-8, 3.1e-11, true, "", 1e-7, false),
+                   estimate("rayleigh_mass_per_s", 1.0952, 0.0113, true, "", 1.0, false)},
+                  -151.3, 0.9985, 0.0213, [](double f) { return decay(f); }),
+        candidate("zener",
+                  {estimate("zener_strength", 0.0024, 1e-4, true, "", 0.001, false),
+                   estimate("zener_time_s", 1.1e-6, 2e-7, true, "", 1e-6, false)},
+                  -138.2, 0.0014, 0.041,
+                  [](double f) { return 0.0012 * 2 * kPi * f * (f / 14000) / (1 + f * f / 196e6) + 0.4; }),
+        candidate("stiffness_only", {estimate("rayleigh_stiffness_s", 2.2e-8, 4e-10, true, "", 1e-7, false)},
+                  -60.1, 1e-20, 0.31, [](double f) { return 1.1e-8 * 4 * kPi * kPi * f * f; }),
+        candidate("loss_factor", {estimate("loss_factor", 7e-4, 1e-4, true, "", 1e-3, false)}, -12.4, 1e-30,
+                  0.62, [](double f) { return 7e-4 * kPi * f; }),
+        candidate("mass_only", {estimate("rayleigh_mass_per_s", 9.1, 2.0, true, "", 1.0, false)}, 40.9, 1e-42,
+                  0.91, [](double) { return 4.55; })}}};
   result["matches"] = json::array();
   result["predicted"] = json::array();
   result["specimens"] = json::array();
   RandomStream random(20, 3);
   for (int s = 0; s < fixture.n_specimens; ++s) {
-    const std::string name = s == 0 ? fixture.first_name : s < 6 ? kNames[static_cast<std::size_t>(s)] : "T" + std::to_string(s);
+    const std::string name = s == 0  ? fixture.first_name
+                             : s < 6 ? kNames[static_cast<std::size_t>(s)]
+                                     : "T" + std::to_string(s);
     const std::string stem = "specimen" + std::to_string(s);
     const double length = s < 6 ? kLengths[static_cast<std::size_t>(s)] : 0.3 + 0.01 * (s % 17);
     const std::vector<TubeMode> modes = tube_modes(length);
@@ -204,33 +250,57 @@ json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
     const double own_cents = 1.3 * random.normal();
     for (std::size_t m = 0; m < modes.size(); ++m) {
       const double f = modes[m].frequency_hz;
-      result["predicted"].push_back({{"specimen", name}, {"mode_index", m}, {"frequency_hz", f}, {"decay_per_s", decay(f)}});
+      result["predicted"].push_back(
+          {{"specimen", name}, {"mode_index", m}, {"frequency_hz", f}, {"decay_per_s", decay(f)}});
       if (modes[m].kind != 'b' || (s == 2 && modes[m].order == 4)) continue;
       const double deviation = own_cents + 0.8 * random.normal();
       const double measured = f * std::exp2(deviation / 1200), std_hz = 0.004 * std::pow(f / 600, 1.2);
-      const double rate_std = 0.004 * decay(f) * (1 + f / 4000), rate = decay(f) + 1.1 * rate_std * random.normal();
+      const double rate_std = 0.004 * decay(f) * (1 + f / 4000),
+                   rate = decay(f) + 1.1 * rate_std * random.normal();
       const double amplitude = 0.22 * std::pow(0.62, modes[m].order) * (0.7 + 0.6 * random.uniform());
       const double phase = random.uniform(-kPi, kPi);
       heard.push_back({measured, rate, amplitude, phase});
       modelled.push_back({f, decay(f), amplitude, phase});
-      partials.push_back({{"frequency_hz", measured}, {"frequency_std_hz", std_hz}, {"decay_per_s", rate}, {"decay_std_per_s", rate_std},
-                          {"amplitude", amplitude}, {"amplitude_std", 0.001}, {"phase_rad", phase}, {"phase_std_rad", 0.01}, {"matched_mode", m}});
-      result["matches"].push_back({{"specimen", name}, {"frequency_hz", measured}, {"frequency_std_hz", std_hz}, {"mode_index", m},
-                                   {"model_frequency_hz", f}, {"deviation_cents", deviation}, {"decay_per_s", rate},
-                                   {"decay_std_per_s", rate_std}, {"model_decay_per_s", decay(f)}});
+      partials.push_back({{"frequency_hz", measured},
+                          {"frequency_std_hz", std_hz},
+                          {"decay_per_s", rate},
+                          {"decay_std_per_s", rate_std},
+                          {"amplitude", amplitude},
+                          {"amplitude_std", 0.001},
+                          {"phase_rad", phase},
+                          {"phase_std_rad", 0.01},
+                          {"matched_mode", m}});
+      result["matches"].push_back({{"specimen", name},
+                                   {"frequency_hz", measured},
+                                   {"frequency_std_hz", std_hz},
+                                   {"mode_index", m},
+                                   {"model_frequency_hz", f},
+                                   {"deviation_cents", deviation},
+                                   {"decay_per_s", rate},
+                                   {"decay_std_per_s", rate_std},
+                                   {"model_decay_per_s", decay(f)}});
       sum_sq += deviation * deviation;
       largest = std::max(largest, std::abs(deviation));
       ++n_matched;
     }
     if (s == 1) {  // the stand's own sound
       heard.push_back({2210.4, 14.0, 0.02, 0.3});
-      partials.push_back({{"frequency_hz", 2210.4}, {"frequency_std_hz", 0.09}, {"decay_per_s", 14.0}, {"decay_std_per_s", 0.6},
-                          {"amplitude", 0.02}, {"amplitude_std", 0.001}, {"phase_rad", 0.3}, {"phase_std_rad", 0.05}, {"matched_mode", nullptr}});
+      partials.push_back({{"frequency_hz", 2210.4},
+                          {"frequency_std_hz", 0.09},
+                          {"decay_per_s", 14.0},
+                          {"decay_std_per_s", 0.6},
+                          {"amplitude", 0.02},
+                          {"amplitude_std", 0.001},
+                          {"phase_rad", 0.3},
+                          {"phase_std_rad", 0.05},
+                          {"matched_mode", nullptr}});
     }
     json files = json::object();
     if (fixture.sounds) {
-      write_sound(folder / ("recording-" + stem + ".wav"), ringing(heard, fixture.sample_rate_hz, 3.0, 3e-4, 7 + static_cast<std::uint64_t>(s)));
-      write_sound(folder / ("resynthesis-" + stem + ".wav"), ringing(modelled, fixture.sample_rate_hz, 3.0, 0, 0));
+      write_sound(folder / ("recording-" + stem + ".wav"),
+                  ringing(heard, fixture.sample_rate_hz, 3.0, 3e-4, 7 + static_cast<std::uint64_t>(s)));
+      write_sound(folder / ("resynthesis-" + stem + ".wav"),
+                  ringing(modelled, fixture.sample_rate_hz, 3.0, 0, 0));
       files["recording"] = "recording-" + stem + ".wav";
       files["resynthesis"] = "resynthesis-" + stem + ".wav";
     }
@@ -239,10 +309,18 @@ json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
       files["modes"] = "modes-" + stem + ".vtu";
     }
     result["specimens"].push_back(
-        {{"name", name}, {"shape", {{"kind", "tube"}, {"length_m", length}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}},
-         {"mass_kg", 2700 * length * kPi * (kOuter * kOuter - (kOuter - kWall) * (kOuter - kWall))}, {"n_nodes", 11664}, {"n_elements", 5760},
-         {"none_missing", true}, {"rms_deviation_cents", std::sqrt(sum_sq / n_matched)}, {"max_deviation_cents", largest},
-         {"partials", partials}, {"strikes_s", {0.1}}, {"explained_energy", 0.9987}, {"files", files}});
+        {{"name", name},
+         {"shape", {{"kind", "tube"}, {"length_m", length}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}},
+         {"mass_kg", 2700 * length * kPi * (kOuter * kOuter - (kOuter - kWall) * (kOuter - kWall))},
+         {"n_nodes", 11664},
+         {"n_elements", 5760},
+         {"none_missing", true},
+         {"rms_deviation_cents", std::sqrt(sum_sq / n_matched)},
+         {"max_deviation_cents", largest},
+         {"partials", partials},
+         {"strikes_s", {0.1}},
+         {"explained_energy", 0.9987},
+         {"files", files}});
   }
   write_file(folder / "fit.json", json_text(result));
   return result;
@@ -254,18 +332,35 @@ json write_analysis(const std::filesystem::path& folder) {
   std::vector<Tone> tones;
   RandomStream random(5, 9);
   for (int i = 0; i < 14; ++i) {
-    const double f = 410 * std::pow(1.29, i) * (1 + 0.02 * random.normal()), rate = 1.5 + 0.0016 * f * (0.7 + 0.6 * random.uniform());
+    const double f = 410 * std::pow(1.29, i) * (1 + 0.02 * random.normal()),
+                 rate = 1.5 + 0.0016 * f * (0.7 + 0.6 * random.uniform());
     const double amplitude = 0.12 * std::pow(0.8, i) * (0.5 + random.uniform());
     tones.push_back({f, rate, amplitude, 0.1 * i});
-    partials.push_back({{"frequency_hz", f}, {"frequency_std_hz", 0.01 + 1e-5 * f}, {"decay_per_s", rate}, {"decay_std_per_s", 0.02 * rate},
-                        {"amplitude", amplitude}, {"amplitude_std", 0.01 * amplitude}, {"phase_rad", 0.1 * i}, {"phase_std_rad", 0.02}});
+    partials.push_back({{"frequency_hz", f},
+                        {"frequency_std_hz", 0.01 + 1e-5 * f},
+                        {"decay_per_s", rate},
+                        {"decay_std_per_s", 0.02 * rate},
+                        {"amplitude", amplitude},
+                        {"amplitude_std", 0.01 * amplitude},
+                        {"phase_rad", 0.1 * i},
+                        {"phase_std_rad", 0.02}});
   }
   write_sound(folder / "recording.wav", ringing(tones, 44100, 2.5, 4e-4, 11));
   write_sound(folder / "resynthesis.wav", ringing(tones, 44100, 2.5, 0, 0));
-  const json result = {{"schema_version", 1}, {"kind", "analysis"}, {"status", "ok"}, {"provenance", provenance("klang analyze glass.flac -o out")},
-                       {"warnings", {"mains hum at 50 Hz ignored"}}, {"wall_time_s", {{"total", 0.8}}}, {"sample_rate_hz", 44100.0},
-                       {"duration_s", 2.5}, {"n_channels", 2}, {"strikes_s", {0.1}}, {"explained_energy", 0.9931}, {"noise_rms", 4e-4},
-                       {"partials", partials}, {"files", {{"recording", "recording.wav"}, {"resynthesis", "resynthesis.wav"}}}};
+  const json result = {{"schema_version", 1},
+                       {"kind", "analysis"},
+                       {"status", "ok"},
+                       {"provenance", provenance("klang analyze glass.flac -o out")},
+                       {"warnings", {"mains hum at 50 Hz ignored"}},
+                       {"wall_time_s", {{"total", 0.8}}},
+                       {"sample_rate_hz", 44100.0},
+                       {"duration_s", 2.5},
+                       {"n_channels", 2},
+                       {"strikes_s", {0.1}},
+                       {"explained_energy", 0.9931},
+                       {"noise_rms", 4e-4},
+                       {"partials", partials},
+                       {"files", {{"recording", "recording.wav"}, {"resynthesis", "resynthesis.wav"}}}};
   write_file(folder / "analysis.json", json_text(result));
   return result;
 }
@@ -275,11 +370,24 @@ json write_modes(const std::filesystem::path& folder) {
   const std::vector<TubeMode> modes = tube_modes(0.2);
   write_tube_vtu(folder / "modes.vtu", 0.2, modes);
   json list = json::array();
-  for (std::size_t m = 0; m < modes.size(); ++m) list.push_back({{"index", m}, {"frequency_hz", modes[m].frequency_hz}, {"relative_residual", 3e-13}});
-  const json result = {{"schema_version", 1}, {"kind", "modes"}, {"status", "converged"}, {"provenance", provenance("klang modes --shape tube --json modes.json")},
-                       {"warnings", json::array()}, {"wall_time_s", {{"total", 1.1}}}, {"n_nodes", 2880}, {"n_elements", 1440}, {"element", "p2"},
-                       {"n_rigid_modes", 6}, {"none_missing", true}, {"modes", list}, {"peak_memory_bytes", 81000000.0},
-                       {"shape", {{"kind", "tube"}, {"length_m", 0.2}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}}, {"files", {{"modes", "modes.vtu"}}}};
+  for (std::size_t m = 0; m < modes.size(); ++m)
+    list.push_back({{"index", m}, {"frequency_hz", modes[m].frequency_hz}, {"relative_residual", 3e-13}});
+  const json result = {
+      {"schema_version", 1},
+      {"kind", "modes"},
+      {"status", "converged"},
+      {"provenance", provenance("klang modes --shape tube --json modes.json")},
+      {"warnings", json::array()},
+      {"wall_time_s", {{"total", 1.1}}},
+      {"n_nodes", 2880},
+      {"n_elements", 1440},
+      {"element", "p2"},
+      {"n_rigid_modes", 6},
+      {"none_missing", true},
+      {"modes", list},
+      {"peak_memory_bytes", 81000000.0},
+      {"shape", {{"kind", "tube"}, {"length_m", 0.2}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}},
+      {"files", {{"modes", "modes.vtu"}}}};
   write_file(folder / "modes.json", json_text(result));
   return result;
 }

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-/// Result folders as `klang fit`, `klang analyze` and `klang modes` leave them, made from closed formulas: enough to
-/// build every part of a page without running a fit.
+/// Result folders as `klang fit`, `klang analyze` and `klang modes` leave them, made from closed formulas:
+/// enough to build every part of a page without running a fit.
 namespace klang::reports::fixture {
 
 struct FitFixture {

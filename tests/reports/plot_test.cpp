@@ -30,7 +30,8 @@ TEST(SvgPlot, LogTicksNameTheDecades) {
 }
 
 TEST(SvgPlot, AxesOfAnyDataHaveAnExtent) {
-  for (const auto& values : {std::vector<double>{}, {0.0}, {5.0}, {-1.0, -1.0}, {1e-300, 1e300}, {NAN, INFINITY}}) {
+  for (const auto& values :
+       {std::vector<double>{}, {0.0}, {5.0}, {-1.0, -1.0}, {1e-300, 1e300}, {NAN, INFINITY}}) {
     for (const Scale scale : {Scale::kLinear, Scale::kLog}) {
       const AxisSpec axis = axis_around("", scale, values);
       EXPECT_LT(axis.low, axis.high);
@@ -46,7 +47,8 @@ TEST(SvgPlot, CurvesAreCutAtTheFrame) {
   frame.curve({{-1, -1}, {2, 2}}, "ink");
   EXPECT_NE(svg.inline_markup().find("points=\"50,150 150,50\""), std::string::npos) << svg.inline_markup();
   Svg outside(200, 200, "test");
-  Frame(outside, 50, 50, 100, 100, {"", Scale::kLinear, 0, 1, true}, {"", Scale::kLinear, 0, 1, true}).curve({{0, 2}, {1, 3}}, "ink");
+  Frame(outside, 50, 50, 100, 100, {"", Scale::kLinear, 0, 1, true}, {"", Scale::kLinear, 0, 1, true})
+      .curve({{0, 2}, {1, 3}}, "ink");
   EXPECT_EQ(outside.inline_markup().find("polyline"), std::string::npos);
 }
 
@@ -67,7 +69,8 @@ TEST(SvgPlot, LabelsKeepTheirDistanceAndOrder) {
       }
     }
   }
-  EXPECT_EQ(spread_labels({10, 100}, 12, 0, 300), (std::vector<double>{10, 100})) << "labels that are apart stay";
+  EXPECT_EQ(spread_labels({10, 100}, 12, 0, 300), (std::vector<double>{10, 100}))
+      << "labels that are apart stay";
 }
 
 TEST(Raster, HeatPaletteRisesEvenlyInLightness) {

@@ -33,7 +33,9 @@ fs::path fresh_folder(const std::string& name) {
 
 class Cleanup : public ::testing::Environment {
  public:
-  void TearDown() override { fs::remove_all(fs::temp_directory_path() / ("klang-report-" + std::to_string(::getpid()))); }
+  void TearDown() override {
+    fs::remove_all(fs::temp_directory_path() / ("klang-report-" + std::to_string(::getpid())));
+  }
 };
 const auto* const kCleanup = ::testing::AddGlobalTestEnvironment(new Cleanup);
 
@@ -55,7 +57,9 @@ void expect_sound_words(const std::string& words) {
   EXPECT_EQ(words.find("https://"), std::string::npos);
   static const std::regex broken("\\b(nan|inf|infinity|undefined|null)\\b", std::regex::icase);
   std::smatch found;
-  EXPECT_FALSE(std::regex_search(words, found, broken)) << found.str() << " in ..." << found.prefix().str().substr(std::max<long>(0, found.prefix().length() - 120));
+  EXPECT_FALSE(std::regex_search(words, found, broken))
+      << found.str() << " in ..."
+      << found.prefix().str().substr(std::max<long>(0, found.prefix().length() - 120));
 }
 
 struct Picture {
@@ -86,7 +90,8 @@ class Environment {
     }
   }
   ~Environment() {
-    for (const auto& [name, value] : before_) value ? ::setenv(name.c_str(), value->c_str(), 1) : ::unsetenv(name.c_str());
+    for (const auto& [name, value] : before_)
+      value ? ::setenv(name.c_str(), value->c_str(), 1) : ::unsetenv(name.c_str());
   }
 
  private:
@@ -106,8 +111,9 @@ TEST(Report, FitPageIsWholeAndItsFiguresAreNotBlank) {
   ASSERT_EQ(report.page, folder / "report.html");
   const std::string words = words_of(report.page);
   expect_sound_words(words);
-  for (const char* part : {"68.404 ± 0.052", "68.302 to 68.506", "not determined", "The two tubes, taken as aluminium, ring with", "AICc",
-                           "stiffness only", "Recorded", "Fitted model", "Difference of magnitudes", "partial without a mode",
+  for (const char* part : {"68.404 ± 0.052", "68.302 to 68.506", "not determined",
+                           "The two tubes, taken as aluminium, ring with", "AICc", "stiffness only",
+                           "Recorded", "Fitted model", "Difference of magnitudes", "partial without a mode",
                            "no partial matches", "klang fit six-chimes.toml -o out"}) {
     EXPECT_NE(words.find(part), std::string::npos) << part;
   }
@@ -129,11 +135,13 @@ TEST(Report, FitPageIsWholeAndItsFiguresAreNotBlank) {
     EXPECT_GE(picture.width, 100) << file;
     EXPECT_GE(picture.height, 30) << file;
   }
-  for (const char* stem : {"ladder", "residuals", "decays", "spectrogram-D3", "spectrogram-E3"}) EXPECT_TRUE(stems.count(stem)) << stem;
+  for (const char* stem : {"ladder", "residuals", "decays", "spectrogram-D3", "spectrogram-E3"})
+    EXPECT_TRUE(stems.count(stem)) << stem;
   EXPECT_EQ(stems.size(), KLANG_WITH_VTK ? 9u : 5u);
   EXPECT_LT(fs::file_size(report.page), 15'000'000u);
   // Nothing else is left in the folder: no temporary file.
-  for (const auto& entry : fs::directory_iterator(folder)) EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
+  for (const auto& entry : fs::directory_iterator(folder))
+    EXPECT_NE(entry.path().filename().string()[0], '.') << entry.path();
 }
 
 TEST(Report, TablesHoldTheExactNumbers) {
@@ -145,9 +153,11 @@ TEST(Report, TablesHoldTheExactNumbers) {
   const json& first = result["matches"][0];
   EXPECT_NE(matches.find("D3,0," + to_text(first["frequency_hz"].get<double>()) + ","), std::string::npos);
   const std::string partials = read_file(folder / "partials.csv");
-  EXPECT_NE(partials.find("E3,2210.4,0.09,14,0.6,0.02,0.001,0.3,0.05,\n"), std::string::npos) << "no matched mode: an empty cell";
+  EXPECT_NE(partials.find("E3,2210.4,0.09,14,0.6,0.02,0.001,0.3,0.05,\n"), std::string::npos)
+      << "no matched mode: an empty cell";
   const std::string parameters = read_file(folder / "parameters.csv");
-  EXPECT_NE(parameters.find("lame_lambda_pa,4.98e+10,,,,false,4.98e+10,false,"), std::string::npos) << parameters;
+  EXPECT_NE(parameters.find("lame_lambda_pa,4.98e+10,,,,false,4.98e+10,false,"), std::string::npos)
+      << parameters;
   EXPECT_EQ(count_of(read_file(folder / "predicted.csv"), "\n"), 1 + result["predicted"].size());
   EXPECT_EQ(count_of(read_file(folder / "damping.csv"), "\n"), 1 + 7u);
 }
@@ -158,12 +168,14 @@ TEST(Report, AnalysisAndModesHavePagesToo) {
   const ReportResult analysis = write_report(folder / "a" / "analysis.json");
   std::string words = words_of(analysis.page);
   expect_sound_words(words);
-  for (const char* part : {"14 partials", "99.31 %", "mains hum at 50 Hz ignored", "Resynthesis", "44.1"}) EXPECT_NE(words.find(part), std::string::npos) << part;
+  for (const char* part : {"14 partials", "99.31 %", "mains hum at 50 Hz ignored", "Resynthesis", "44.1"})
+    EXPECT_NE(words.find(part), std::string::npos) << part;
   EXPECT_GE(decoded(folder / "a" / "figures" / "spectrogram.png").n_colours, 200u);
   EXPECT_GE(decoded(folder / "a" / "figures" / "partials.png").n_colours, 30u);
 
   fixture::write_modes(folder / "m");
-  const ReportResult modes = write_report(folder / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 2});
+  const ReportResult modes =
+      write_report(folder / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 2});
   words = words_of(modes.page);
   expect_sound_words(words);
   EXPECT_NE(words.find("a Sturm count proves that none between them is missing"), std::string::npos);
@@ -174,7 +186,8 @@ TEST(Report, AnalysisAndModesHavePagesToo) {
 
 TEST(Report, NamesCannotSmuggleMarkup) {
   const fs::path folder = fresh_folder("escape");
-  json result = fixture::write_fit(folder, {.n_specimens = 1, .shapes = false, .first_name = "<script>alert(1)</script>\"'&"});
+  json result = fixture::write_fit(
+      folder, {.n_specimens = 1, .shapes = false, .first_name = "<script>alert(1)</script>\"'&"});
   result["name"] = "</title><img src=x onerror=alert(2)>";
   result["parameters"][0]["why"] = "<b onclick='alert(3)'>";
   result["warnings"] = {"</aside><script>alert(4)</script>"};
@@ -182,7 +195,8 @@ TEST(Report, NamesCannotSmuggleMarkup) {
   write_file(folder / "fit.json", json_text(result));
   const ReportResult report = write_report(folder / "fit.json");
   const std::string words = words_of(report.page);
-  for (const char* part : {"<script>alert", "<img src=x", "<b onclick", "<i>zener", "</title><img"}) EXPECT_EQ(words.find(part), std::string::npos) << part;
+  for (const char* part : {"<script>alert", "<img src=x", "<b onclick", "<i>zener", "</title><img"})
+    EXPECT_EQ(words.find(part), std::string::npos) << part;
   EXPECT_EQ(count_of(words, "<script>"), 1u) << "the page's own";
   EXPECT_TRUE(fs::exists(folder / "figures" / "spectrogram-_script_alert_1___script____.png"));
 }
@@ -191,7 +205,8 @@ TEST(Report, SameInputGivesTheSameBytes) {
   const fs::path folder = fresh_folder("same");
   fixture::write_fit(folder, {.n_specimens = 2, .shapes = false});
   write_report(folder / "fit.json");
-  const std::string page = read_file(folder / "report.html"), figure = read_file(folder / "figures" / "decays.svg");
+  const std::string page = read_file(folder / "report.html"),
+                    figure = read_file(folder / "figures" / "decays.svg");
   write_report(folder / "fit.json");
   EXPECT_TRUE(page == read_file(folder / "report.html"));
   EXPECT_TRUE(figure == read_file(folder / "figures" / "decays.svg"));
@@ -219,8 +234,10 @@ TEST(Report, HostileNumbersLeaveAReadablePage) {
 TEST(Report, FitsThatFailedSaySo) {
   const fs::path folder = fresh_folder("failed");
   const json base = {{"schema_version", 1}, {"kind", "fit"}, {"name", "x"}};
-  for (const auto& [status, words] : std::vector<std::pair<std::string, std::string>>{
-           {"no_partials", "nothing was fitted"}, {"no_match", "No partial lies near a mode"}, {"not_converged", "not a result"}}) {
+  for (const auto& [status, words] :
+       std::vector<std::pair<std::string, std::string>>{{"no_partials", "nothing was fitted"},
+                                                        {"no_match", "No partial lies near a mode"},
+                                                        {"not_converged", "not a result"}}) {
     json result = base;
     result["status"] = status;
     write_file(folder / "fit.json", json_text(result));
@@ -247,7 +264,9 @@ TEST(Report, BadResultFilesAreNamed) {
   EXPECT_NE(message("{}").find("schema_version"), std::string::npos);
   EXPECT_NE(message(R"({"schema_version":2,"kind":"fit"})").find("schema_version"), std::string::npos);
   EXPECT_NE(message(R"({"schema_version":1,"kind":"tune"})").find("kind"), std::string::npos);
-  EXPECT_NE(message(R"({"schema_version":1,"kind":"fit","matches":[{"frequency_hz":"x"}]})").find("matches[0].frequency_hz"), std::string::npos);
+  EXPECT_NE(message(R"({"schema_version":1,"kind":"fit","matches":[{"frequency_hz":"x"}]})")
+                .find("matches[0].frequency_hz"),
+            std::string::npos);
   EXPECT_NE(message(R"({"schema_version":1,"kind":"fit","matches":7})").find("matches"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder / "report.html"));
   EXPECT_THROW(write_report(folder / "missing.json"), InputError);
@@ -257,7 +276,8 @@ TEST(Report, FilesOutsideTheFolderAndMissingOnesAreLeftOut) {
   const fs::path folder = fresh_folder("outside");
   json result = fixture::write_fit(folder / "in", {.n_specimens = 1, .shapes = false});
   fs::rename(folder / "in" / "recording-specimen0.wav", folder / "secret.wav");
-  result["specimens"][0]["files"] = {{"recording", "../secret.wav"}, {"resynthesis", "gone.wav"}, {"modes", "/etc/hostname"}};
+  result["specimens"][0]["files"] = {
+      {"recording", "../secret.wav"}, {"resynthesis", "gone.wav"}, {"modes", "/etc/hostname"}};
   write_file(folder / "in" / "fit.json", json_text(result));
   const ReportResult report = write_report(folder / "in" / "fit.json");
   EXPECT_EQ(report.warnings.size(), 3u);

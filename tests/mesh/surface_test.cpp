@@ -47,11 +47,8 @@ SurfaceMesh joined(const SurfaceMesh& a, const SurfaceMesh& b) {
 const SurfaceMesh kBox = box_surface({0, 0, 0}, {0.5, 1.0, 1.5});
 
 SurfaceMesh ball_surface(double radius_m, int refinement) {
-  ShapeMeshOptions options;
-  options.order = 1;
-  options.refinement = refinement;
-  const SurfaceMesh all = boundary_surface(mesh_shape({"sphere", {{"radius_m", radius_m}}, {}}, options));
-  return all;
+  const ShapeDivisions divisions{{2 << refinement, 2 << refinement, 1}};
+  return boundary_surface(mesh_shape({"sphere", {{"radius_m", radius_m}}, {}}, divisions, 1));
 }
 
 std::string text_of(const SurfaceMesh& s, const std::string& kind) {

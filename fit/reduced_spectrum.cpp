@@ -32,7 +32,7 @@ mesh::ShapeDivisions fit_divisions(const mesh::ShapeSpec& shape, const solid::Ma
     const double speed = std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3);
     const double ring_hz = 2.683 / (2.0 * kPi) * shape.dims.at("wall_m") / (std::sqrt(12.0) * radius_m * radius_m) * speed;
     n[0] = std::min(n[0], 36);
-    n[1] = std::max(n[1], highest_hz > 0.8 * ring_hz ? 40 : 24);
+    n[1] = std::max(n[1], highest_hz > ring_hz ? 40 : 24);
   } else if (shape.kind == "rod") {
     n = {std::min(n[0], 30), 2, 2};
   } else if (shape.kind == "box") {
@@ -42,9 +42,9 @@ mesh::ShapeDivisions fit_divisions(const mesh::ShapeSpec& shape, const solid::Ma
     const double thin = sides[order[0]], middle = sides[order[1]], longest = sides[order[2]];
     if (thin < 0.35 * longest) {  // a bar or plate: torsion bends the shear around its edges
       const bool plate = middle > 0.5 * longest;
-      n[order[0]] = 2;
-      n[order[1]] = even_between(middle / (0.65 * thin), plate ? 10 : 4, plate ? 20 : 16);
-      n[order[2]] = even_between(longest / (plate ? 0.65 * thin : thin), plate ? 10 : 16, plate ? 20 : 48);
+      n[order[0]] = plate || middle > 6.0 * thin ? 2 : 4;
+      n[order[1]] = even_between(middle / (plate ? 0.65 * thin : 0.45 * thin), plate ? 10 : 4, plate ? 20 : 16);
+      n[order[2]] = even_between(longest / (0.65 * thin), plate ? 10 : 16, plate ? 20 : 48);
     }
   } else if (shape.kind == "bowl") {
     n = {std::max(n[0], 10), std::max(n[1], 10), n[2]};

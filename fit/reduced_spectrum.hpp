@@ -49,6 +49,7 @@ class ReducedSpectrum : public SpectrumModel {
   Eigen::Index n_modes() const override { return n_modes_; }
   Spectrum spectrum(const SpectrumPoint& point) const override;
   Eigen::VectorXd visibility() const override { return visibility_; }
+  double relative_error() const override { return 5e-4; }  ///< what fit_divisions' refinement studies leave
   double density_kg_m3(const SpectrumPoint& point) const override;
   /// The full solve at the start, modes below the band left out.
   const modal::EigenResult& nominal() const { return nominal_; }

@@ -172,6 +172,14 @@ ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models
   total = (variance / fit.weight.array()).sqrt();
   const Eigen::MatrixXd scaled = total.cwiseInverse().asDiagonal() * prediction.derivative;
   fit.information = scaled.transpose() * scaled;
+  Eigen::MatrixXd common = Eigen::MatrixXd::Zero(n, 2);
+  const double highest = prediction.log_frequency.size() ? prediction.log_frequency.maxCoeff() : 0.0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto s = static_cast<std::size_t>(data[static_cast<std::size_t>(i)].specimen);
+    const double error = models[s]->relative_error() / total[i];
+    common.row(i) << error, error * std::exp(prediction.log_frequency[i] - highest);
+  }
+  fit.systematic = scaled.transpose() * common;
   fit.prior_information = Eigen::MatrixXd::Zero(space.size(), space.size());
   for (const auto& [name, prior] : options.priors) {
     const Eigen::VectorXd g = space.quantity(name, fit.x).gradient / prior.std;

@@ -42,6 +42,9 @@ struct ElasticFit {
   double degrees_of_freedom = 1.0;
   Eigen::MatrixXd information;        ///< of the data alone (inverse covariance)
   Eigen::MatrixXd prior_information;  ///< of the priors
+  /// Pull on x (information times shift) of errors that the model's frequencies have in common: one the same for all, one
+  /// growing with frequency, each SpectrumModel::relative_error() at most. Two columns.
+  Eigen::MatrixXd systematic;
   double cost_initial = 0.0, cost_final = 0.0;
   int n_iterations = 0;
 };

@@ -41,12 +41,13 @@ double scale_of(const std::string& name, double value) {
 }
 
 Uncertainty uncertainty(const ParameterSpace& space, const Eigen::VectorXd& x, const std::string& name,
-                        const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& assumed) {
+                        const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& assumed,
+                        const Eigen::MatrixXd& systematic) {
   const auto quantity = space.quantity(name, x);
   const Eigen::VectorXd spread = covariance * quantity.gradient;
   Uncertainty u;
   u.value = quantity.value;
-  u.std = std::sqrt(std::max(0.0, quantity.gradient.dot(spread)));
+  u.std = std::sqrt(std::max(0.0, quantity.gradient.dot(spread)) + (systematic.transpose() * spread).squaredNorm());
   u.assumed_std = std::sqrt(std::max(0.0, spread.dot(assumed * spread)));
   const double scale = std::max(scale_of(name, u.value), 1e-300);
   u.relative = u.std / scale;
@@ -91,7 +92,7 @@ std::string determined_instead(const ParameterSpace& space, const ElasticFit& fi
   const Combination* best = nullptr;
   Uncertainty best_u;
   for (const Combination& combination : combinations) {
-    const Uncertainty u = uncertainty(space, fit.x, combination.name, covariance, assumed);
+    const Uncertainty u = uncertainty(space, fit.x, combination.name, covariance, assumed, fit.systematic);
     if (!determined(combination.name, u) || !(u.std > 0.0)) continue;
     // Earlier ones are better known: a later one must be clearly better.
     if (!best || u.relative < 0.9 * best_u.relative) best = &combination, best_u = u;
@@ -125,7 +126,8 @@ Eigen::VectorXd leash_factors(const ParameterSpace& space, const ElasticFit& fit
   for (Eigen::Index j = 0; j < space.size(); ++j) {
     const std::string& name = space.coordinate_names()[static_cast<std::size_t>(j)];
     const double scale = name == "poissons_ratio" || name == "lame_lambda_pa" ? scale_of("poissons_ratio", fit.x[j]) : 1.0;
-    if (std::sqrt(covariance(j, j)) <= threshold(name) * scale) factor[j] = 0.0;
+    const double common = (fit.systematic.transpose() * covariance.col(j)).squaredNorm();
+    if (std::sqrt(covariance(j, j) + common) <= threshold(name) * scale) factor[j] = 0.0;
   }
   return factor;
 }
@@ -155,8 +157,8 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
   }
   std::vector<Eigen::VectorXd> gradients;
   for (const auto& [name, derived] : names) {
-    const Uncertainty alone = uncertainty(space, fit.x, name, data_only, assumed);
-    const Uncertainty all = uncertainty(space, fit.x, name, posterior, assumed);
+    const Uncertainty alone = uncertainty(space, fit.x, name, data_only, assumed, fit.systematic);
+    const Uncertainty all = uncertainty(space, fit.x, name, posterior, assumed, fit.systematic);
     FitParameter parameter;
     parameter.name = name;
     parameter.value = all.value;

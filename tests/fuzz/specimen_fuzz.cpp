@@ -1,0 +1,16 @@
+// Any bytes given as specimen.toml are either read or refused with an InputError; nothing else.
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "core/base/errors.hpp"
+#include "fit/specimen.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  try {
+    klang::fit::parse_fit_problem(text, "fuzz.toml", ".");
+  } catch (const klang::InputError&) {
+  }
+  return 0;
+}

@@ -51,7 +51,11 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& success) {  // --help, --version
     return program.exit(success);
   } catch (const CLI::ParseError& error) {
-    return complain(error.what(), kBadInput);
+    const bool no_subcommand = program.get_subcommands().empty() && argc > 1 && argv[1][0] != '-';
+    if (!no_subcommand) return complain(error.what(), kBadInput);
+    std::string names;
+    for (const Subcommand& subcommand : subcommands) names += (names.empty() ? "" : ", ") + subcommand.app->get_name();
+    return complain(klang::InputError(argv[1], "is no subcommand", "", names).what(), kBadInput);
   } catch (const klang::InputError& error) {
     return complain(error.what(), kBadInput);
   } catch (const klang::Interrupted& error) {

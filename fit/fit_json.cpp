@@ -72,7 +72,10 @@ json shape_of(const Specimen& specimen, const std::vector<FitParameter>& paramet
 
 std::string file_stem(const std::string& specimen_name) {
   std::string stem = specimen_name;
-  std::replace(stem.begin(), stem.end(), ' ', '_');
+  for (char& c : stem) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+    if (!plain) c = '_';
+  }
   return stem;
 }
 
@@ -80,6 +83,12 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
   json root = {{"schema_version", 1},
                {"kind", "fit"},
                {"name", problem.name},
+               {"material",
+                {{"preset", problem.material.name.empty() ? json(nullptr) : json(problem.material.name)},
+                 {"lame_lambda_pa", problem.material.lame_lambda_pa},
+                 {"lame_mu_pa", problem.material.lame_mu_pa},
+                 {"density_kg_m3", problem.material.density_kg_m3},
+                 {"source", problem.material.source}}},
                {"status", to_text(result.status)},
                {"message", result.message},
                {"provenance", to_json(provenance)},

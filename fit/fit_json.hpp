@@ -14,7 +14,7 @@ nlohmann::json fit_json(const FitProblem& problem, const FitResult& result, cons
 /// tune.json: docs/result-json.md.
 nlohmann::json tune_json(const TuneResult& result, const Provenance& provenance);
 
-/// NAME as it appears in file names: spaces become underscores.
+/// NAME as it appears in file names: everything but letters, digits, - and _ becomes _.
 std::string file_stem(const std::string& specimen_name);
 
 }  // namespace klang::fit

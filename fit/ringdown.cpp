@@ -299,7 +299,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   const std::string place = recording.origin.empty() ? "recording" : recording.origin;
   checked_open(place, "sample_rate_hz", recording.sample_rate_hz, 0, 1e9);
   checked(place, "number of samples", static_cast<double>(recording.n_frames()), 16, 1e12);
-  checked(place, "number of channels", static_cast<double>(recording.n_channels()), 1, 1e6);
+  checked(place, "number of channels", static_cast<double>(recording.n_channels()), 1, kMaxChannels);
   if (!recording.samples.allFinite()) throw InputError(place, "has samples that are not finite numbers");
   const auto start = std::chrono::steady_clock::now();
   RingdownResult result;
@@ -314,10 +314,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   }
   const double spread =
       (recording.samples.colwise().maxCoeff() - recording.samples.colwise().minCoeff()).maxCoeff();
-  if (!(spread > 0)) {
-    result.message = "the recording is silent";
-    return result;
-  }
+  if (!(spread > 0)) throw InputError(recording.origin, "the recording is silent");
 
   audio::StrikeOptions strike_options;
   strike_options.band = band;

@@ -33,9 +33,12 @@ struct RingdownResult {
   bool usable() const { return status == RingdownStatus::kOk; }
 };
 
+/// A recording of one strike by more microphones than this is a mistake in the file more often than not.
+inline constexpr int kMaxChannels = 32;
+
 /// Partials of a recording with their standard deviations (docs/ringdown.md). Channels are used jointly
 /// (frequencies and decays shared, amplitude of the loudest channel reported).
-/// @throws InputError: empty signal, fewer than 16 samples, a sample that is not finite, options out of
+/// @throws InputError: silence, more than kMaxChannels channels, empty signal, fewer than 16 samples, a sample that is not finite, options out of
 /// range.
 RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options = {},
                                  Monitor& monitor = silent_monitor());

@@ -122,10 +122,10 @@ Signal read_sound(const fs::path& path) { return read_sound_bytes(read_file(path
 Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
   if (bytes.empty()) throw InputError(name, "is empty", "0 bytes", "a WAV, FLAC, OGG or AIFF file");
   if (const auto missing = missing_chunk_bytes(bytes)) {
-    throw InputError(name, "is cut short: its header promises more samples",
+    throw InputError(name, "is truncated: its header promises more samples",
                      std::to_string(*missing) + " bytes missing");
   }
-  if (ogg_is_cut(bytes)) throw InputError(name, "is cut short: its last Ogg page is missing");
+  if (ogg_is_cut(bytes)) throw InputError(name, "is truncated: its last Ogg page is missing");
   SF_VIRTUAL_IO io{cursor_length, cursor_seek, cursor_read, cursor_write, cursor_tell};
   Cursor cursor{bytes};
   SF_INFO info{};
@@ -141,7 +141,7 @@ Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
   // Compressed streams know their length from the header (FLAC); an unknown length is the largest number.
   if (info.frames > n_frames && info.frames < SF_COUNT_MAX &&
       (info.format & SF_FORMAT_TYPEMASK) != SF_FORMAT_OGG) {
-    throw InputError(name, "is cut short or damaged", std::to_string(n_frames) + " frames readable",
+    throw InputError(name, "is truncated or damaged", std::to_string(n_frames) + " frames readable",
                      std::to_string(info.frames) + " by its header");
   }
   if (n_frames == 0) throw InputError(name, "has no samples", "0 frames", "at least 1");

@@ -85,7 +85,8 @@ OutputDirectory::OutputDirectory(fs::path target) : target_(std::move(target)) {
   if (fs::exists(target_) && !fs::is_directory(target_)) {
     throw InputError(target_.string(), "cannot write: it is a file, not a folder");
   }
-  const fs::path parent = fs::absolute(target_).parent_path();
+  // Inside the target where it is there already: its parent may be another file system, or not ours to write.
+  const fs::path parent = fs::is_directory(target_) ? fs::absolute(target_) : fs::absolute(target_).parent_path();
   std::error_code error;
   fs::create_directories(parent, error);
   if (error) fail(target_, error.value());

@@ -17,7 +17,7 @@ void write_file(const std::filesystem::path& path, std::string_view bytes);
 void write_file_with(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& writer);
 
-/// A result of several files, kept in a hidden folder beside the target until commit() moves each of them into the
+/// A result of several files, kept in a hidden folder beside (or, where it exists, in) the target until commit() moves each of them into the
 /// target (files of other names that are there already stay). Without commit the destructor removes everything it made.
 /// The constructor fails at once with an InputError where the target cannot be written.
 class OutputDirectory {

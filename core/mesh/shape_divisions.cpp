@@ -52,7 +52,7 @@ int box_divided(double length_m, double edge_m) {
 
 /// Counts by the order of the sides: bars (one long side) get them along it, plates (one short side) in both
 /// others and four through the thickness, blocks about even ones. Measured: first 15 modes of the plate 100 x
-/// 100 x 8 and of the block 30 x 40 x 50 within 0.05 % (tests/mesh/default_accuracy_test.cpp).
+/// 100 x 8 and of the block 30 x 40 x 50 within 0.05 %.
 std::array<int, 3> default_box(const std::array<double, 3>& sides) {
   std::array<int, 3> rank{0, 1, 2};
   std::stable_sort(rank.begin(), rank.end(), [&](int a, int b) { return sides[a] > sides[b]; });

@@ -183,7 +183,7 @@ TEST(RingdownHard, TwoMicrophonesAreSurerThanOneAndACopyIsNot) {
   }
 }
 
-TEST(RingdownHard, RatesFrom8To768KilohertzAnd64ChannelsWork) {
+TEST(RingdownHard, RatesFrom8To768KilohertzAnd32ChannelsWork) {
   for (const double rate : {8000.0, 22050.0, 192000.0, 768000.0}) {
     std::vector<TruePartial> partials{{440, 3, 0.2, 0.4}, {1213, 8, 0.15, -1.0}, {2377, 20, 0.1, 2.0}};
     const auto result = identify_ringdown(ringing(partials, rate, 1.0, 1e-3, 2, 0.1));
@@ -194,8 +194,10 @@ TEST(RingdownHard, RatesFrom8To768KilohertzAnd64ChannelsWork) {
   }
   const Signal one = ringing(kBar, 16000, 1, 1e-3, 3, 0.1);
   Signal many = one;
-  many.samples = one.samples.replicate(1, 64) + 1e-3 * Eigen::MatrixXd::Random(one.n_frames(), 64);
+  many.samples = one.samples.replicate(1, 32) + 1e-3 * Eigen::MatrixXd::Random(one.n_frames(), 32);
   EXPECT_EQ(identify_ringdown(many).partials.partials.size(), kBar.size());
+  many.samples = one.samples.replicate(1, 33);
+  EXPECT_THROW(identify_ringdown(many), klang::InputError);
 }
 
 TEST(RingdownHard, ShortSignalsNeverCrash) {

@@ -174,7 +174,11 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
                        name != "youngs_modulus_pa";
       at_bound = at_bound || (bound && matters && own);
     }
-    if (at_bound) {
+    if (derived && !space.ratio_is_free()) {
+      // One elastic number was fitted: the others are that number and an assumption, no measurement.
+      parameter.identifiable = false;
+      parameter.why = "follows from a Poisson's ratio that was given, not fitted";
+    } else if (at_bound) {
       parameter.identifiable = false;
       parameter.why = "the fit ran to the edge of what is allowed; " + instead;
     } else if (parameter.identifiable || determined(name, all)) {

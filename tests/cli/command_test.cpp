@@ -67,6 +67,29 @@ TEST(KlangSynth, StrikeOfATubeSoundsAtItsModes) {
   EXPECT_LE(std::abs(decay - 4.0), 0.05);
 }
 
+TEST(KlangFit, OneFundamentalGivesEAndLeavesTheGivenPoissonsRatioWithoutAnInterval) {
+  const Scratch scratch;
+  scratch.write("d5.csv", "frequency_hz\n585.8\n");
+  scratch.write("s.toml",
+                "name = \"D5\"\n[material]\npreset = \"aluminium\"\n[[specimen]]\nname = \"D5\"\n"
+                "shape = { kind = \"tube\", length_m = 0.505, outer_radius_m = 0.0125, wall_m = 0.001 }\n"
+                "partials = \"d5.csv\"\n[fit]\nparameters = [\"youngs_modulus_pa\"]\n");
+  const auto result = run_klang("fit s.toml -o out --no-pictures", scratch.path());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json fit = read_json(scratch.path() / "out/fit.json");
+  EXPECT_EQ(fit["status"], "converged");
+  ASSERT_EQ(fit["matches"].size(), 1U);
+  EXPECT_LE(fit["matches"][0]["mode_index"].get<int>(), 1);
+  for (const json& parameter : fit["parameters"]) {
+    const bool fitted = parameter["name"] == "youngs_modulus_pa";
+    EXPECT_EQ(parameter["identifiable"], fitted) << parameter;
+    EXPECT_EQ(parameter["std"].is_number(), fitted) << parameter;
+    EXPECT_EQ(parameter["ci95"].is_array(), fitted) << parameter;
+    EXPECT_EQ(parameter["why"].get<std::string>().empty(), fitted) << parameter;
+  }
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/report.html"));
+}
+
 TEST(KlangHelp, EverySubcommandHasAnExample) {
   const Scratch scratch;
   for (const char* name : {"mesh", "modes", "analyze", "fit", "tune", "synth", "dataset", "report", "doctor"}) {

@@ -1,0 +1,40 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/acoustics/medium.hpp"
+
+namespace klang::acoustics {
+
+/// Outgoing field around one point:
+///   p(x) = sum_{n=0}^{order} sum_{m=-n}^{n} M_n^m h_n^(2)(k r) Y_n^m(theta, phi),  (r, theta, phi) of x - centre_m,
+/// with orthonormal complex Y_n^m. M_n^m stands at row n (n + 1) + m, (order + 1)^2 rows, in Pa.
+struct Multipole {
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  double wavenumber_per_m = 0.0;
+  int order = 0;
+  Eigen::VectorXcd coefficients_pa;
+};
+
+/// How one mode sounds outside: the pressure for a modal velocity of amplitude 1 (kg^1/2 m/s, mass-normalised shapes), so
+/// that the vibrating energy is 1/2 J.
+struct ModeTransfer {
+  int mode = 0;                ///< index in the modal model
+  double frequency_hz = 0.0;
+  Multipole multipole;
+  double radiated_power_w = 0.0;           ///< time average at unit modal velocity, from the surface
+  double decay_radiation_per_s = 0.0;      ///< power / (2 energy) = radiated_power_w / (1 J)
+  double kept_power_fraction = 0.0;        ///< power of the multipole / power from the surface
+  int n_bem_elements = 0;
+  std::optional<double> residual;          ///< relative residual of the boundary-element solve
+};
+
+/// Radiation of a modal model (architecture: acoustics::TransferModel); modes in order of frequency.
+struct TransferModel {
+  Medium medium;
+  std::vector<ModeTransfer> modes;
+};
+
+}  // namespace klang::acoustics

@@ -1,30 +1,23 @@
 #include <vtkCellArray.h>
-#include <vtkCellData.h>
-#include <vtkCommand.h>
 #include <vtkDoubleArray.h>
-#include <vtkExecutive.h>
-#include <vtkFieldData.h>
-#include <vtkIdTypeArray.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
-#include <vtkSmartPointer.h>
-#include <vtkStringArray.h>
-#include <vtkUnsignedCharArray.h>
-#include <vtkUnstructuredGrid.h>
-#include <vtkXMLUnstructuredGridReader.h>
-#include <vtkXMLUnstructuredGridWriter.h>
 
-#include <cmath>
 #include <cstdio>
 
-#include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
+#include "core/mesh/detail/vtk_fields.hpp"
 #include "core/modal/modal_model.hpp"
 
 namespace klang::modal {
 namespace {
+
+using mesh::detail::add_integers;
+using mesh::detail::add_numbers;
+using mesh::detail::add_text;
+using mesh::detail::GridFile;
+using mesh::detail::write_grid;
 
 constexpr int kFileVersion = 1;
 constexpr int kLinearTet = 10;     // VTK_TETRA
@@ -37,73 +30,7 @@ std::string mode_name(Eigen::Index k) {
   return name;
 }
 
-void add_numbers(vtkFieldData* fields, const char* name, const double* values, Eigen::Index n) {
-  vtkNew<vtkDoubleArray> array;
-  array->SetName(name);
-  array->SetNumberOfValues(n);
-  for (Eigen::Index i = 0; i < n; ++i) array->SetValue(i, values[i]);
-  fields->AddArray(array);
-}
-
-void add_text(vtkFieldData* fields, const char* name, const std::string& text) {
-  vtkNew<vtkStringArray> array;
-  array->SetName(name);
-  array->InsertNextValue(text);
-  fields->AddArray(array);
-}
-
-void add_integers(vtkFieldData* fields, const std::string& name, const std::vector<int>& values) {
-  vtkNew<vtkIntArray> array;
-  array->SetName(name.c_str());
-  array->SetNumberOfValues(static_cast<vtkIdType>(values.size()));
-  for (std::size_t i = 0; i < values.size(); ++i) array->SetValue(static_cast<vtkIdType>(i), values[i]);
-  fields->AddArray(array);
-}
-
-// Takes what VTK's reader has to say, which it would print otherwise.
-class ErrorCatcher : public vtkCommand {
- public:
-  static ErrorCatcher* New() { return new ErrorCatcher; }  // NOLINT: VTK counts references
-  void Execute(vtkObject*, unsigned long event, void* data) override {
-    if (event != vtkCommand::ErrorEvent) return;
-    failed = true;
-    if (message.empty() && data != nullptr) message = static_cast<const char*>(data);
-  }
-  bool failed = false;
-  std::string message;
-};
-
-// Typed access to the parts of the file, with the file's name in every complaint.
-class Parts {
- public:
-  Parts(std::string place, vtkUnstructuredGrid* grid) : place_(std::move(place)), grid_(grid) {}
-
-  [[noreturn]] void fail(const std::string& problem) const {
-    throw InputError(place_, "is no modal model: " + problem);
-  }
-  Eigen::VectorXd numbers(const char* name) const {
-    auto* array = vtkDoubleArray::SafeDownCast(grid_->GetFieldData()->GetAbstractArray(name));
-    if (array == nullptr) fail(std::string("field ") + name + " is missing");
-    return Eigen::Map<const Eigen::VectorXd>(array->GetPointer(0), array->GetNumberOfValues());
-  }
-  double number(const char* name) const {
-    const Eigen::VectorXd values = numbers(name);
-    if (values.size() != 1) fail(std::string("field ") + name + " must hold one number");
-    return values[0];
-  }
-  std::string text(const char* name) const {
-    auto* array = vtkStringArray::SafeDownCast(grid_->GetFieldData()->GetAbstractArray(name));
-    if (array == nullptr || array->GetNumberOfValues() < 1)
-      fail(std::string("field ") + name + " is missing");
-    return array->GetValue(0);
-  }
-
- private:
-  std::string place_;
-  vtkUnstructuredGrid* grid_;
-};
-
-mesh::TetMesh read_mesh(vtkUnstructuredGrid* grid, const Parts& parts) {
+mesh::TetMesh read_mesh(vtkUnstructuredGrid* grid, const GridFile& parts) {
   mesh::TetMesh mesh;
   auto* points =
       grid->GetPoints() == nullptr ? nullptr : vtkDoubleArray::SafeDownCast(grid->GetPoints()->GetData());
@@ -188,37 +115,12 @@ void write_modal_model(const std::filesystem::path& path, const ModalModel& mode
   add_text(fields, "provenance_json", provenance_json);
   for (const auto& [name, nodes] : model.mesh.node_sets) add_integers(fields, kNodeSetPrefix + name, nodes);
 
-  vtkNew<vtkXMLUnstructuredGridWriter> writer;
-  writer->SetInputData(grid);
-  writer->SetDataModeToAppended();
-  writer->EncodeAppendedDataOff();
-  writer->SetCompressorTypeToNone();
-  writer->WriteToOutputStringOn();
-  if (writer->Write() == 0) throw InputError(path.string(), "the modal model could not be encoded");
-  write_file(path, writer->GetOutputString());
+  write_grid(path, grid, "modal model");
 }
 
 ModalModel read_modal_model(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path);
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  vtkNew<ErrorCatcher> catcher;
-  reader->AddObserver(vtkCommand::ErrorEvent, catcher);
-  reader->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, catcher);
-  reader->SetReaderErrorObserver(catcher);
-  reader->SetParserErrorObserver(catcher);
-  reader->ReadFromInputStringOn();
-  reader->SetInputString(bytes);
-  reader->Update();
-  vtkUnstructuredGrid* grid = reader->GetOutput();
-  const Parts parts(path.string(), grid);
-  if (catcher->failed || grid == nullptr) parts.fail("VTK cannot read it");
-  auto* version = vtkIntArray::SafeDownCast(grid->GetFieldData()->GetAbstractArray("klang_modal_model"));
-  if (version == nullptr || version->GetNumberOfValues() != 1)
-    parts.fail("field klang_modal_model is missing");
-  if (version->GetValue(0) != kFileVersion) {
-    parts.fail("its version is " + std::to_string(version->GetValue(0)) + ", this program reads " +
-               std::to_string(kFileVersion));
-  }
+  const GridFile parts(path, "modal model", "klang_modal_model", kFileVersion);
+  vtkUnstructuredGrid* grid = parts.grid();
 
   ModalModel model;
   model.mesh = read_mesh(grid, parts);

@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <limits>
 #include <memory>
 
 #include "body_options.hpp"
@@ -35,6 +36,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   modal::EigenOptions eigen;
   eigen.count = options.count;
   eigen.band = parse_band("--band-hz", options.band);
+  eigen.estimate_mesh_error = !options.lumped_mass;  // it is made for the consistent matrix
   eigen.validate();
 
   monitor.progress("mesh", 0.0);
@@ -68,10 +70,14 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   json["none_missing"] = result.none_missing ? nlohmann::json(*result.none_missing) : nlohmann::json(nullptr);
   json["modes"] = nlohmann::json::array();
   const Eigen::VectorXd frequency_hz = result.model.frequency_hz();
+  const auto mesh_error = [&](Eigen::Index i) {
+    return result.mesh_relative_error ? (*result.mesh_relative_error)[i] : std::numeric_limits<double>::quiet_NaN();
+  };
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
     json["modes"].push_back({{"index", i},
                              {"frequency_hz", json_number(frequency_hz[i])},
-                             {"relative_residual", json_number(result.relative_residual[i])}});
+                             {"relative_residual", json_number(result.relative_residual[i])},
+                             {"mesh_relative_error", json_number(mesh_error(i))}});
   }
   if (!options.output.empty()) {
     modal::write_modal_model(options.output, result.model, json["provenance"].dump());
@@ -87,10 +93,10 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
       mesh.order() == 2 ? "quadratic" : "linear", result.n_rigid_modes);
   say(common, "%s\n", !result.none_missing ? "completeness not checked"
                       : *result.none_missing ? "none missing (proven)" : "MODES ARE MISSING");
-  say(common, "%6s %14s %14s %10s\n", "index", "frequency_hz", "period_s", "residual");
+  say(common, "%6s %14s %14s %10s %10s\n", "index", "frequency_hz", "period_s", "residual", "mesh_error");
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
-    say(common, "%6d %14.4f %14.6g %10.1e\n", static_cast<int>(i), frequency_hz[i], 1.0 / frequency_hz[i],
-        result.relative_residual[i]);
+    say(common, "%6d %14.4f %14.6g %10.1e %10.1e\n", static_cast<int>(i), frequency_hz[i], 1.0 / frequency_hz[i],
+        result.relative_residual[i], mesh_error(i));
   }
   if (frequency_hz.size() == 0) say(common, "no mode in the band\n");
   say(common, "%.2f s\n", seconds_since(start));

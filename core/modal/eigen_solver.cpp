@@ -11,6 +11,7 @@
 #include "core/base/parallel.hpp"
 #include "core/modal/detail/block_mass.hpp"
 #include "core/modal/detail/eigen_problem.hpp"
+#include "core/modal/detail/hierarchical_error.hpp"
 
 namespace klang::modal {
 namespace {
@@ -130,6 +131,7 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
     if (n_wanted <= 0) {
       result.none_missing = n_wanted == 0;
       result.relative_residual.resize(0);
+      if (options.estimate_mesh_error) result.mesh_relative_error.emplace();
       return finish(EigenStatus::kConverged, "no elastic mode in the band");
     }
   }
@@ -196,6 +198,13 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
       return finish(EigenStatus::kNotConverged, "mode " + std::to_string(k) + " has a relative residual of " +
                                                     to_text(result.relative_residual[k]));
     }
+  }
+  if (options.estimate_mesh_error) {
+    monitor.progress("eigenmodes", 0.9);
+    monitor.throw_if_stopped();
+    const Stopwatch watch;
+    result.mesh_relative_error = detail::hierarchical_frequency_error(result.model, assembled, problem);
+    result.wall_time_s["mesh_error"] = watch.seconds();
   }
   monitor.progress("eigenmodes", 1);
   return finish(EigenStatus::kConverged, "");

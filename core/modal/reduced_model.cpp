@@ -48,6 +48,7 @@ void drop_first(EigenResult& result, Eigen::Index n) {
   result.model.angular_frequency_rad_s = result.model.angular_frequency_rad_s.tail(kept).eval();
   result.model.shapes = result.model.shapes.rightCols(kept).eval();
   result.relative_residual = result.relative_residual.tail(kept).eval();
+  if (result.mesh_relative_error) result.mesh_relative_error = result.mesh_relative_error->tail(kept).eval();
 }
 
 Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> reduced_pairs(const ReducedModel& model, double lambda,
@@ -80,13 +81,18 @@ ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& asse
   model.poissons_ratio_low = anchors.front();
   model.poissons_ratio_high = anchors.back();
 
-  model.nominal = solve_modes(mesh, assembled, nominal, support, lowest(options.count, true), monitor);
+  const auto lowest_nominal = [&](int count) {
+    EigenOptions eigen = lowest(count, true);
+    eigen.estimate_mesh_error = options.estimate_mesh_error;
+    return eigen;
+  };
+  model.nominal = solve_modes(mesh, assembled, nominal, support, lowest_nominal(options.count), monitor);
   if (!model.nominal.usable()) return model;
   const auto n_low =
       static_cast<int>((model.nominal.model.frequency_hz().array() < options.band.low_hz).count());
   const int n_all = options.count + n_low;
   if (n_low > 0) {
-    model.nominal = solve_modes(mesh, assembled, nominal, support, lowest(n_all, true), monitor);
+    model.nominal = solve_modes(mesh, assembled, nominal, support, lowest_nominal(n_all), monitor);
     if (!model.nominal.usable()) return model;
   }
   const auto n_dofs = static_cast<int>(assembled.n_dofs());

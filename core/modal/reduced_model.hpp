@@ -25,6 +25,7 @@ struct ReducedModelOptions {
   Band band;
   std::vector<double> anchor_poissons_ratios = {0.05, 0.25, 0.42};
   bool measure_error = true;
+  bool estimate_mesh_error = false;  ///< of the nominal modes: nominal.mesh_relative_error
 };
 
 ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,

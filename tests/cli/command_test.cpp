@@ -39,6 +39,8 @@ TEST(KlangModes, ReferenceTubeMatchesTheRitzSolutionWithin200Ppm) {
   for (const int i : {0, 1}) {
     EXPECT_LE(std::abs(modes["modes"][i]["frequency_hz"].get<double>() / ritz_hz - 1.0), 2e-4);
     EXPECT_LE(modes["modes"][i]["relative_residual"].get<double>(), 1e-6);
+    EXPECT_GT(modes["modes"][i]["mesh_relative_error"].get<double>(), 0);
+    EXPECT_LE(modes["modes"][i]["mesh_relative_error"].get<double>(), 2e-4);
   }
 }
 

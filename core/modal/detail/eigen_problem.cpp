@@ -215,12 +215,7 @@ Pairs EigenProblem::lowest_block(Eigen::Index n, Eigen::Index block, double tole
   RandomStream random(20021, 0);
   Eigen::MatrixXd start(n_dofs(), block);
   for (double& value : start.reshaped()) value = random.uniform(-1, 1);
-  const auto apply = [&](const Eigen::MatrixXd& mass_x) {
-    Eigen::MatrixXd y = factor_.solve(mass_x);
-    n_operations_ += static_cast<int>(mass_x.cols());
-    if (n_rigid() > 0) y -= rigid_ * (mass_rigid_.transpose() * y);
-    return y;
-  };
+  const auto apply = [&](const Eigen::MatrixXd& mass_x) { return solve(mass_x); };
   start = apply(mass_.times(start));
   BlockLanczosResult found = block_lanczos(apply, mass_, std::move(start), n, tolerance, max_restarts);
   Pairs pairs;
@@ -264,12 +259,17 @@ Pairs EigenProblem::lowest_dense(Eigen::Index wanted) const {
   return pairs;
 }
 
+Eigen::MatrixXd EigenProblem::solve(const Eigen::MatrixXd& force) {
+  Eigen::MatrixXd y = factor_.solve(force);
+  n_operations_ += static_cast<int>(force.cols());
+  if (n_rigid() > 0) y -= rigid_ * (mass_rigid_.transpose() * y);
+  return y;
+}
+
 void EigenProblem::polish(Pairs& pairs) {
   if (pairs.size() == 0) return;
   const Eigen::MatrixXd force = mass_.times(pairs.vector);
-  Eigen::MatrixXd y = factor_.solve(force);
-  n_operations_ += static_cast<int>(pairs.size());
-  if (n_rigid() > 0) y -= rigid_ * (mass_rigid_.transpose() * y);
+  Eigen::MatrixXd y = solve(force);
   y *= (pairs.value.array() - shift_).matrix().asDiagonal();
   const Eigen::MatrixXd gram = y.transpose() * mass_.times(y);
   // (K - shift M) y = force (omega^2 - shift), and K R = 0, so that no product with K is needed.

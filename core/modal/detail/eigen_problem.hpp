@@ -50,6 +50,9 @@ class EigenProblem {
   /// factor.
   void polish(Pairs& pairs);
 
+  /// (K - shift M)^-1 f for each column, without rigid part; needs the factor.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& force);
+
   /// Sturm count: eigenvalues below omega_sq, rigid ones included.
   std::optional<long> n_below(double omega_sq);
 

@@ -3,6 +3,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "core/solid/detail/tet_rule.hpp"
+
 // The hot loop is compiled for several instruction sets and picked at start-up; contraction is off, so all of
 // them give the same bits. Sanitizers run before the resolver may, so they get the plain version.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && \
@@ -15,7 +17,7 @@
 namespace klang::solid::detail {
 namespace {
 
-constexpr int kPoints = 14;
+constexpr int kPoints = TetRule::kPoints;
 
 struct QuadraticRule {
   std::array<double, kPoints> weight;  // sums to the reference volume 1/6
@@ -25,24 +27,9 @@ struct QuadraticRule {
 
 QuadraticRule make_rule() {
   QuadraticRule rule;
-  std::array<std::array<double, 4>, kPoints> point{};
-  int n = 0;
-  const auto corner_orbit = [&](double a, double weight) {
-    for (int k = 0; k < 4; ++k, ++n) {
-      point[n].fill(a);
-      point[n][k] = 1 - 3 * a;
-      rule.weight[n] = weight / 6;
-    }
-  };
-  corner_orbit(0.092735250310891226402, 0.073493043116361949544);
-  corner_orbit(0.31088591926330060980, 0.11268792571801585080);
-  for (int i = 0; i < 4; ++i) {
-    for (int j = i + 1; j < 4; ++j, ++n) {
-      point[n].fill(0.5 - 0.045503704125649649492);
-      point[n][i] = point[n][j] = 0.045503704125649649492;
-      rule.weight[n] = 0.042546020777081466438 / 6;
-    }
-  }
+  const TetRule points = make_tet_rule();
+  const auto& point = points.point;
+  rule.weight = points.weight;
   constexpr int edges[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
   for (int q = 0; q < kPoints; ++q) {
     const auto& l = point[q];

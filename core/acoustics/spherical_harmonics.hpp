@@ -26,10 +26,15 @@ class SphericalHarmonics {
   void evaluate(const Eigen::Vector3d& direction, std::complex<double>* values,
                 Eigen::Ref<Eigen::MatrixXcd> gradients) const;
 
+  /// The constants of the recurrence, for evaluation elsewhere (vectorised, on a device):
+  ///   q_m^m = diagonal[m],  q_n^m = by_z s_z q_{n-1}^m - by_previous q_{n-2}^m  with both at n (n + 1) / 2 + m
+  const std::vector<double>& diagonal() const { return diagonal_; }
+  const std::vector<double>& by_z() const { return by_z_; }
+  const std::vector<double>& by_previous() const { return by_previous_; }
+
  private:
   int order_;
-  std::vector<double> diagonal_;  // q_m^m
-  std::vector<double> by_z_, by_previous_;  // q_n^m = by_z s_z q_{n-1}^m - by_previous q_{n-2}^m, at n (n + 1) / 2 + m
+  std::vector<double> diagonal_, by_z_, by_previous_;
 };
 
 }  // namespace klang::acoustics

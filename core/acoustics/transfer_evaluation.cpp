@@ -55,10 +55,12 @@ void TransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& liste
       for (int l = 0; l < count; ++l) {
         double* const s = start + 3 * kModeLanes * l;
         for (int lane = 0; lane < kModeLanes; ++lane) {
-          const double x = group.wavenumbers_per_m[lane] * distances[l];  // h_0 = i e^{-ix} / x
+          // h_0 = i e^{-ix} / x; what the product x loses is a phase error of 1e-12 at kr = 10^4.
+          const double k = group.wavenumbers_per_m[lane], x = k * distances[l], rest = std::fma(k, distances[l], -x);
+          const double sine = std::sin(x), cosine = std::cos(x);
           s[lane] = 1.0 / x;
-          s[kModeLanes + lane] = std::sin(x) / x;
-          s[2 * kModeLanes + lane] = std::cos(x) / x;
+          s[kModeLanes + lane] = (sine + rest * cosine) / x;
+          s[2 * kModeLanes + lane] = (cosine - rest * sine) / x;
         }
       }
       detail::group_pressures(group.order, count, layout_.coefficients.data() + group.first_coefficient, harmonics, start, out);

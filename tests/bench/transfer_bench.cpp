@@ -7,6 +7,7 @@
 
 #include "../acoustics/transfer_samples.hpp"
 #include "core/acoustics/transfer_evaluation.hpp"
+#include "core/acoustics/transfer_opencl.hpp"
 #include "core/base/parallel.hpp"
 
 namespace {
@@ -48,9 +49,36 @@ void BM_Transfer_cpu(benchmark::State& state) {
   state.counters["GFlop/s"] = benchmark::Counter(evaluator.operations_per_listener() * n * 1e-9, benchmark::Counter::kIsRate);
 }
 
+// On the default OpenCL device (PoCL: the same processor).
+void BM_Transfer_opencl(benchmark::State& state) {
+  const TransferModel model = scene(state.range(0));
+  const Eigen::Matrix3Xd x = listeners(state.range(1));
+  try {
+    OpenClTransfer device(model, "", state.range(2) != 0 ? Precision::kDouble : Precision::kSingle);
+    Eigen::MatrixXcd p;
+    device.evaluate(x, p);
+    for (auto _ : state) {
+      device.evaluate(x, p);
+      benchmark::DoNotOptimize(p.data());
+    }
+    state.SetLabel(device.device().name);
+  } catch (const OpenClError& error) {
+    state.SkipWithError(error.what());
+  }
+  const double n = static_cast<double>(state.iterations()) * static_cast<double>(state.range(1));
+  state.SetItemsProcessed(static_cast<std::int64_t>(n));
+  state.counters["GFlop/s"] = benchmark::Counter(TransferEvaluator(model).operations_per_listener() * n * 1e-9, benchmark::Counter::kIsRate);
+}
+
 BENCHMARK(BM_Transfer_cpu)
     ->ArgNames({"modes", "listeners", "threads"})
     ->ArgsProduct({{80, 36, 544}, {1, 600}, {1, 2}})
+    ->Unit(benchmark::kMicrosecond)
+    ->UseRealTime();
+
+BENCHMARK(BM_Transfer_opencl)
+    ->ArgNames({"modes", "listeners", "double"})
+    ->ArgsProduct({{80, 36}, {1, 600}, {0, 1}})
     ->Unit(benchmark::kMicrosecond)
     ->UseRealTime();
 

@@ -1,0 +1,22 @@
+#pragma once
+#include <string>
+#include <vector>
+
+namespace klang::acoustics {
+
+struct OpenClDevice {
+  std::string platform, name;
+  std::string kind;  ///< "gpu", "cpu" or "other"
+  unsigned compute_units = 0;
+  unsigned long long memory_bytes = 0;
+  bool double_precision = false;
+};
+
+/// All devices of all platforms, in the order in which an index chooses them. Empty where OpenCL finds none.
+std::vector<OpenClDevice> opencl_devices();
+
+/// Which one is meant: an index, or a part of its name (any case); empty: PoCL's processor, or else the first.
+/// @throws InputError when no device fits; devices must not be empty
+std::size_t chosen_device(const std::vector<OpenClDevice>& devices, const std::string& choice);
+
+}  // namespace klang::acoustics

@@ -37,6 +37,7 @@ class Stopwatch {
 struct Search {
   detail::Pairs pairs;
   detail::Proof proof;
+  double count_at = 0;  // 0: not counted yet
   double iterate_s = 0;
 };
 
@@ -54,7 +55,16 @@ void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, boo
                          ? problem.lowest_block(n, kBlock, options.tolerance, options.max_restarts)
                          : problem.lowest(n, options.tolerance, options.max_restarts, {}, 0);
     }
-    if (search.pairs.converged) problem.polish(search.pairs);
+    if (search.pairs.converged) {
+      // Where the count is made does not depend on the last digits, so that it need not wait for them.
+      const double gap = detail::gap_above(search.pairs, n_wanted);
+      if (!dense && options.count > 0 && options.prove_none_missing && gap > 0) {
+        search.count_at = gap;
+        problem.polish_and_count(search.pairs, gap);
+      } else {
+        problem.polish(search.pairs);
+      }
+    }
     search.iterate_s += watch.seconds();
     if (!search.pairs.converged || n == problem.n_elastic() || detail::gap_above(search.pairs, n_wanted) > 0)
       return;
@@ -117,10 +127,13 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
     return result;
   };
 
+  std::string message;
+  bool factored = false;
   Eigen::Index n_wanted = options.count;
   if (options.count == 0) {
     // How many there are in the band is known before any is computed, and is the proof afterwards.
     search.proof.omega_sq = omega_sq(options.band.high_hz);
+    factored = problem.factor_and_count(search.proof.omega_sq, message);
     search.proof.sturm_count = problem.n_below(search.proof.omega_sq);
     monitor.throw_if_stopped();
     if (!search.proof.sturm_count) {
@@ -139,8 +152,7 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
     throw InputError("eigenmodes", "more modes wanted than the mesh has", std::to_string(n_wanted),
                      "at most " + std::to_string(problem.n_elastic()));
   }
-  std::string message;
-  if (!problem.factor(message)) return finish(EigenStatus::kFailed, message);
+  if (!factored && !problem.factor(message)) return finish(EigenStatus::kFailed, message);
   monitor.progress("eigenmodes", 0.3);
   monitor.throw_if_stopped();
 
@@ -151,8 +163,11 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
     monitor.progress("eigenmodes", 0.8);
     monitor.throw_if_stopped();
     if (options.prove_none_missing || options.count == 0) {
-      double at =
-          options.count == 0 ? omega_sq(options.band.high_hz) : detail::gap_above(search.pairs, n_wanted);
+      double at = options.count == 0 ? omega_sq(options.band.high_hz) : detail::gap_above(search.pairs, n_wanted);
+      // The gap before the last polish serves as well, while it lies between the same pairs.
+      if (at > 0 && search.count_at > 0 && (search.pairs.value.array() < at).count() ==
+                                               (search.pairs.value.array() < search.count_at).count())
+        at = search.count_at;
       if (at == 0)
         at = search.pairs.size() > 0 ? search.pairs.value[search.pairs.size() - 1] * (1 + 1e-7) : low;
       if (search.pairs.converged) {

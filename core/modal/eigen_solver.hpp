@@ -37,7 +37,7 @@ struct EigenResult {
   std::optional<long> sturm_count;    ///< eigenvalues below the check frequency, rigid ones included
   EigenMethod method_used = EigenMethod::kAuto;
   int n_operations = 0;                       ///< shift-invert solves
-  std::map<std::string, double> wall_time_s;  ///< "factor", "iterate", "sturm", "mesh_error", "total"
+  std::map<std::string, double> wall_time_s;  ///< "factor", "iterate", "sturm" (may overlap), "mesh_error", "total"
   bool usable() const { return status == EigenStatus::kConverged; }
 };
 

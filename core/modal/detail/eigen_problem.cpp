@@ -280,10 +280,34 @@ void EigenProblem::polish(Pairs& pairs) {
   pairs.vector = y * small.eigenvectors();
 }
 
+bool EigenProblem::factor_and_count(double omega_sq, std::string& message) {
+  order();  // both need it
+  bool done = false;
+  for_each_job(2, [&](std::size_t job) {
+    if (job == 0)
+      done = factor(message);
+    else
+      n_below(omega_sq);
+  });
+  return done;
+}
+
+void EigenProblem::polish_and_count(Pairs& pairs, double omega_sq) {
+  for_each_job(2, [&](std::size_t job) {
+    if (job == 0)
+      n_below(omega_sq);
+    else
+      polish(pairs);
+  });
+}
+
 std::optional<long> EigenProblem::n_below(double omega_sq) {
+  if (omega_sq == counted_at_) return counted_;
   const auto start = std::chrono::steady_clock::now();
   auto count = n_negative_eigenvalues(shifted(stiffness_, unit_mass_, density_kg_m3_, omega_sq), order());
   seconds_sturm += seconds_since(start);
+  counted_at_ = omega_sq;
+  counted_ = count;
   return count;
 }
 

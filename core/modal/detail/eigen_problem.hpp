@@ -37,6 +37,8 @@ class EigenProblem {
 
   /// Factors K - shift M; false (see message) when it is not positive definite.
   bool factor(std::string& message);
+  /// factor() and n_below() at the same time, on a thread each.
+  bool factor_and_count(double omega_sq, std::string& message);
 
   /// The n lowest elastic pairs that are M-orthogonal to the columns of `known`; Lanczos (Spectra) on the
   /// inverse. attempt changes the start vector and widens the search space.
@@ -49,11 +51,13 @@ class EigenProblem {
   /// One step of inverse iteration with all pairs at once, then Rayleigh-Ritz on what it gives; needs the
   /// factor.
   void polish(Pairs& pairs);
+  /// polish() and n_below() at the same time, on a thread each.
+  void polish_and_count(Pairs& pairs, double omega_sq);
 
   /// (K - shift M)^-1 f for each column, without rigid part; needs the factor.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& force);
 
-  /// Sturm count: eigenvalues below omega_sq, rigid ones included.
+  /// Sturm count: eigenvalues below omega_sq, rigid ones included. The last one is remembered.
   std::optional<long> n_below(double omega_sq);
 
   /// ||K u - w^2 M u|| / (w^2 ||M u||) of each pair, and what of it is the round-off of the products alone.
@@ -75,6 +79,8 @@ class EigenProblem {
   std::vector<int> order_;
   solid::detail::SparseCholesky factor_;
   int n_operations_ = 0;
+  double counted_at_ = -1;
+  std::optional<long> counted_;
 };
 
 /// A Sturm count at a gap at or above pairs.value[wanted - 1] and what it says.

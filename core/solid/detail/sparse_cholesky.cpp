@@ -3,8 +3,10 @@
 #include <cholmod.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "core/base/check.hpp"
+#include "core/solid/detail/supernodal_solve.hpp"
 
 namespace klang::solid::detail {
 namespace {
@@ -12,6 +14,7 @@ namespace {
 using Lower = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
 constexpr int kAmdLimitNodes = 3000;
+constexpr Eigen::Index kOwnSolveFrom = 3;  // columns
 
 // CHOLMOD reads, and never writes, what a shallow view of type cholmod_sparse points at.
 cholmod_sparse view(const Lower& lower) {
@@ -86,11 +89,13 @@ std::vector<int> block_ordering(const Lower& lower) {
 struct SparseCholesky::State {
   Common common;
   cholmod_factor* factor = nullptr;
+  std::optional<SupernodalSolve> many_columns;
   cholmod_dense* y = nullptr;  // workspace that cholmod_solve2 keeps between calls
   cholmod_dense* e = nullptr;
   cholmod_dense* x = nullptr;
 
   void release() {
+    many_columns.reset();
     cholmod_free_factor(&factor, &common.value);
     cholmod_free_dense(&y, &common.value);
     cholmod_free_dense(&e, &common.value);
@@ -110,16 +115,31 @@ bool SparseCholesky::factor(const Lower& lower, const std::vector<int>& order) {
   common.method[0].ordering = CHOLMOD_GIVEN;
   common.postorder = 1;
   common.final_ll = 1;
+  // Blocks of 3 make CHOLMOD's own supernodes short: merging more of them costs a tenth more entries and saves a tenth
+  // or more of the time.
+  common.nrelax[0] = 16;
+  common.nrelax[1] = 64;
+  common.nrelax[2] = 256;
   cholmod_sparse a = view(lower);
   state_->factor = cholmod_analyze_p(&a, const_cast<int*>(order.data()), nullptr, 0, &common);
   if (state_->factor == nullptr) return false;
   const int done = cholmod_factorize(&a, state_->factor, &common);
-  return done && common.status == CHOLMOD_OK && state_->factor->minor == state_->factor->n;
+  if (!done || common.status != CHOLMOD_OK || state_->factor->minor != state_->factor->n) return false;
+  state_->many_columns.emplace(*state_->factor);
+  return true;
 }
 
 void SparseCholesky::solve(const double* b, double* x, Eigen::Index n_columns) {
   KLANG_CHECK(state_->factor != nullptr, "factor() comes first");
   const std::size_t n = state_->factor->n;
+  if (n_columns >= kOwnSolveFrom) {
+    for (Eigen::Index first = 0; first < n_columns; first += SupernodalSolve::kWidth) {
+      const auto at = static_cast<std::size_t>(first) * n;
+      state_->many_columns->solve(b + at, x + at,
+                                  static_cast<int>(std::min<Eigen::Index>(SupernodalSolve::kWidth, n_columns - first)));
+    }
+    return;
+  }
   cholmod_dense rhs{};
   rhs.nrow = n;
   rhs.ncol = static_cast<std::size_t>(n_columns);

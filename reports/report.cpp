@@ -12,7 +12,10 @@
 #include "reports/detail/page.hpp"
 #include "reports/detail/raster.hpp"
 #include "reports/detail/spectrogram.hpp"
+#include "reports/detail/study_figures.hpp"
+#include "reports/detail/study_pictures.hpp"
 #include "reports/detail/text.hpp"
+#include "reports/field_files.hpp"
 
 namespace klang::reports {
 namespace {
@@ -34,6 +37,7 @@ class ReportWriter {
         data_(read_result(result_json)) {}
 
   ReportResult write() {
+    if (data_.kind == "study") return write_study();
     parts_.media.resize(data_.specimens.size());
     monitor_.progress("report", 0.0);
     plots();
@@ -47,15 +51,76 @@ class ReportWriter {
     monitor_.progress("report", 0.95);
     tables();
     list_downloads();
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  ReportResult write_study() {
+    monitor_.progress("report", 0.0);
+    parts_.study.convergence = convergence_figures(data_.study);
+    parts_.study.cost = cost_figures(data_.study);
+    for (const auto* figures : {&parts_.study.convergence, &parts_.study.cost}) {
+      for (const CaptionedFigure& figure : *figures) add_figure(figure.stem, figure.svg);
+    }
+    study_pictures();
+    auto& list = parts_.downloads;
+    list.emplace_back(result_json_.filename().string(), "– the result this page is made of");
+    for (const auto& [name, what] : {std::pair{"levels.csv", "– every level"}, {"junit.xml", "– the claims for a test report"}}) {
+      std::error_code ignored;
+      if (std::filesystem::is_regular_file(folder_ / name, ignored)) list.emplace_back(name, what);
+    }
+    for (const StudyField& field : data_.study.fields) list.emplace_back(field.file, "– for ParaView");
+    list.emplace_back("figures/", "– every figure as SVG and PNG");
+    finish();
+    return std::move(result_);
+  }
+
+  /// Slices are drawn here, the rest by VTK in its own process; in the order of the result.
+  void study_pictures() {
+    std::vector<FieldPictureRequest> requests;
+    std::vector<std::optional<Svg>> drawn(data_.study.fields.size());
+    std::vector<std::size_t> asked;
+    for (std::size_t i = 0; i < data_.study.fields.size(); ++i) {
+      const StudyField& field = data_.study.fields[i];
+      const std::filesystem::path file = beside(field.file);
+      if (file.empty()) continue;
+      if (field.kind == FieldKind::kSlice) {
+        const auto slice = read_slice(file);
+        if (slice) {
+          drawn[i] = slice_figure(field, *slice);
+        } else {
+          result_.warnings.push_back(field.file + ": no slice that can be read, left out");
+        }
+      } else if (options_.pictures) {
+        requests.push_back({file, field.kind});
+        asked.push_back(i);
+      }
+    }
+    monitor_.throw_if_stopped();
+    const DrawnPictures rendered = render_fields(requests, monitor_);
+    if (!rendered.warning.empty()) result_.warnings.push_back(rendered.warning);
+    for (std::size_t k = 0; k < asked.size(); ++k) {
+      const DrawnPicture& picture = rendered.pictures[k];
+      if (picture.png.empty()) continue;
+      drawn[asked[k]] = picture_figure(data_.study.fields[asked[k]], picture.png, picture.width, picture.height,
+                                       picture.low, picture.high);
+    }
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+      if (!drawn[i]) continue;
+      add_figure(file_stem(data_.study.fields[i].name), *drawn[i]);
+      parts_.study.pictures.push_back({data_.study.fields[i], std::move(*drawn[i])});
+    }
+  }
+
+  void finish() {
     parts_.warnings = result_.warnings;
     add_file("report.html", page_html(data_, parts_));
     write_all();
     result_.page = folder_ / "report.html";
     monitor_.progress("report", 1.0);
-    return std::move(result_);
   }
 
- private:
   void add_file(const std::string& name, std::string bytes) {
     output_.emplace_back(folder_ / name, std::move(bytes));
   }

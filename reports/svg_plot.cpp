@@ -32,6 +32,12 @@ constexpr Palette kDark = {
     "#6db9e6", "#4b5158",
     "#ff8f85", {"#6db9e6", "#f0955f", "#75c796", "#c09ae0", "#d9b64a", "#ee8fbd", "#63c7c9", "#b3b9c0"}};
 
+/// A power of ten on a log axis: "10⁻⁶" instead of "1 × 10⁻⁶".
+std::string power_label(std::string label) {
+  const std::size_t times = label.find("\u00d7"), ten = label.find("10", times == std::string::npos ? 0 : times);
+  return times != std::string::npos && ten != std::string::npos && label[0] == '1' ? label.substr(ten) : label;
+}
+
 std::string number_label(double value) {
   const double magnitude = std::abs(value);
   if (magnitude >= 10000 && magnitude < 1e7) {  // 10 000: groups of three
@@ -217,7 +223,7 @@ std::vector<Tick> axis_ticks(const AxisSpec& axis, int wanted) {
     if (value < axis.low * (1 - 1e-12) - (axis.low < 0 ? -2e-12 * axis.low : 0) ||
         value > axis.high + 1e-12 * std::abs(axis.high))
       return;
-    ticks.push_back({value, labelled ? number_label(value) : std::string()});
+    ticks.push_back({value, labelled ? power_label(number_label(value)) : std::string()});
   };
   if (axis.scale == Scale::kLog) {
     const int first = static_cast<int>(std::floor(std::log10(axis.low)));

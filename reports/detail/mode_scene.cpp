@@ -9,7 +9,6 @@
 #include <vtkDoubleArray.h>
 #include <vtkFeatureEdges.h>
 #include <vtkIdList.h>
-#include <vtkLightKit.h>
 #include <vtkLookupTable.h>
 #include <vtkMapper.h>
 #include <vtkNew.h>
@@ -18,9 +17,7 @@
 #include <vtkPolyDataMapper.h>
 #include <vtkPolyDataNormals.h>
 #include <vtkProperty.h>
-#include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
-#include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkWarpVector.h>
 #include <vtkXMLUnstructuredGridReader.h>
@@ -30,6 +27,8 @@
 #include <array>
 #include <cmath>
 #include <string>
+
+#include "reports/detail/vtk_capture.hpp"
 
 namespace klang::reports::detail {
 namespace {
@@ -309,33 +308,10 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   camera->SetParallelScale(extent.y() / 2);
   renderer->ResetCameraClippingRange();
 
-  vtkNew<vtkLightKit> light;
-  light->SetKeyLightIntensity(0.9);
-  light->SetKeyLightWarmth(0.5);  // white: the colours mean something
-  light->SetFillLightWarmth(0.5);
-  light->SetBackLightWarmth(0.5);
-  light->SetKeyToFillRatio(2.2);
-  light->AddLightsToRenderer(renderer);
-  renderer->SetBackground(1, 1, 1);
-  renderer->SetBackgroundAlpha(0);
-  vtkNew<vtkRenderWindow> window;
-  window->SetOffScreenRendering(1);
-  window->SetAlphaBitPlanes(1);
-  window->SetMultiSamples(0);
   const int columns = std::max(8, static_cast<int>(std::lround(width))) * kSupersampling;
   const int rows = std::max(8, static_cast<int>(std::lround(height))) * kSupersampling;
-  window->SetSize(columns, rows);
-  window->AddRenderer(renderer);
-  window->Render();
-  vtkNew<vtkUnsignedCharArray> pixels;
-  if (window->GetRGBACharPixelData(0, 0, columns - 1, rows - 1, 0, pixels) != VTK_OK) return {};
-  RgbaImage image{columns, rows, {}};
-  image.pixels.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) * 4);
-  for (int row = 0; row < rows; ++row) {  // VTK's first row is the lowest
-    const unsigned char* from = pixels->GetPointer(static_cast<vtkIdType>(rows - 1 - row) * columns * 4);
-    std::copy(from, from + static_cast<std::ptrdiff_t>(columns) * 4,
-              image.pixels.begin() + static_cast<std::ptrdiff_t>(row) * columns * 4);
-  }
+  const RgbaImage image = captured(renderer, columns, rows);
+  if (image.pixels.empty()) return {};
   result.image = trimmed(reduced(image, kSupersampling), 2);
   return result;
 }

@@ -3,33 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reports/detail/page_parts.hpp"
 #include "reports/detail/raster.hpp"
+#include "reports/detail/study_page.hpp"
 #include "reports/detail/text.hpp"
 
 namespace klang::reports::detail {
 namespace {
-
-std::string tag(std::string_view name, std::string_view content, std::string_view attributes = {}) {
-  return "<" + std::string(name) + (attributes.empty() ? "" : " " + std::string(attributes)) + ">" +
-         std::string(content) + "</" + std::string(name) + ">";
-}
-std::string number_cell(std::string_view content) { return tag("td", content, "class=\"n\""); }
-
-std::string figure(const std::string& content, const std::string& caption) {
-  return "<figure>" + content + (caption.empty() ? "" : tag("figcaption", caption)) + "</figure>\n";
-}
-std::string sheet(const Svg& svg) {
-  return "<div class=\"sheet scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Figure, scrolls sideways on "
-         "a small screen\">" +
-         svg.inline_markup() + "</div>";
-}
-std::string scrolled(const std::string& table, const std::string& label) {
-  return "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(label) + "\">" +
-         table + "</div>\n";
-}
-std::string more(const std::string& title, const std::string& content) {
-  return "<details class=\"more\"><summary>" + title + "</summary>" + content + "</details>\n";
-}
 
 std::string name_html(const Quantity& quantity) {
   return escaped(capitalised(quantity.words)) +
@@ -306,6 +286,7 @@ std::string specimen_section(const ResultData& data, const PageParts& parts, std
 }
 
 std::string key_figures(const ResultData& data) {
+  if (data.kind == "study") return study_key_figures(data.study);
   std::string html;
   const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
     html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) +
@@ -383,59 +364,9 @@ std::string warning_box(const ResultData& data, const PageParts& parts) {
                    items + "</ul></aside>\n";
 }
 
-std::string provenance(const ResultData& data) {
-  std::string rows;
-  const auto row = [&](const std::string& name, const std::string& value) {
-    if (!value.empty()) rows += "<tr>" + tag("th", name, "scope=\"row\"") + tag("td", value) + "</tr>\n";
-  };
-  row("Made by", data.version.empty() ? "" : "klang " + escaped(data.version));
-  row("Command", data.command.empty() ? "" : "<code>" + escaped(data.command) + "</code>");
-  row("Seed", escaped(data.seed));
-  if (data.cost_initial && data.cost_final)
-    row("Cost", rounded(*data.cost_initial, 4) + " → " + rounded(*data.cost_final, 4));
-  std::string times;
-  for (const auto& [name, seconds] : data.wall_time_s)
-    times += (times.empty() ? "" : ", ") + escaped(name) + " " + rounded(seconds, 3) + " s";
-  row("Time", times);
-  std::string html = rows.empty() ? "" : "<table><tbody>" + rows + "</tbody></table>\n";
-  if (!data.inputs.empty()) {
-    std::string inputs;
-    for (const ProvenanceInput& input : data.inputs) {
-      inputs += "<tr>" + tag("td", escaped(input.path)) +
-                number_cell(input.n_bytes ? fixed(*input.n_bytes, 0) : "—") +
-                tag("td", escaped(input.sha256), "class=\"hash\"") + "</tr>\n";
-    }
-    html += scrolled(
-        "<table><thead><tr><th scope=\"col\">Input</th><th scope=\"col\" class=\"n\">Bytes</th><th "
-        "scope=\"col\">SHA-256</th></tr></thead><tbody>" +
-            inputs + "</tbody></table>",
-        "Inputs");
-  }
-  if (!data.options.empty() && data.options != "{}" && data.options != "null")
-    html += more("Options", "<pre>" + escaped(data.options) + "</pre>");
-  return html;
-}
-
-std::string encoded_path(const std::string& path) {
-  std::string text;
-  static constexpr char kHex[] = "0123456789ABCDEF";
-  for (const char c : path) {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '-' || c == '_' || c == '.' || c == '/';
-    if (plain) {
-      text += c;
-    } else {
-      text += '%';
-      text += kHex[byte >> 4];
-      text += kHex[byte & 15];
-    }
-  }
-  return text;
-}
-
 std::string title_of(const ResultData& data) {
   if (!data.name.empty()) return data.name;
+  if (data.kind == "study") return data.study.title.empty() ? "Convergence study" : data.study.title;
   if (data.kind == "analysis") {
     for (const ProvenanceInput& input : data.inputs) {
       const std::size_t slash = input.path.rfind('/');
@@ -453,6 +384,7 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
   const std::string title = title_of(data);
   const std::string over = data.kind == "fit"        ? "Klangprobe · material from sound"
                            : data.kind == "analysis" ? "Klangprobe · partials of a recording"
+                           : data.kind == "study"    ? "Klangprobe · convergence study"
                                                      : "Klangprobe · modes of a body";
   std::vector<std::pair<std::string, std::string>> contents;
   std::string sections;
@@ -489,6 +421,8 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
     std::string bodies;
     for (std::size_t i = 0; i < data.specimens.size(); ++i) bodies += specimen_section(data, parts, i);
     section("specimens", data.specimens.size() == 1 ? "Specimen" : "Specimens", bodies);
+  } else if (data.kind == "study") {
+    for (const StudySection& part : study_sections(data.study, parts.study)) section(part.id, part.name, part.html);
   } else if (data.kind == "analysis") {
     const Specimen& body = data.specimens.front();
     section("sound", "Sound", specimen_section(data, parts, 0));
@@ -545,9 +479,13 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
          lead + key_figures(data) + warning_box(data, parts) +
          "<nav class=\"toc\" aria-label=\"Contents\"><ol>" + toc + "</ol></nav></header>\n<main>\n" +
          sections +
-         "</main>\n<footer>This page is one file and needs no network. Numbers: standard deviations are one "
-         "sigma; frequencies in hertz, decays of the amplitude in 1/s, 100 cents = one "
-         "semitone.</footer>\n<script>" +
+         "</main>\n<footer>This page is one file and needs no network. " +
+         std::string(data.kind == "study"
+                         ? "Orders are slopes of least-squares lines through the logarithms; intervals hold with 95 % by "
+                           "Student’s t."
+                         : "Numbers: standard deviations are one sigma; frequencies in hertz, decays of the amplitude in "
+                           "1/s, 100 cents = one semitone.") +
+         "</footer>\n<script>" +
          page_script() + "</script>\n</body>\n</html>\n";
 }
 

@@ -6,6 +6,7 @@
 
 #include "reports/detail/figures.hpp"
 #include "reports/detail/result_data.hpp"
+#include "reports/detail/study_page.hpp"
 #include "reports/svg_plot.hpp"
 
 namespace klang::reports::detail {
@@ -33,6 +34,7 @@ struct SpecimenMedia {
 struct PageParts {
   std::vector<Svg> ladders;
   std::optional<Svg> residuals, decays, spectrum, modes;
+  StudyParts study;
   std::vector<SpecimenMedia> media;                            ///< as data.specimens
   std::vector<std::string> warnings;                           ///< of the report itself
   std::vector<std::pair<std::string, std::string>> downloads;  ///< file beside the page, what it is

@@ -82,6 +82,10 @@ button{font:inherit;font-size:.92rem;color:var(--accent);background:var(--paper)
 .shapes figure{margin:0;display:flex;flex-direction:column;justify-content:space-between;background:var(--paper);border:1px solid var(--line);border-radius:8px;padding:12px}
 .shapes img{display:block;margin:auto;max-width:100%;height:auto;max-height:220px}
 .shapes figcaption{font-size:.85rem}
+.pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,440px),1fr));gap:14px;margin:.8rem 0}
+.pictures figure{margin:0;background:var(--paper);border:1px solid var(--line);border-radius:8px;padding:12px 14px}
+.pictures h3{margin:0 0 .3rem}
+.pictures svg.kf{min-width:0}
 .shapes b{color:var(--ink);font-weight:600}
 pre{overflow-x:auto;background:var(--soft);padding:.8rem 1rem;border-radius:6px;font-size:.82rem;line-height:1.45}
 code,.hash{font-family:ui-monospace,"SF Mono",Menlo,Consolas,"Liberation Mono","DejaVu Sans Mono",monospace;font-size:.85em;overflow-wrap:anywhere}

@@ -5,100 +5,13 @@
 
 #include "core/base/errors.hpp"
 #include "core/base/output_file.hpp"
+#include "reports/detail/json_node.hpp"
 #include "reports/detail/text.hpp"
 
 namespace klang::reports::detail {
 namespace {
 
 using nlohmann::json;
-
-/// One object of the file with the path that leads to it, so that every complaint says where.
-class Node {
- public:
-  Node(const json& value, std::string place) : value_(value), place_(std::move(place)) {}
-
-  const json& raw() const { return value_; }
-  const std::string& place() const { return place_; }
-  bool has(const char* key) const {
-    return value_.is_object() && value_.contains(key) && !value_.at(key).is_null();
-  }
-
-  Node child(const char* key) const {
-    static const json nothing;
-    return {has(key) ? value_.at(key) : nothing, place_ + "." + key};
-  }
-
-  Number number(const char* key) const {
-    if (!has(key)) return {};
-    const json& value = value_.at(key);
-    if (!value.is_number()) fail(key, "not a number", value);
-    const double number = value.get<double>();
-    if (!std::isfinite(number)) return {};
-    return number;
-  }
-
-  double required(const char* key) const {
-    const Number value = number(key);
-    if (!value) throw InputError(place_ + "." + key, "missing");
-    return *value;
-  }
-
-  std::optional<int> integer(const char* key) const {
-    const Number value = number(key);
-    if (!value) return {};
-    if (!(std::abs(*value) <= 1e9)) fail(key, "not an index or a count", value_.at(key));
-    return static_cast<int>(*value);
-  }
-
-  std::optional<bool> boolean(const char* key) const {
-    if (!has(key)) return {};
-    if (!value_.at(key).is_boolean()) fail(key, "not true or false", value_.at(key));
-    return value_.at(key).get<bool>();
-  }
-
-  std::string text(const char* key) const {
-    if (!has(key)) return {};
-    if (!value_.at(key).is_string()) fail(key, "not a text", value_.at(key));
-    return value_.at(key).get<std::string>();
-  }
-
-  template <class Function>
-  void each(const char* key, Function&& function) const {
-    if (!has(key)) return;
-    const json& list = value_.at(key);
-    if (!list.is_array()) fail(key, "not a list", list);
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      function(Node(list[i], place_ + "." + key + "[" + std::to_string(i) + "]"));
-    }
-  }
-
-  std::vector<double> numbers(const char* key) const {
-    std::vector<double> values;
-    each(key, [&](const Node& entry) {
-      if (!entry.raw().is_number()) throw InputError(entry.place(), "not a number", entry.raw().dump());
-      values.push_back(entry.raw().get<double>());
-    });
-    return values;
-  }
-
-  std::vector<std::string> texts(const char* key) const {
-    std::vector<std::string> values;
-    each(key, [&](const Node& entry) {
-      if (!entry.raw().is_string()) throw InputError(entry.place(), "not a text", entry.raw().dump());
-      values.push_back(entry.raw().get<std::string>());
-    });
-    return values;
-  }
-
- private:
-  [[noreturn]] void fail(const char* key, const char* problem, const json& value) const {
-    throw InputError(place_ + "." + key, problem,
-                     value.dump(-1, ' ', false, json::error_handler_t::replace).substr(0, 60));
-  }
-
-  const json& value_;
-  std::string place_;
-};
 
 Estimate estimate(const Node& node) {
   Estimate result;
@@ -254,6 +167,63 @@ void read_fit(const Node& root, ResultData& data) {
   data.n_iterations = root.number("n_iterations");
 }
 
+StudySeries read_series(const Node& node) {
+  StudySeries series;
+  series.id = node.text("id");
+  series.title = node.text("title");
+  series.reference = node.text("reference");
+  series.step = node.text("step");
+  series.error = node.text("error");
+  series.kind = node.text("kind");
+  series.floor = node.text("floor");
+  series.verdict = node.text("verdict");
+  series.observed_order = node.number("observed_order");
+  series.expected_order = node.number("expected_order");
+  series.order_tolerance = node.number("order_tolerance");
+  series.error_tolerance = node.number("error_tolerance");
+  series.error_floor = node.number("error_floor");
+  const std::vector<double> interval = node.numbers("order_ci95");
+  if (interval.size() == 2) series.order_ci95 = {interval[0], interval[1]};
+  series.asymptotic = node.boolean("asymptotic");
+  series.counts = node.boolean("counts").value_or(true);
+  series.passed = node.boolean("passed").value_or(false);
+  series.higher_is_fine = node.boolean("higher_is_fine").value_or(false);
+  const Node gci = node.child("gci");
+  series.gci_order = gci.number("order");
+  series.gci_fine = gci.number("gci_fine");
+  series.gci_ratio = gci.number("asymptotic_ratio");
+  series.gci_extrapolated = gci.number("extrapolated");
+  series.gci_exact = gci.number("exact");
+  node.each("levels", [&](const Node& level) {
+    series.levels.push_back({level.number("h_m"), level.number("n"), level.number("error"), level.number("value"),
+                             level.number("n_unknowns"), level.number("pairwise_order"), level.text("excluded")});
+  });
+  return series;
+}
+
+void read_study(const Node& root, StudyData& study) {
+  study.name = root.text("study");
+  study.title = root.text("title");
+  study.question = root.text("question");
+  study.passed = root.boolean("passed").value_or(false);
+  root.each("series", [&](const Node& node) { study.series.push_back(read_series(node)); });
+  root.each("claims", [&](const Node& node) {
+    study.claims.push_back({node.text("name"), node.text("words"), node.number("measured"), node.number("reference"),
+                            node.number("tolerance"), node.boolean("passed").value_or(false)});
+  });
+  const Node fields = root.child("fields");
+  const auto read_fields = [&](const char* key, FieldKind kind) {
+    fields.each(key, [&](const Node& node) {
+      study.fields.push_back({kind, node.text("name"), node.text("title"), node.text("caption"), node.text("file"),
+                              node.text("quantity"), node.boolean("decibels").value_or(false),
+                              node.number("floor").value_or(0.0)});
+    });
+  };
+  read_fields("slices", FieldKind::kSlice);
+  read_fields("surfaces", FieldKind::kSurface);
+  read_fields("balloons", FieldKind::kBalloon);
+}
+
 void read_provenance(const Node& root, ResultData& data) {
   const Node node = root.child("provenance");
   data.version = node.text("version");
@@ -287,8 +257,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
   }
   ResultData data;
   data.kind = root.text("kind");
-  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes") {
-    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes");
+  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study") {
+    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study");
   }
   data.name = root.text("name");
   data.status = root.text("status");
@@ -297,6 +267,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
   data.peak_memory_bytes = root.number("peak_memory_bytes");
   if (data.kind == "fit") {
     read_fit(root, data);
+  } else if (data.kind == "study") {
+    read_study(root, data.study);
   } else {
     data.specimens.push_back(read_body(root));
   }

@@ -78,8 +78,45 @@ struct ProvenanceInput {
   Number n_bytes;
 };
 
+struct StudyLevel {
+  Number h_m, n, error, value, n_unknowns, pairwise_order;
+  std::string excluded;  ///< why it is not in the fit, empty where it is
+};
+
+struct StudySeries {
+  std::string id, title, reference, step, error, kind, floor, verdict;
+  Number observed_order, expected_order, order_tolerance, error_tolerance, error_floor;
+  std::optional<std::array<double, 2>> order_ci95;
+  std::optional<bool> asymptotic;
+  bool counts = true, passed = false, higher_is_fine = false;
+  Number gci_order, gci_fine, gci_ratio, gci_extrapolated, gci_exact;
+  std::vector<StudyLevel> levels;
+};
+
+struct StudyClaim {
+  std::string name, words;
+  Number measured, reference, tolerance;
+  bool passed = false;
+};
+
+enum class FieldKind { kSurface, kSlice, kBalloon };
+struct StudyField {
+  FieldKind kind = FieldKind::kSurface;
+  std::string name, title, caption, file, quantity;
+  bool decibels = false;
+  double floor = 0;
+};
+
+struct StudyData {
+  std::string name, title, question;
+  bool passed = false;
+  std::vector<StudySeries> series;
+  std::vector<StudyClaim> claims;
+  std::vector<StudyField> fields;
+};
+
 struct ResultData {
-  std::string kind;  ///< "fit", "analysis", "modes"
+  std::string kind;  ///< "fit", "analysis", "modes", "study"
   std::string name;
   std::string status, message;
   std::string material;  ///< a preset's name, where the file has one
@@ -91,7 +128,8 @@ struct ResultData {
   std::vector<DampingModel> damping;
   std::vector<Match> matches;
   std::vector<Predicted> predicted;
-  std::vector<Specimen> specimens;
+  std::vector<Specimen> specimens;  ///< none in a study
+  StudyData study;                  ///< of a study
   Number cost_initial, cost_final, n_iterations, peak_memory_bytes;
   std::vector<std::string> warnings;
   std::string version, command, seed, options;

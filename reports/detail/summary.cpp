@@ -147,6 +147,7 @@ void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
 }  // namespace
 
 std::vector<std::string> summary_sentences(const ResultData& data) {
+  if (data.kind == "study") return study_sentences(data.study);
   std::vector<std::string> sentences;
   if (data.kind == "fit") {
     if (data.status == "no_partials") {
@@ -216,6 +217,17 @@ std::string fitted_words(const ResultData& data) {
 
 Verdict verdict(const ResultData& data) {
   Verdict result;
+  if (data.kind == "study") {
+    result = data.study.passed ? Verdict{"Passed", "good", {}} : Verdict{"Not passed", "bad", {}};
+    const auto missed = static_cast<std::size_t>(std::count_if(data.study.claims.begin(), data.study.claims.end(),
+                                                               [](const StudyClaim& claim) { return !claim.passed; }));
+    if (missed > 0) {
+      result.details = std::to_string(missed) + " of " + counted(data.study.claims.size(), "claim", "claims") + " not met";
+    } else if (!data.study.series.empty()) {
+      result.details = data.study.series.front().verdict;
+    }
+    return result;
+  }
   if (data.kind == "fit") {
     if (data.status == "converged") {
       result = {"Converged", "good", {}};

@@ -92,9 +92,61 @@ TEST(KlangFit, OneFundamentalGivesEAndLeavesTheGivenPoissonsRatioWithoutAnInterv
   EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/report.html"));
 }
 
+TEST(KlangConverge, WritesTheStudyItsPageAndJUnitAndSaysPassed) {
+  const Scratch scratch;
+  const auto result = run_klang("converge synthesis --levels 4 --no-pictures -o out --json s.json", scratch.path());
+  ASSERT_EQ(result.exit_code, 0) << result.err << result.out;
+  const json study = read_json(scratch.path() / "out/study.json");
+  EXPECT_EQ(study, read_json(scratch.path() / "s.json"));
+  EXPECT_EQ(study["passed"], true);
+  EXPECT_LE(std::abs(study["observed_order"].get<double>() - study["expected_order"].get<double>()), 0.1);
+  ASSERT_EQ(study["levels"].size(), 4U);
+  for (const json& level : study["levels"]) {
+    EXPECT_TRUE(level.contains("h_m") || level.contains("n"));
+    EXPECT_TRUE(level["error"].is_number());
+  }
+  for (const char* file : {"out/report.html", "out/junit.xml", "out/levels.csv", "out/figures/convergence.png"})
+    EXPECT_TRUE(std::filesystem::exists(scratch.path() / file)) << file;
+  // The page comes from study.json alone.
+  std::filesystem::rename(scratch.path() / "out/report.html", scratch.path() / "first.html");
+  ASSERT_EQ(run_klang("report out/study.json --no-pictures", scratch.path()).exit_code, 0);
+  const auto bytes = [](const std::filesystem::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  };
+  EXPECT_EQ(bytes(scratch.path() / "out/report.html"), bytes(scratch.path() / "first.html"));
+}
+
+TEST(KlangConverge, OnlyRunsTheSeriesThatIsAskedFor) {
+  const Scratch scratch;
+  EXPECT_EQ(run_klang("converge fem --only bar-p2 --levels 3 --no-pictures -o bar", scratch.path()).exit_code, 0);
+  const json study = read_json(scratch.path() / "bar/study.json");
+  ASSERT_EQ(study["series"].size(), 1U);
+  EXPECT_EQ(study["series"][0]["id"], "bar-p2");
+  EXPECT_TRUE(study["levels"][0]["h_m"].is_number());
+}
+
+TEST(KlangConverge, BadInputIsOneLineAndLeavesNothing) {
+  const Scratch scratch;
+  for (const char* arguments : {"converge fluid -o out", "converge fem --levels 2 -o out", "converge fem --only x -o out",
+                                "converge fem", "converge synthesis -o /proc/nowhere/out"}) {
+    const auto result = run_klang(arguments, scratch.path());
+    EXPECT_EQ(result.exit_code, 2) << arguments;
+    EXPECT_EQ(result.err_lines(), 1) << result.err;
+    EXPECT_TRUE(scratch.files().empty()) << arguments;
+  }
+}
+
+TEST(KlangConverge, ControlCEndsWith130AndNothingWritten) {
+  const Scratch scratch;
+  const auto result = run_klang("converge fem -o out", scratch.path(), "timeout --preserve-status -s INT 1");
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_TRUE(scratch.files().empty());
+}
+
 TEST(KlangHelp, EverySubcommandHasAnExample) {
   const Scratch scratch;
-  for (const char* name : {"mesh", "modes", "analyze", "fit", "tune", "synth", "dataset", "report", "doctor"}) {
+  for (const char* name : {"mesh", "modes", "analyze", "converge", "fit", "tune", "synth", "dataset", "report", "doctor"}) {
     const auto help = run_klang(std::string(name) + " --help", scratch.path());
     EXPECT_EQ(help.exit_code, 0) << name;
     EXPECT_NE(help.out.find("Example"), std::string::npos) << name;

@@ -1,0 +1,65 @@
+#include "validate/claim.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/errors.hpp"
+#include "core/base/json.hpp"
+
+namespace klang::validate {
+namespace {
+
+/// Text inside an XML attribute; control characters, which XML 1.0 does not allow, become spaces.
+std::string attribute(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&': result += "&amp;"; break;
+      case '<': result += "&lt;"; break;
+      case '>': result += "&gt;"; break;
+      case '"': result += "&quot;"; break;
+      default: result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+Claim judged(Claim claim) {
+  claim.passed = std::abs(claim.measured - claim.reference.value_or(0.0)) <= claim.tolerance;
+  return claim;
+}
+
+nlohmann::json to_json(const Claim& claim) {
+  return {{"name", claim.name},
+          {"words", claim.words},
+          {"measured", json_number(claim.measured)},
+          {"reference", json_number(claim.reference)},
+          {"tolerance", json_number(claim.tolerance)},
+          {"observed_order", json_number(claim.observed_order)},
+          {"passed", claim.passed}};
+}
+
+std::string junit_xml(std::string_view suite, const std::vector<Claim>& claims) {
+  const auto n_failed = std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.passed; });
+  const std::string counts =
+      " tests=\"" + std::to_string(claims.size()) + "\" failures=\"" + std::to_string(n_failed) + "\" errors=\"0\"";
+  std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites" + counts + ">\n<testsuite name=\"" +
+                    attribute(suite) + "\"" + counts + " skipped=\"0\">\n";
+  for (const Claim& claim : claims) {
+    xml += "<testcase classname=\"" + attribute(suite) + "\" name=\"" + attribute(claim.name) + "\"";
+    const std::string facts = "measured " + to_text(claim.measured) +
+                              (claim.reference ? ", reference " + to_text(*claim.reference) : "") + ", tolerance " +
+                              to_text(claim.tolerance);
+    if (claim.passed) {
+      xml += "><system-out>" + attribute(claim.words + ": " + facts) + "</system-out></testcase>\n";
+    } else {
+      xml += "><failure type=\"claim\" message=\"" + attribute(facts) + "\">" + attribute(claim.words) +
+             "</failure></testcase>\n";
+    }
+  }
+  return xml + "</testsuite>\n</testsuites>\n";
+}
+
+}  // namespace klang::validate

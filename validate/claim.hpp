@@ -1,0 +1,30 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace klang::validate {
+
+/// One statement that was put to the test. Accepted only through deviation <= tolerance, so that a NaN does not pass.
+struct Claim {
+  std::string name;                      ///< "ball-p2.order": unique within a study, no spaces
+  std::string words;                     ///< the statement as a sentence
+  double measured = 0.0;
+  std::optional<double> reference;       ///< what it should be; empty: an error that should be 0
+  double tolerance = 0.0;                ///< largest |measured - reference|, in the same unit
+  std::optional<double> observed_order;  ///< where the claim is about convergence
+  bool passed = false;
+};
+
+/// passed = |measured - reference| <= tolerance, with reference 0 where there is none.
+Claim judged(Claim claim);
+
+/// {"name", "words", "measured", "reference", "tolerance", "observed_order", "passed"}; null where there is none.
+nlohmann::json to_json(const Claim& claim);
+
+/// One JUnit test suite with a test case a claim; no time stamps, so that the same claims give the same bytes.
+std::string junit_xml(std::string_view suite, const std::vector<Claim>& claims);
+
+}  // namespace klang::validate

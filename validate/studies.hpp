@@ -1,0 +1,13 @@
+#pragma once
+#include "validate/study.hpp"
+
+/// The studies themselves; run_study judges what they return.
+namespace klang::validate {
+
+/// Eigenvalues of linear and quadratic tetrahedra, straight and curved, against exact and Ritz solutions.
+Study fem_study(const StudyOptions& options, Monitor& monitor);
+
+/// The oscillator bank against closed forms, and beside step-by-step integrators.
+Study synthesis_study(const StudyOptions& options, Monitor& monitor);
+
+}  // namespace klang::validate

@@ -1,9 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "body_options.hpp"
 #include "command.hpp"
+#include "core/acoustics/transfer_model_file.hpp"
+#include "core/acoustics/transfer_synthesis.hpp"
 #include "core/audio/sound_file.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
@@ -24,6 +28,14 @@ struct SynthOptions {
   double sample_rate_hz = 48000.0;
   double duration_s = 3.0;
   double peak_db_re_full_scale = -3.0;
+  std::string transfer;
+  std::string listener;
+  std::optional<double> ears_m;
+  std::optional<std::string> device;
+  std::string precision = "double";
+  bool delay = false;
+  bool unit_transfer = false;
+  bool radiation_damping = false;
 };
 
 /// Decay of each mode: Rayleigh and constant loss factor add up.
@@ -76,6 +88,48 @@ std::vector<modal::Strike> read_strikes(const SynthOptions& options, const modal
   return strikes;
 }
 
+/// What --transfer adds to the result.
+struct EarSound {
+  audio::Signal sound_pa;
+  nlohmann::json json;
+};
+
+EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& model, const acoustics::TransferModel& transfer,
+                       const Eigen::VectorXd& decays, const std::vector<modal::Strike>& strikes) {
+  const Eigen::Vector3d centre = transfer.modes.front().multipole.centre_m;
+  const acoustics::ListenerPath path =
+      options.listener.empty() ? acoustics::listener_at(acoustics::default_listener_m(transfer, 1.0), options.ears_m, centre)
+                               : acoustics::read_listener_path(options.listener, options.ears_m, centre);
+  acoustics::TransferSynthesisOptions synthesis;
+  synthesis.sample_rate_hz = options.sample_rate_hz;
+  synthesis.duration_s = options.duration_s;
+  synthesis.delay = options.delay;
+  synthesis.unit_transfer = options.unit_transfer;
+  if (options.device) {
+    synthesis.device = {true, *options.device == "default" ? std::string() : *options.device,
+                        options.precision == "single" ? acoustics::Precision::kSingle : acoustics::Precision::kDouble};
+  }
+  const acoustics::TransferSynthesisResult result = acoustics::synthesise_at_ears(model, transfer, decays, strikes, path, synthesis);
+  if (!result.message.empty()) warn(result.message);
+  if (result.n_modes_without_transfer > 0) {
+    warn(std::to_string(result.n_modes_without_transfer) + " mode(s) of the model have no transfer and are silent");
+  }
+  EarSound heard{result.sound_pa, nlohmann::json::object()};
+  const Eigen::Vector3d start = path.head_m(0.0);
+  heard.json = {{"file", options.transfer},
+                {"device", result.device_name},
+                {"delay", options.delay},
+                {"unit_transfer", options.unit_transfer},
+                {"n_ears", path.stereo() ? 2 : 1},
+                {"listener_moves", path.moves()},
+                {"listener_at_start_m", {start.x(), start.y(), start.z()}},
+                {"n_modes_heard", result.n_modes_heard},
+                {"n_modes_without_transfer", result.n_modes_without_transfer},
+                {"n_modes_too_high", result.n_modes_too_high}};
+  if (!options.unit_transfer) heard.json["peak_pressure_pa"] = result.sound_pa.samples.cwiseAbs().maxCoeff();
+  return heard;
+}
+
 int run_synth(const SynthOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   checked("command line", "--rayleigh-stiffness-s", options.rayleigh_stiffness_s, 0.0, 1.0);
@@ -89,8 +143,21 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   modal::SynthesisOptions synthesis;
   synthesis.sample_rate_hz = options.sample_rate_hz;
   synthesis.duration_s = options.duration_s;
-  const Eigen::VectorXd decays = decay_per_s(options, model);
-  audio::Signal sound = modal::synthesise(model, decays, strikes, synthesis);
+  Eigen::VectorXd decays = decay_per_s(options, model);
+  std::vector<std::filesystem::path> inputs = {options.model};
+  EarSound heard;
+  if (!options.transfer.empty()) {
+    const acoustics::TransferModel transfer = acoustics::read_transfer_model(options.transfer);
+    acoustics::check_belongs(transfer, model, options.transfer);
+    if (transfer.modes.empty()) throw InputError(options.transfer, "has no mode");
+    if (options.radiation_damping) {
+      for (const acoustics::ModeTransfer& mode : transfer.modes) decays[mode.mode] += mode.decay_radiation_per_s;
+    }
+    inputs.emplace_back(options.transfer);
+    if (!options.listener.empty()) inputs.emplace_back(options.listener);
+    heard = sound_at_ears(options, model, transfer, decays, strikes);
+  }
+  audio::Signal sound = options.transfer.empty() ? modal::synthesise(model, decays, strikes, synthesis) : heard.sound_pa;
   const double peak = sound.samples.cwiseAbs().maxCoeff();
   if (!(peak > 0.0)) throw NumericalError("synth: the strikes excite no mode of this model");
   const double gain = std::pow(10.0, options.peak_db_re_full_scale / 20.0) / peak;
@@ -102,9 +169,11 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
                                        {"rayleigh_mass_per_s", options.rayleigh_mass_per_s},
                                        {"loss_factor", options.loss_factor},
                                        {"duration_s", options.duration_s},
-                                       {"sample_rate_hz", options.sample_rate_hz}},
-                                      {options.model});
+                                       {"sample_rate_hz", options.sample_rate_hz},
+                                       {"radiation_damping", options.radiation_damping}},
+                                      inputs);
   json["gain"] = gain;
+  if (!options.transfer.empty()) json["transfer"] = heard.json;
   const Eigen::VectorXd frequency_hz = model.frequency_hz();
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
     json["modes"].push_back({{"index", i}, {"frequency_hz", frequency_hz[i]}, {"decay_per_s", decays[i]}});
@@ -135,8 +204,25 @@ Subcommand add_synth(CLI::App& program, CommonOptions& common) {
   app->add_option("--rate-hz", options->sample_rate_hz, "Sample rate")->capture_default_str();
   app->add_option("--peak-db", options->peak_db_re_full_scale, "Level of the highest peak, dB re full scale")
       ->capture_default_str();
+  auto* transfer = app->add_option("--transfer", options->transfer, "Transfer model (.vtu) from klang transfer: sound at the ear in Pa");
+  app->add_option("--listener", options->listener,
+                  "Path of the listener, CSV: time_s,x_m,y_m,z_m; then right_x_m,right_y_m,right_z_m (the first is the left ear) or "
+                  "facing_x,facing_y,facing_z. Without it: 1 m from the centre where the strongest mode is loudest")
+      ->needs(transfer);
+  app->add_option("--ears-m", options->ears_m, "Two ears this far apart, with their phases (without facing columns: facing the body)")
+      ->needs(transfer);
+  app->add_flag("--delay", options->delay, "Sound takes distance / c to arrive: delay and Doppler shift")->needs(transfer);
+  app->add_flag("--unit-transfer", options->unit_transfer, "For comparison: every mode's |p| = 1")->needs(transfer);
+  app->add_flag("--radiation-damping", options->radiation_damping, "Add the decay by radiation to each mode's damping")->needs(transfer);
+  app->add_option("--device", options->device, "OpenCL device for the transfer: an index or part of a name as in klang doctor, or default")
+      ->needs(transfer);
+  app->add_option("--precision", options->precision, "Of the OpenCL device")
+      ->check(CLI::IsMember({"single", "double"}))
+      ->needs(transfer)
+      ->capture_default_str();
   app->footer(
-      "Example:\n"
+      "Examples:\n"
+      "  klang synth plate.vtu -o plate.wav --transfer plate-transfer.vtu --listener walk.csv --ears-m 0.17 --delay\n"
       "  klang synth tube.vtu -o tube.wav --rayleigh-stiffness-s 1e-7 --rayleigh-mass-per-s 1 \\\n"
       "    --strike time_s=0,x_m=0.0125,z_m=0.2,fx_n_s=0.01,contact_s=5e-5 --strike time_s=1,x_m=0.0125,fx_n_s=0.02");
   return {app, [options, &common] { return run_synth(*options, common); }};

@@ -41,7 +41,7 @@ class OpenClError : public std::runtime_error {
 /// Where transfer is evaluated.
 struct TransferDeviceOptions {
   bool opencl = false;  ///< false: TransferEvaluator
-  std::string device;   ///< chosen_device
+  std::string device = {};  ///< chosen_device
   Precision precision = Precision::kDouble;
 };
 

@@ -116,7 +116,7 @@ TEST(AnyTransferEvaluator, OnTheProcessorUnlessAsked) {
   AnyTransferEvaluator plain(model, {});
   EXPECT_EQ(plain.device_name(), "processor");
   EXPECT_EQ(plain.message(), "");
-  AnyTransferEvaluator device(model, {.opencl = true, .device = {}});
+  AnyTransferEvaluator device(model, {.opencl = true});
   EXPECT_EQ(device.device_name(), opencl_devices()[chosen_device(opencl_devices(), "")].name);
 }
 

@@ -13,6 +13,7 @@
 #include "core/base/errors.hpp"
 #include "core/mesh/detail/byte_cursor.hpp"
 #include "core/mesh/detail/mesh_formats.hpp"
+#include "core/mesh/detail/vtk_fields.hpp"
 
 namespace klang::mesh::detail {
 namespace {
@@ -28,24 +29,6 @@ class FirstMessage : public vtkCommand {
   }
   std::string text;
 };
-
-/// VTK allocates what the header promises: refuse promises that no compression of this file could keep.
-void check_promises(std::string_view bytes, const std::string& name) {
-  for (const std::string_view attribute :
-       {std::string_view("NumberOfPoints=\""), std::string_view("NumberOfCells=\"")})
-    for (std::size_t at = bytes.find(attribute); at != std::string_view::npos;
-         at = bytes.find(attribute, at + 1)) {
-      const std::size_t begin = at + attribute.size(), end = bytes.find('"', begin);
-      long long n = 0;
-      if (end == std::string_view::npos || !parse_integer(bytes.substr(begin, end - begin), n) || n < 0 ||
-          n > 2147483647 || static_cast<double>(n) > 100.0 * static_cast<double>(bytes.size()))
-        throw InputError(
-            name,
-            std::string(attribute.substr(0, attribute.size() - 2)) + " does not fit the length of the file",
-            std::string(bytes.substr(begin, std::min<std::size_t>(24, bytes.size() - begin))
-                            .substr(0, bytes.substr(begin).find('"'))));
-    }
-}
 
 void read_with_vtk(std::string_view bytes, const std::string& name, vtkUnstructuredGrid* grid) {
   if (bytes.substr(0, 4096).find("<VTKFile") == std::string_view::npos)

@@ -59,6 +59,15 @@ TEST(TransferModelFile, DamagedFilesAreInputErrors) {
     write_file(broken, std::string_view(bytes).substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
     EXPECT_THROW(read_transfer_model(broken), InputError) << share;
   }
+  // Headers that lie: more points than the file could hold, and another number than its arrays have.
+  for (const std::string& lie : {std::string("NumberOfPoints=\"2000000000\""), std::string("NumberOfPoints=\"3\"")}) {
+    std::string text = bytes;
+    const std::size_t at = text.find("NumberOfPoints=\"");
+    ASSERT_NE(at, std::string::npos);
+    text.replace(at, text.find('"', at + 16) + 1 - at, lie);
+    write_file(broken, text);
+    EXPECT_THROW(read_transfer_model(broken), InputError) << lie;
+  }
   TransferModel bad = random_transfer({3}, 23);
   bad.modes[0].multipole.coefficients_pa[2] = std::nan("");
   write_transfer_model(broken, bad);

@@ -49,6 +49,20 @@ void BM_Transfer_cpu(benchmark::State& state) {
   state.counters["GFlop/s"] = benchmark::Counter(evaluator.operations_per_listener() * n * 1e-9, benchmark::Counter::kIsRate);
 }
 
+// |p| of one mode on a slice of 512 x 512 points, as the pictures ask.
+void BM_Transfer_slice(benchmark::State& state) {
+  const TransferEvaluator evaluator(random_transfer({static_cast<int>(state.range(0))}, 1));
+  Eigen::Matrix3Xd x(3, 512 * 512);
+  for (Eigen::Index i = 0; i < x.cols(); ++i) x.col(i) << static_cast<double>(i % 512) / 256.0 - 1.0013, static_cast<double>(i / 512) / 256.0 - 1.0017, 0.11;
+  Eigen::MatrixXcd p;
+  for (auto _ : state) {
+    evaluator.evaluate(x, p);
+    benchmark::DoNotOptimize(p.data());
+  }
+  state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations()) * x.cols());
+}
+BENCHMARK(BM_Transfer_slice)->ArgName("order")->Arg(10)->Arg(40)->Unit(benchmark::kMillisecond)->UseRealTime();
+
 // On the default OpenCL device (PoCL: the same processor).
 void BM_Transfer_opencl(benchmark::State& state) {
   const TransferModel model = scene(state.range(0));

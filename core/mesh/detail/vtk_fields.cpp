@@ -11,6 +11,7 @@
 
 #include "core/base/errors.hpp"
 #include "core/base/output_file.hpp"
+#include "core/mesh/detail/byte_cursor.hpp"
 
 namespace klang::mesh::detail {
 namespace {
@@ -24,6 +25,23 @@ class ErrorCatcher : public vtkCommand {
 };
 
 }  // namespace
+
+void check_promises(std::string_view bytes, const std::string& name) {
+  for (const std::string_view attribute :
+       {std::string_view("NumberOfPoints=\""), std::string_view("NumberOfCells=\"")})
+    for (std::size_t at = bytes.find(attribute); at != std::string_view::npos;
+         at = bytes.find(attribute, at + 1)) {
+      const std::size_t begin = at + attribute.size(), end = bytes.find('"', begin);
+      long long n = 0;
+      if (end == std::string_view::npos || !parse_integer(bytes.substr(begin, end - begin), n) || n < 0 ||
+          n > 2147483647 || static_cast<double>(n) > 100.0 * static_cast<double>(bytes.size()))
+        throw InputError(
+            name,
+            std::string(attribute.substr(0, attribute.size() - 2)) + " does not fit the length of the file",
+            std::string(bytes.substr(begin, std::min<std::size_t>(24, bytes.size() - begin))
+                            .substr(0, bytes.substr(begin).find('"'))));
+    }
+}
 
 void add_numbers(vtkFieldData* fields, const std::string& name, const double* values, Eigen::Index n) {
   vtkNew<vtkDoubleArray> array;
@@ -62,6 +80,9 @@ void write_grid(const std::filesystem::path& path, vtkUnstructuredGrid* grid, co
 GridFile::GridFile(const std::filesystem::path& path, std::string what, const char* version_field, int version)
     : place_(path.string()), what_(std::move(what)) {
   const std::string bytes = read_file(path);
+  if (bytes.substr(0, 4096).find("<VTKFile") == std::string::npos) fail("it is no VTK XML file");
+  if (bytes.find("</VTKFile>") == std::string::npos) fail("it is cut off");
+  check_promises(bytes, place_);
   vtkNew<vtkXMLUnstructuredGridReader> reader;
   vtkNew<ErrorCatcher> catcher;
   reader->AddObserver(vtkCommand::ErrorEvent, catcher);
@@ -70,7 +91,11 @@ GridFile::GridFile(const std::filesystem::path& path, std::string what, const ch
   reader->SetParserErrorObserver(catcher);
   reader->ReadFromInputStringOn();
   reader->SetInputString(bytes);
-  reader->Update();
+  try {
+    reader->Update();
+  } catch (const std::exception& error) {
+    fail(std::string("the VTK reader failed: ") + error.what());
+  }
   grid_ = reader->GetOutput();
   if (catcher->failed || grid_ == nullptr) fail("VTK cannot read it");
   auto* array = vtkIntArray::SafeDownCast(grid_->GetFieldData()->GetAbstractArray(version_field));

@@ -6,9 +6,13 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace klang::mesh::detail {
+
+/// VTK allocates what the header promises: refuses promises that no compression of this file could keep (InputError).
+void check_promises(std::string_view bytes, const std::string& name);
 
 /// Named arrays of a model file. Field data and point data take them alike; reading gives back every bit.
 void add_numbers(vtkFieldData* fields, const std::string& name, const double* values, Eigen::Index n);

@@ -88,8 +88,7 @@ TEST(Multipole, PaperRuleLosesThePowerThatTheReferenceSays) {
   }
 }
 
-// A body that is not a sphere, with sources off its centre: the field outside must be that of the sources. The literal
-// SB eq. 22 (R^{-m} for the conjugate) fails here.
+// A body that is not a sphere, with sources off its centre: the field outside must be that of the sources.
 TEST(Multipole, EllipsoidWithInnerSourcesRadiatesTheExactField) {
   const double k = 40.0;
   SurfaceField field = ellipsoid_points({0.06, 0.09, 0.12}, 60);

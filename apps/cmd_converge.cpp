@@ -74,7 +74,7 @@ Subcommand add_converge(CLI::App& program, CommonOptions& common) {
   app->add_flag("--no-pictures", command->no_pictures, "Leave out the VTK pictures");
   app->footer(
       "Examples:\n"
-      "  klang converge fem -o fem\n"
+      "  klang converge bem -o bem\n"
       "  klang converge synthesis -o synthesis --json -\n"
       "  klang converge fem --only block --levels 3 -o block\n"
       "Exit code 1: an observed order or an error is outside its band; the page says which.");

@@ -3,6 +3,7 @@
 #include <vtkCellArray.h>
 #include <vtkCommand.h>
 #include <vtkDoubleArray.h>
+#include <vtkExecutive.h>
 #include <vtkImageData.h>
 #include <vtkMatrix3x3.h>
 #include <vtkNew.h>
@@ -137,8 +138,12 @@ void write_fields(const validate::Fields& fields, const std::filesystem::path& f
 std::optional<validate::SliceField> read_slice(const std::filesystem::path& path) {
   vtkNew<vtkXMLImageDataReader> reader;
   vtkNew<Silence> silence;
-  reader->AddObserver(vtkCommand::ErrorEvent, silence);
-  reader->AddObserver(vtkCommand::WarningEvent, silence);
+  for (const auto event : {vtkCommand::ErrorEvent, vtkCommand::WarningEvent}) {
+    reader->AddObserver(event, silence);
+    reader->GetExecutive()->AddObserver(event, silence);
+  }
+  reader->SetReaderErrorObserver(silence);
+  reader->SetParserErrorObserver(silence);
   reader->SetFileName(path.c_str());
   if (reader->CanReadFile(path.c_str()) == 0) return {};
   reader->Update();

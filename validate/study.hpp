@@ -31,7 +31,7 @@ struct Series {
   std::string step_words;   ///< axis: "element size [m]"
   std::string error_words;  ///< axis: "relative error of the eigenvalues"
   Convergence kind = Convergence::kAlgebraic;
-  double expected_order = 0.0;   ///< unused for round-off
+  double expected_order = 0.0;   ///< unused for round-off; NaN: none, the error alone is judged
   double order_tolerance = 0.3;  ///< |observed - expected| <= this
   bool higher_is_fine = false;   ///< a higher order than expected passes too
   double error_tolerance = 0.0;  ///< largest error of the finest level (round-off: of any level)

@@ -38,7 +38,7 @@ FittedLine fitted_line(const StudySeries& series) {
     line.middle_x += x, line.middle_y += std::log(*level.error), n += 1;
     line.low_x = std::min(line.low_x, x), line.high_x = std::max(line.high_x, x);
   }
-  if (n < 2 || !series.observed_order) return line;
+  if (n < 2 || !series.observed_order || !series.expected_order) return line;
   line.middle_x /= n, line.middle_y /= n;
   line.any = true;
   return line;
@@ -52,6 +52,7 @@ double slope_of(const StudySeries& series, double order) {
 
 std::string order_words(const StudySeries& series) {
   if (series.kind == "round_off") return "round-off";
+  if (!series.expected_order) return "no order expected";
   const std::string name = geometric(series) ? "rate " : "order ";
   return series.observed_order ? name + fixed(*series.observed_order, 2) : "no " + name;
 }
@@ -147,9 +148,9 @@ CaptionedFigure convergence_figure(const StudyData& study, const std::vector<std
     for (const StudyLevel& level : series.levels) {
       if (!level.error || !(*level.error > 0)) continue;
       const std::string words = series.title + ": error " + rounded(*level.error, 3) + " at " + rounded(step_of(level), 4) +
-                                (level.excluded.empty() || series.kind == "round_off" ? "" : " (" + level.excluded + ", not in the fit)");
+                                (level.excluded.empty() || !series.expected_order ? "" : " (" + level.excluded + ", not in the fit)");
       svg.marker(static_cast<int>(s % kSeriesCount), frame.x(step_of(level)), frame.y(*level.error), 4.5, words,
-                 !level.excluded.empty() && series.kind != "round_off");
+                 !level.excluded.empty() && series.expected_order.has_value());
       // The label belongs to the end of the curve at the right edge.
       if (!std::isfinite(last) || step_of(level) >= end_step) last = *level.error, end_step = step_of(level);
     }

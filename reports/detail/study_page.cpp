@@ -24,7 +24,7 @@ std::string expected_words(const StudySeries& series) {
 }
 
 std::string interval_words(const StudySeries& series) {
-  if (!series.order_ci95) return "—";
+  if (!series.order_ci95 || !series.expected_order) return "—";
   return fixed((*series.order_ci95)[0], 2) + " to " + fixed((*series.order_ci95)[1], 2);
 }
 
@@ -47,10 +47,10 @@ std::string series_table(const StudyData& study) {
     const auto n_used = std::count_if(series.levels.begin(), series.levels.end(),
                                       [](const StudyLevel& l) { return l.excluded.empty(); });
     body += "<tr>" + tag("th", escaped(series.title), "scope=\"row\"") + tag("td", pill(series.passed, series.counts)) +
-            number_cell(series.observed_order ? fixed(*series.observed_order, 3) : "—") +
+            number_cell(series.observed_order && series.expected_order ? fixed(*series.observed_order, 3) : "—") +
             number_cell(interval_words(series)) + number_cell(expected_words(series)) +
             number_cell(std::to_string(series.levels.size()) +
-                        (series.kind == "round_off" || n_used == static_cast<long>(series.levels.size())
+                        (!series.expected_order || n_used == static_cast<long>(series.levels.size())
                              ? ""
                              : " (" + std::to_string(n_used) + " in the fit)")) +
             number_cell(scientific(judged_error(series))) + number_cell(scientific(series.error_tolerance)) + "</tr>\n";
@@ -69,12 +69,12 @@ std::string level_table(const StudySeries& series) {
   const bool has_value = std::any_of(series.levels.begin(), series.levels.end(), [](const StudyLevel& l) { return l.value.has_value(); });
   std::string body;
   for (const StudyLevel& level : series.levels) {
-    body += "<tr" + std::string(level.excluded.empty() || series.kind == "round_off" ? "" : " class=\"open\"") + ">" +
+    body += "<tr" + std::string(level.excluded.empty() || !series.expected_order ? "" : " class=\"open\"") + ">" +
             number_cell(has_h ? rounded(level.h_m.value_or(0), 4) : rounded(level.n.value_or(0), 7)) +
             number_cell(level.n_unknowns ? fixed(*level.n_unknowns, 0) : "—") + number_cell(scientific(level.error, 4)) +
             number_cell(level.pairwise_order ? fixed(*level.pairwise_order, 3) : "—");
     if (has_value) body += number_cell(level.value ? rounded(*level.value, 8) : "—");
-    body += tag("td", level.excluded.empty() ? (series.kind == "round_off" ? "" : "in the fit") : series.kind == "round_off" ? "" : escaped(level.excluded)) + "</tr>\n";
+    body += tag("td", !series.expected_order ? "" : level.excluded.empty() ? "in the fit" : escaped(level.excluded)) + "</tr>\n";
   }
   return scrolled("<table><thead><tr><th scope=\"col\" class=\"n\">" + escaped(capitalised(series.step)) +
                       "</th><th scope=\"col\" class=\"n\">" + (has_h ? "Unknowns" : "Numbers") + "</th><th scope=\"col\" class=\"n\">Error</th><th "
@@ -88,7 +88,7 @@ std::string series_details(const StudySeries& series, std::size_t index) {
   std::string facts = "Error: " + escaped(series.error) + ". Reference: " + escaped(series.reference) + ".";
   if (series.error_floor && *series.error_floor > 0 && series.kind != "round_off")
     facts += " Levels at or below " + scientific(series.error_floor) + " (" + escaped(series.floor) + ") are left out of the fit.";
-  if (series.asymptotic)
+  if (series.asymptotic && series.expected_order)
     facts += *series.asymptotic ? " The last two pairwise values agree within 15 %: the asymptotic range is reached."
                                 : " The last two pairwise values still differ by more than 15 %: the asymptotic range is not reached.";
   if (series.gci_fine) {

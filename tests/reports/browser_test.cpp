@@ -9,7 +9,9 @@
 
 #include "core/base/output_file.hpp"
 #include "fixture.hpp"
+#include "reports/field_files.hpp"
 #include "reports/report.hpp"
+#include "validate/study.hpp"
 
 /// The pages in a real browser. A copy of the page gets a script in front that catches every error and one
 /// behind that waits for all pictures and sounds and writes what it saw into the document, which the browser
@@ -169,6 +171,27 @@ TEST_F(Browser, SeesAnalysisAndModesWithoutAnyError) {
       write_report(folder_ / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 9});
   expect_clean(judged(modes.page, folder_, 1200), 0, modes.warnings.empty() ? 9 : 0);
   screenshot(modes.page, "modes", 1200, 2600);
+}
+
+TEST_F(Browser, SeesTheStudyPageWithoutAnyErrorAndLoadsItsPictures) {
+  const validate::Study study = validate::run_study("multipole", {.levels = 4, .only = {}, .fields = true});
+  const fs::path folder = folder_ / "study";
+  fs::create_directories(folder);
+  write_fields(study.fields, folder);
+  json result = validate::to_json(study);
+  result["schema_version"] = 1;
+  result["kind"] = "study";
+  write_file(folder / "study.json", result.dump());
+  const ReportResult report = write_report(folder / "study.json");
+  const json verdict = judged(report.page, folder_, 1200);
+  expect_clean(verdict, 0, 0);
+  const int n_balloons = report.warnings.empty() ? 2 : 0;
+  EXPECT_EQ(verdict["pictures"], 2 * (3 + n_balloons)) << "each slice and balloon with its colour bar";
+  expect_clean(judged(report.page, folder_, 500), 0, 0);
+  screenshot(report.page, "study-light", 1200, 3600);
+  screenshot(report.page, "study-dark", 1200, 3600,
+             "--force-dark-mode --enable-features=WebUIDarkMode --blink-settings=preferredColorScheme=0");
+  screenshot(report.page, "study-phone", 500, 3000);
 }
 
 }  // namespace

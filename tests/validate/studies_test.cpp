@@ -43,6 +43,46 @@ TEST(SynthesisStudy, RecurrenceIsAtRoundOffAndSampledForcesConvergeAtOrderTwo) {
   expect_passed(run_study("synthesis", {.levels = 5, .only = {}}));
 }
 
+// reference/radiation.json: truncation_offcentre_monopole (the study's claims hold its fifteen numbers).
+TEST(MultipoleStudy, ReproducesTheTruncationTableAndTheRateOfTheSeries) {
+  const Study study = run_study("multipole");
+  expect_passed(study);
+  EXPECT_EQ(study.claims.size(), 15U);
+  const SliceField& slice = study.fields.slices.at(0);
+  EXPECT_EQ(slice.values.rows(), 512);
+  EXPECT_TRUE(std::isnan(slice.values(256, 256))) << "inside the body";
+  // In the corner of the plane the field is that of the closed form: 1 / (4 pi R).
+  const Eigen::Vector3d corner = slice.corner_m, source = 0.1 * Eigen::Vector3d(0.6, 0.0, 0.8);
+  EXPECT_LE(std::abs(slice.values(0, 0) * 4.0 * M_PI * (corner - source).norm() - 1.0), 1e-12);
+  // The paper's order makes lobes where a monopole has none; order 14 does not.
+  const auto spread_db = [](const BalloonField& b) { return 20.0 * std::log10(b.magnitude.maxCoeff() / b.magnitude.minCoeff()); };
+  EXPECT_GE(spread_db(study.fields.balloons.at(0)), 10.0);
+  EXPECT_LE(spread_db(study.fields.balloons.at(1)), 1.0);
+}
+
+TEST(BemStudy, OrderTwoAlsoAtTheInteriorResonances) {
+  for (const char* id : {"pulsating-kapi", "dipole-ka4.4934"}) {
+    const Study study = run_study("bem", {.levels = 3, .only = id, .fields = false});
+    expect_passed(study);
+    EXPECT_EQ(study.series.size(), 1U);
+  }
+}
+
+TEST(BemStudy, FieldsAgreeWithTheExactPressure) {
+  const Study study = run_study("bem", {.levels = 3, .only = "quadrupole", .fields = true});
+  ASSERT_EQ(study.fields.slices.size(), 2U);
+  const SliceField &pressure = study.fields.slices[0], &error = study.fields.slices[1];
+  double largest = 0.0, worst = 0.0;
+  for (Eigen::Index i = 0; i < pressure.values.size(); ++i) {
+    if (std::isnan(pressure.values(i))) continue;
+    largest = std::max(largest, pressure.values(i));
+    worst = std::max(worst, error.values(i));
+  }
+  EXPECT_LE(worst, 0.01 * largest);
+  EXPECT_GE(worst, 1e-5 * largest) << "an error of nothing would be no comparison";
+  EXPECT_LE(study.fields.surfaces.at(0).values.maxCoeff(), 0.03);
+}
+
 TEST(Studies, GiveTheSameNumbersOnAnyNumberOfThreads) {
   const auto levels = [] { return levels_csv(run_study("fem", {.levels = 3, .only = "bar-p2", .fields = false})); };
   const int before = thread_count();

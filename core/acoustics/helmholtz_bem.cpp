@@ -356,12 +356,34 @@ BemResult HelmholtzBem::solve(double frequency_hz, const Eigen::MatrixXcd& veloc
   return result;
 }
 
+void HelmholtzBem::check_outside(const Eigen::Matrix3Xd& points_m) const {
+  const RadiatingSurface& s = data_->surface;
+  std::vector<char> inside(static_cast<std::size_t>(points_m.cols()), 0);
+  parallel_for(inside.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vector3d x = points_m.col(static_cast<Eigen::Index>(i));
+      double turns = 0.0;  // solid angles / 2 of all triangles: 2 pi from inside, 0 from outside
+      for (int t = 0; t < s.n_triangles(); ++t) {
+        const Vector3d a = s.corner(t, 0) - x, b = s.corner(t, 1) - x, c = s.corner(t, 2) - x;
+        const double la = a.norm(), lb = b.norm(), lc = c.norm();
+        turns += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+      }
+      inside[i] = turns > kPi ? 1 : 0;
+    }
+  });
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    const Vector3d x = points_m.col(static_cast<Eigen::Index>(i));
+    const std::string text = to_text(x[0]) + " " + to_text(x[1]) + " " + to_text(x[2]);
+    if (!x.allFinite()) throw InputError("point " + std::to_string(i), "is not finite", text);
+    if (inside[i] != 0) throw InputError("point " + std::to_string(i), "lies inside the body", text, "points outside");
+  }
+}
+
 Eigen::VectorXcd HelmholtzBem::pressure_at(const BemResult& result, const Eigen::Matrix3Xd& points_m, int column) const {
   KLANG_CHECK(result.usable() && column >= 0 && column < result.pressure_pa.cols(), "a solution and one of its columns");
   const RadiatingSurface& s = data_->surface;
   const double k = result.wavenumber_per_m;
   Eigen::VectorXcd pressure(points_m.cols());
-  std::vector<char> inside(static_cast<std::size_t>(points_m.cols()), 0);
   std::vector<detail::FlatTriangle> triangles;
   triangles.reserve(static_cast<std::size_t>(s.n_triangles()));
   for (int t = 0; t < s.n_triangles(); ++t) triangles.emplace_back(s.corner(t, 0), s.corner(t, 1), s.corner(t, 2));
@@ -370,7 +392,6 @@ Eigen::VectorXcd HelmholtzBem::pressure_at(const BemResult& result, const Eigen:
     for (std::size_t i = begin; i < end; ++i) {
       const Vector3d x = points_m.col(static_cast<Eigen::Index>(i));
       Complex sum = 0.0;
-      double turns = 0.0;
       for (int t = 0; t < s.n_triangles(); ++t) {
         const bool near = (x - s.centroids_m.col(t)).norm() < 4.0 * s.radii_m[t];
         const Vector3d normal = s.normals.col(t);
@@ -381,7 +402,6 @@ Eigen::VectorXcd HelmholtzBem::pressure_at(const BemResult& result, const Eigen:
         }
         if (near) {
           const detail::StaticIntegrals inner = detail::static_integrals(triangles[static_cast<std::size_t>(t)], x, false);
-          turns += inner.twice.sum();
           sum += inner.twice.cast<Complex>().cwiseProduct(p).sum() - inner.single.cast<Complex>().cwiseProduct(q).sum();
         }
         for (const detail::TrianglePoint& point : detail::seven_points()) {
@@ -391,23 +411,14 @@ Eigen::VectorXcd HelmholtzBem::pressure_at(const BemResult& result, const Eigen:
           const double r = d.norm(), weight = point.weight * s.areas_m2[t];
           if (!(r > 0.0)) continue;
           const double static_part = near ? 0.0 : 1.0;
-          if (!near) turns += weight * normal.dot(d) / (r * r * r);
           const Complex g = (detail::wave_less_one(k * r) + static_part) * (weight / r);
           const Complex h = (detail::slope_less_one(k * r) + static_part) * (weight * normal.dot(d) / (r * r * r));
           sum += h * (hats.cast<Complex>().cwiseProduct(p).sum()) - g * (hats.cast<Complex>().cwiseProduct(q).sum());
         }
       }
       pressure[static_cast<Eigen::Index>(i)] = sum / (4.0 * kPi);
-      // Seen from inside, every triangle turns its back: the winding is -1, outside 0.
-      inside[i] = turns < -2.0 * kPi;
     }
   });
-  for (std::size_t i = 0; i < inside.size(); ++i)
-    if (inside[i] != 0) {
-      const Vector3d x = points_m.col(static_cast<Eigen::Index>(i));
-      throw InputError("point " + std::to_string(i), "lies inside the body",
-                       to_text(x[0]) + " " + to_text(x[1]) + " " + to_text(x[2]), "points outside");
-    }
   return pressure;
 }
 

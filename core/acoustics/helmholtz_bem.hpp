@@ -80,9 +80,11 @@ class HelmholtzBem {
   BemResult solve(double frequency_hz, const Eigen::MatrixXcd& velocity_m_s, const BemOptions& options = {},
                   Monitor& monitor = silent_monitor()) const;
 
+  /// Throws InputError naming the first point that is not finite or lies inside the body (by the winding number).
+  void check_outside(const Eigen::Matrix3Xd& points_m) const;
+
   /// Pressure [Pa] at points outside (3 x n_points) of one column of a solution, from
-  /// p(x) = int (p dG/dn - G q) dS; near the surface as exact as on it.
-  /// @throws InputError naming the first point that lies inside the body
+  /// p(x) = int (p dG/dn - G q) dS; near the surface as exact as on it. Points inside give about 0: check_outside first.
   Eigen::VectorXcd pressure_at(const BemResult& result, const Eigen::Matrix3Xd& points_m, int column = 0) const;
 
   /// The solution at 3 points of each triangle, for multipoles and far fields. The weights carry the volume flow of

@@ -228,3 +228,100 @@ TEST(Output, AFolderThatCannotBeMadeIsRefusedBeforeTheWork) {
   scratch.write("r.wav", wav_bytes(ringing(48000, 1, 48000), 1, 48000));
   expect_refused(scratch, "analyze r.wav -o file/sub", {"file"});
 }
+
+namespace {
+
+/// A cube of edge 0.1 m as OFF; with turned faces, or the last one missing.
+std::string cube_off(bool turned, int n_faces) {
+  std::string text = "OFF\n8 " + std::to_string(n_faces) + " 0\n";
+  for (const char* z : {"0", "0.1"}) {
+    for (const char* corner : {"0 0 ", "0.1 0 ", "0.1 0.1 ", "0 0.1 "}) text += std::string(corner) + z + "\n";
+  }
+  const int faces[12][3] = {{0, 2, 1}, {0, 3, 2}, {4, 5, 6}, {4, 6, 7}, {0, 1, 5}, {0, 5, 4},
+                            {1, 2, 6}, {1, 6, 5}, {2, 3, 7}, {2, 7, 6}, {3, 0, 4}, {3, 4, 7}};
+  for (int f = 0; f < n_faces; ++f) {
+    text += "3 " + std::to_string(faces[f][0]) + " " + std::to_string(faces[f][turned ? 2 : 1]) + " " +
+            std::to_string(faces[f][turned ? 1 : 2]) + "\n";
+  }
+  return text;
+}
+
+std::string rows(const std::string& row, int n) {
+  std::string text = "re,im\n";
+  for (int i = 0; i < n; ++i) text += row + "\n";
+  return text;
+}
+
+struct TransferInput : Scratch {
+  TransferInput() {
+    write("cube.off", cube_off(false, 12));
+    write("v.csv", rows("1,0", 12));
+    write("pts.csv", "x_m,y_m,z_m\n0.5,0,0\n");
+  }
+};
+
+const std::string kRest = " --velocity-csv v.csv --frequency-hz 200 --points pts.csv --json p.json";
+
+}  // namespace
+
+TEST(BadTransfer, GoodInputIsAccepted) {
+  const TransferInput scratch;
+  const auto result = run_klang("transfer --surface cube.off" + kRest, scratch.path());
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST(BadTransfer, OpenSurfaceIsRefused) {
+  const TransferInput scratch;
+  scratch.write("open.off", cube_off(false, 11));
+  expect_refused(scratch, "transfer --surface open.off" + kRest, {"open.off", "not closed"});
+}
+
+TEST(BadTransfer, NormalsPointingInAreRefused) {
+  const TransferInput scratch;
+  scratch.write("in.off", cube_off(true, 12));
+  expect_refused(scratch, "transfer --surface in.off" + kRest, {"in.off", "inside-out"});
+}
+
+TEST(BadTransfer, TooCoarseASurfaceNamesTheElementSizeItNeeds) {
+  const TransferInput scratch;
+  expect_refused(scratch,
+                 "transfer --surface cube.off --velocity-csv v.csv --frequency-hz 4000 --points pts.csv --json p.json",
+                 {"too coarse", "0.02144 m"});
+  const auto result = run_klang(
+      "transfer --surface cube.off --velocity-csv v.csv --frequency-hz 4000 --points pts.csv --json p.json --allow-coarse",
+      scratch.path());
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.err.find("warning"), std::string::npos);
+  expect_refused(scratch, "transfer --sphere dipole --ka 30 --elements 500 --json s.json", {"too coarse"});
+}
+
+TEST(BadTransfer, VelocityFileOfTheWrongLengthOrContentIsRefused) {
+  const TransferInput scratch;
+  scratch.write("v.csv", rows("1,0", 11));
+  expect_refused(scratch, "transfer --surface cube.off" + kRest, {"v.csv", "11", "12 (triangles)", "8 (vertices)"});
+  scratch.write("v.csv", rows("nan,0", 12));
+  expect_refused(scratch, "transfer --surface cube.off" + kRest, {"v.csv, line 2", "not finite"});
+  scratch.write("v.csv", rows("1", 12));
+  expect_refused(scratch, "transfer --surface cube.off" + kRest, {"v.csv, line 2", "columns"});
+  scratch.write("v.csv", "re,im\n");
+  expect_refused(scratch, "transfer --surface cube.off" + kRest, {"v.csv", "no rows"});
+}
+
+TEST(BadTransfer, PointsInsideTheBodyAreNamed) {
+  const TransferInput scratch;
+  scratch.write("pts.csv", "0.5,0,0\n0.05,0.05,0.05\n");
+  expect_refused(scratch, "transfer --surface cube.off" + kRest, {"point 1", "inside"});
+}
+
+TEST(BadTransfer, OptionsOutOfRangeAreRefused) {
+  const TransferInput scratch;
+  expect_refused(scratch, "transfer --json p.json", {"transfer", "0 given"});
+  expect_refused(scratch, "transfer --sphere cube --ka 1 --json p.json", {"--sphere", "pulsating"});
+  expect_refused(scratch, "transfer --sphere dipole --json p.json", {"--ka"});
+  expect_refused(scratch, "transfer --sphere dipole --ka 1 --radius-m -1 --json p.json", {"radius_m"});
+  expect_refused(scratch, "transfer --sphere dipole --ka 1 --density-kg-m3 0 --json p.json", {"density_kg_m3"});
+  expect_refused(scratch, "transfer --surface cube.off --json p.json", {"--velocity-csv"});
+  expect_refused(scratch, "transfer --surface cube.off --velocity-csv v.csv --frequency-hz nan --points pts.csv --json p.json",
+                 {"--frequency-hz"});
+  expect_refused(scratch, "transfer nowhere.vtu -o t.vtu", {"nowhere.vtu"});
+}

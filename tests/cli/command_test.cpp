@@ -144,9 +144,43 @@ TEST(KlangConverge, ControlCEndsWith130AndNothingWritten) {
   EXPECT_TRUE(scratch.files().empty());
 }
 
+TEST(KlangTransfer, SphereMatchesTheReferenceAndHasTheKeysOfTheContract) {
+  const Scratch scratch;
+  const auto result = run_klang("transfer --sphere dipole --radius-m 0.05 --ka 1 --elements 500 --json s.json", scratch.path());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json sphere = read_json(scratch.path() / "s.json");
+  EXPECT_LE(sphere["surface_pressure_relative_error"].get<double>(), 0.01);
+  // reference/radiation.json: ka 1, dipole_cos, M_n0_unit_velocity_SI
+  const json& dipole = sphere["multipoles"][2];
+  EXPECT_EQ(dipole["n"], 1);
+  EXPECT_EQ(dipole["m"], 0);
+  EXPECT_LE(std::abs(dipole["re"].get<double>() / 375.8531198039518 - 1.0), 0.005);
+  EXPECT_LE(std::abs(dipole["im"].get<double>() / -40.4270105278931 - 1.0), 0.005);
+}
+
+TEST(KlangTransfer, ModalModelGivesAnEntryForEveryMode) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.1,width_m=0.03,height_m=0.01 --count 2 -o m.vtu", scratch.path()).exit_code, 0);
+  const auto result = run_klang("transfer m.vtu -o t.vtu --json t.json", scratch.path());
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json transfer = read_json(scratch.path() / "t.json");
+  ASSERT_EQ(transfer["modes"].size(), 2U);
+  for (int i = 0; i < 2; ++i) {
+    const json& mode = transfer["modes"][i];
+    EXPECT_EQ(mode["index"], i);
+    EXPECT_GT(mode["frequency_hz"].get<double>(), 1000.0);
+    EXPECT_GE(mode["order"].get<int>(), 2);
+    EXPECT_GT(mode["radiated_power_w"].get<double>(), 0.0);
+    EXPECT_EQ(mode["decay_radiation_per_s"], mode["radiated_power_w"]);
+    EXPECT_GE(mode["bem_elements"].get<int>(), 100);
+    EXPECT_LE(mode["residual"].get<double>(), 1e-9);
+  }
+  EXPECT_EQ(scratch.files(), (std::vector<std::string>{"m.vtu", "t.json", "t.vtu"}));
+}
+
 TEST(KlangHelp, EverySubcommandHasAnExample) {
   const Scratch scratch;
-  for (const char* name : {"mesh", "modes", "analyze", "converge", "fit", "tune", "synth", "dataset", "report", "doctor"}) {
+  for (const char* name : {"mesh", "modes", "analyze", "converge", "fit", "tune", "synth", "transfer", "dataset", "report", "doctor"}) {
     const auto help = run_klang(std::string(name) + " --help", scratch.path());
     EXPECT_EQ(help.exit_code, 0) << name;
     EXPECT_NE(help.out.find("Example"), std::string::npos) << name;

@@ -1,0 +1,65 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/acoustics/radiating_surface.hpp"
+#include "core/modal/modal_model.hpp"
+
+namespace klang::acoustics {
+
+/// The surface of a modal model that faces the fluid outside, cut finely enough to be measured by boundary elements of a
+/// given size, with the normal velocity of its modes.
+class ModalSurface {
+ public:
+  /// @param element_m  size of the smallest boundary elements: the curved faces of the mesh are cut until their pieces are
+  ///                   half of that, or until there are max_triangles of them (at least the mesh's own corners and
+  ///                   mid-nodes)
+  /// @throws InputError when the boundary is no closed surface
+  ModalSurface(const modal::ModalModel& model, double element_m, int max_triangles = 200000);
+
+  /// Straight triangles between points on the curved faces.
+  const mesh::SurfaceMesh& triangles() const { return triangles_; }
+  double area_m2() const { return area_m2_; }
+
+  /// Volume flow [m^3/s] of a mode of unit modal velocity through the whole surface, exact for its finite elements.
+  double volume_flow_m3_s(int mode) const;
+
+  /// Wavelength of the mode's own pattern on the surface, 2 pi sqrt(int v_n^2 / int |grad v_n|^2) [m]; infinite where
+  /// v_n is constant.
+  double pattern_wavelength_m(int mode) const;
+
+  /// Where the velocity of a surface of boundary elements comes from.
+  struct Carrier {
+    std::vector<int> element_of_sample;
+    Eigen::VectorXd area_of_element_m2;   ///< of the samples it was given
+    Eigen::VectorXd height_of_element_m;  ///< their mean height over its plane
+  };
+  /// Gives every sample of this surface to the nearest element that faces the same way.
+  Carrier carrier(const RadiatingSurface& elements) const;
+
+  /// The elements with their vertices moved so that the surface lies in the mean as high over them as below: flat elements
+  /// between points of a curved surface enclose too little.
+  RadiatingSurface settled(const RadiatingSurface& elements) const;
+
+  /// Normal velocity of a mode on each element (n_triangles): the mean over the samples given to it; elements without
+  /// samples take the mean over the triangles around. Then the volume flow through all elements is made that of the mode,
+  /// by a change in proportion to |v_n|.
+  Eigen::VectorXd element_velocity_m_s(int mode, const Carrier& carrier, const RadiatingSurface& elements) const;
+
+ private:
+  struct Sample {
+    int face;                ///< row of faces_
+    Eigen::Vector3d at_m;
+    Eigen::Vector3d area_m2;  ///< n dA
+    Eigen::Matrix<double, 6, 1> shape;
+  };
+  double flow_of(const Sample& sample, int mode) const;
+
+  const modal::ModalModel& model_;
+  mesh::IndexRows faces_;  ///< 3 or 6 nodes each
+  mesh::SurfaceMesh triangles_;
+  std::vector<Sample> samples_;
+  double area_m2_ = 0.0;
+};
+
+}  // namespace klang::acoustics

@@ -157,8 +157,7 @@ ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models
       fit.converged = true;
     }
     const double before = fit.scatter;
-    fit.scatter = detail::scatter_estimate(fit.residual, sigma, fit.weight, n_used, options.model_std,
-                                           options.model_dof);
+    fit.scatter = detail::scatter_median(fit.residual, sigma, fit.weight, n_used, options.model_std, options.model_dof);
     double moved = std::abs(fit.scatter - before) / before;
     for (Eigen::Index i = 0; options.robust && i < n; ++i) {
       const double z = std::abs(fit.residual[i]) / std::hypot(sigma[i], fit.scatter);
@@ -175,8 +174,12 @@ ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models
   Eigen::MatrixXd common = Eigen::MatrixXd::Zero(n, 2);
   const double highest = prediction.log_frequency.size() ? prediction.log_frequency.maxCoeff() : 0.0;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const auto s = static_cast<std::size_t>(data[static_cast<std::size_t>(i)].specimen);
-    const double error = models[s]->relative_error() / total[i];
+    const ElasticDatum& datum = data[static_cast<std::size_t>(i)];
+    const Eigen::VectorXd by_mode = models[static_cast<std::size_t>(datum.specimen)]->relative_error();
+    double error = 0.0;
+    for (const int mode : datum.modes) {
+      if (mode < by_mode.size()) error = std::max(error, by_mode[mode] / total[i]);
+    }
     common.row(i) << error, error * std::exp(prediction.log_frequency[i] - highest);
   }
   fit.systematic = scaled.transpose() * common;

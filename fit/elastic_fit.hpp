@@ -25,8 +25,8 @@ struct ElasticDatum {
 };
 
 struct ElasticFitOptions {
-  double model_std = 2.0 * 5.776e-4;  ///< scatter of the model beforehand (relative frequency), > 0
-  double model_dof = 4.0;             ///< how many observations that is worth
+  double model_std = 2.0 * 5.776e-4;  ///< median scatter of the model beforehand (relative frequency), > 0
+  double model_dof = 4.0;             ///< degrees of freedom of that belief (half-Student: flat towards no scatter)
   bool robust = true;                 ///< Huber weights beyond 2 standard deviations
   int max_rounds = 15;                ///< of reweighting
   std::map<std::string, Prior> priors;
@@ -42,8 +42,8 @@ struct ElasticFit {
   double degrees_of_freedom = 1.0;
   Eigen::MatrixXd information;        ///< of the data alone (inverse covariance)
   Eigen::MatrixXd prior_information;  ///< of the priors
-  /// Pull on x (information times shift) of errors that the model's frequencies have in common: one the same for all, one
-  /// growing with frequency, each SpectrumModel::relative_error() at most. Two columns.
+  /// Pull on x (information times shift) of errors that the model's frequencies have in common: each mode off by its
+  /// SpectrumModel::relative_error(), and by that growing with frequency. Two columns.
   Eigen::MatrixXd systematic;
   double cost_initial = 0.0, cost_final = 0.0;
   int n_iterations = 0;
@@ -51,7 +51,7 @@ struct ElasticFit {
 
 /// Least squares over all specimens:
 ///   sum_i w_i (ln f_i - ln f_model(x))^2 / (sigma_i^2 + s^2) + sum of priors
-/// with s^2 the model scatter, estimated so that the reduced chi-squared is one, and Huber weights w_i, both iterated.
+/// with s the median model scatter given the residuals (scatter_median), and Huber weights w_i, both iterated.
 /// @param leash  scales the weak pull to the start: 1, or 0 a coordinate where the data determine it
 ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models, const std::vector<ElasticDatum>& data,
                        const Eigen::VectorXd& x0, const Eigen::VectorXd& leash, const ElasticFitOptions& options);

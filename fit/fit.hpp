@@ -64,6 +64,7 @@ struct SpecimenResult {
   bool none_missing = false;
   std::vector<int> unmatched_partials;
   std::vector<double> predicted_frequency_hz, predicted_decay_per_s;  ///< all modes in band
+  Eigen::VectorXd mesh_relative_error;  ///< estimated error of each of them by the mesh, >= 0
   double rms_deviation_cents = 0.0, max_deviation_cents = 0.0;
   audio::Signal recorded, fitted;     ///< empty without a recording
 };

@@ -138,6 +138,7 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
       predicted.push_back({{"specimen", specimen.name},
                            {"mode_index", k},
                            {"frequency_hz", json_number(specimen.predicted_frequency_hz[k])},
+                           {"mesh_relative_error", json_number(specimen.mesh_relative_error[static_cast<Eigen::Index>(k)])},
                            {"decay_per_s", decay > 0.0 ? json_number(decay) : json(nullptr)}});
     }
     std::vector<int> modes(specimen.partials.partials.size(), -1);

@@ -15,6 +15,7 @@ constexpr double kCentsPerLog = 1200.0 / 0.693147180559945309417;
 constexpr double kLargestLogFactor = 0.42;  // of frequency: stiffness factor 0.43 to 2.3
 constexpr double kStiffnessPriorStd = 0.35;
 constexpr double kPoissonPriorStd = 0.12;
+constexpr double kClusterCents = 3.0;
 constexpr std::size_t kStrongPartials = 6, kLowLines = 10, kRefined = 4;
 
 using Lines = std::vector<std::vector<ModelLine>>;
@@ -25,11 +26,12 @@ struct Start {
   double log_factor = 0.0, poisson = 0.0;
 };
 
-Lines lines_at(const ParameterSpace& space, const SpectrumModels& models, const Eigen::VectorXd& x) {
+Lines lines_at(const ParameterSpace& space, const SpectrumModels& models, const Eigen::VectorXd& x,
+               double cluster_cents = kClusterCents) {
   Lines lines(models.size());
   parallel_for(models.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
-      lines[s] = model_lines(model_frequencies(space, models, s, x), models[s]->visibility());
+      lines[s] = model_lines(model_frequencies(space, models, s, x), models[s]->visibility(), cluster_cents);
     }
   });
   return lines;
@@ -116,10 +118,10 @@ JointMatch refined(const ParameterSpace& space, const SpectrumModels& models, co
   joint.fit.x = x0;
   joint.leash = Eigen::VectorXd::Ones(space.size());
   const double model_cents = options.elastic.model_std * kCentsPerLog;
-  double tolerance = std::max(25.0, 2.0 * model_cents);
+  double tolerance = std::max(25.0, 2.0 * model_cents), cluster = kClusterCents;
   std::vector<std::vector<int>> before;
   for (int round = 0; round < 12; ++round) {
-    joint.lines = lines_at(space, models, joint.fit.x);
+    joint.lines = lines_at(space, models, joint.fit.x, cluster);
     const double gate = round < 2 ? std::max(100.0, options.gate_cents)
                                   : std::min(options.gate_cents, std::max(6.0 * tolerance, 12.0));
     const MatchOptions match{tolerance, gate, 40.0};
@@ -148,12 +150,15 @@ JointMatch refined(const ParameterSpace& space, const SpectrumModels& models, co
     if (round >= 2 && leash != joint.leash && !joint.settled) joint.leash = leash;
     const double seen = joint.fit.scatter * kCentsPerLog;
     tolerance = round < 1 ? 15.0 : std::clamp(1.5 * seen, 3.0, 15.0);
+    // Modes that only happen to lie close are told apart once the model is that good; equal ones stay together.
+    if (round >= 1) cluster = std::clamp(0.2 * seen, 0.1, kClusterCents);
   }
   // Odds of different ends are compared at one tolerance.
   const MatchOptions common{6.0, options.gate_cents, 40.0};
+  const Lines coarse = lines_at(space, models, joint.fit.x);
   joint.score = prior_score(0.0, 0.0);
   for (std::size_t s = 0; s < tables.size(); ++s) {
-    joint.score += match_partials(tables[s], joint.lines[s], 0.0, common).score;
+    joint.score += match_partials(tables[s], coarse[s], 0.0, common).score;
   }
   const auto young0 = space.quantity("youngs_modulus_pa", space.start()).value;
   const auto young = space.quantity("youngs_modulus_pa", joint.fit.x).value;
@@ -180,7 +185,8 @@ std::vector<ElasticDatum> elastic_data(const std::vector<PartialTable>& tables, 
       for (std::size_t i = 0; i < tables[s].partials.size(); ++i) {
         if (matches[s].line_of_partial[i] != static_cast<int>(k)) continue;
         const Partial& partial = tables[s].partials[i];
-        datum.log_frequency += std::log(partial.frequency_hz);
+        // The model's modes are undamped: omega_0^2 = omega_d^2 + decay^2.
+        datum.log_frequency += std::log(std::hypot(partial.frequency_hz, partial.decay_per_s.value_or(0.0) / (2.0 * kPi)));
         variance += std::pow(partial.frequency_std_hz.value_or(0.0) / partial.frequency_hz, 2);
         n += 1.0;
       }

@@ -4,11 +4,14 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 #include "core/mesh/mesh_file.hpp"
 #include "core/mesh/quality.hpp"
 #include "core/modal/oscillator_bank.hpp"
+#include "fit/detail/elastic_blocks.hpp"
 
 namespace klang::fit {
 namespace {
@@ -55,7 +58,7 @@ mesh::ShapeDivisions fit_divisions(const mesh::ShapeSpec& shape, const solid::Ma
 }
 
 void finish_body(const Specimen& specimen, const solid::Material& material, SpecimenBody& body) {
-  body.volume_m3 = mesh::mesh_volume_m3(body.mesh);
+  body.volume_m3 = body.section ? mesh::shape_volume_m3(*specimen.shape) : mesh::mesh_volume_m3(body.mesh);
   body.material = material;
   if (specimen.mass_kg) {
     body.mass_kg = *specimen.mass_kg;
@@ -69,18 +72,13 @@ void finish_body(const Specimen& specimen, const solid::Material& material, Spec
   }
 }
 
-Eigen::MatrixXd free_rows(const Eigen::MatrixXd& shapes, const solid::AssembledSolid& assembled) {
-  Eigen::MatrixXd rows(assembled.n_dofs(), shapes.cols());
-  for (std::size_t i = 0; i < assembled.free_nodes.size(); ++i) {
-    rows.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = shapes.middleRows<3>(3 * assembled.free_nodes[i]);
-  }
-  return rows;
-}
-
-Eigen::MatrixXd projected(const solid::SparseMatrix& lower, const Eigen::MatrixXd& basis) {
-  const Eigen::MatrixXd image = lower.selfadjointView<Eigen::Lower>() * basis;
-  const Eigen::MatrixXd product = basis.transpose() * image;
-  return 0.5 * (product + product.transpose());
+/// Elements of the section as long as the shortest wave that highest_hz bends the wall in: degree 4 carries it to 1e-6.
+mesh::SectionDivisions fit_section(const mesh::ShapeSpec& shape, const solid::Material& material, double highest_hz) {
+  const double omega = 2.0 * kPi * highest_hz, ratio = material.poissons_ratio();
+  const double plate = material.youngs_modulus_pa() / (12.0 * material.density_kg_m3 * (1.0 - ratio * ratio));
+  const double bending_m = 2.0 * kPi * std::pow(plate * std::pow(mesh::section_thickness_m(shape) / omega, 2), 0.25);
+  const double shear_m = 0.9 * 2.0 * kPi * std::sqrt(material.lame_mu_pa / material.density_kg_m3) / omega;
+  return mesh::section_divisions(shape, 0.8 * std::min(bending_m, shear_m));
 }
 
 solid::Material with_poissons_ratio(const solid::Material& material, double poissons_ratio) {
@@ -94,8 +92,10 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
   if (specimen.shape) {
     solid::Material guess = material;
     if (!(guess.density_kg_m3 > 0.0)) guess.density_kg_m3 = *specimen.mass_kg / shape_volume_m3(*specimen.shape);
-    const auto divisions = fit_divisions(*specimen.shape, guess, highest_hz);
-    return make_body(specimen, material, divisions);
+    body.divisions = fit_divisions(*specimen.shape, guess, highest_hz);
+    if (specimen.support.kind == solid::SupportKind::kFree && mesh::is_axisymmetric(*specimen.shape))
+      body.section = fit_section(*specimen.shape, guess, highest_hz);
+    return make_body_like(specimen, material, body);
   }
   mesh::LoadOptions options;
   body.mesh = mesh::load_body(*specimen.mesh_file, options);
@@ -103,12 +103,12 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
   return body;
 }
 
-SpecimenBody make_body(const Specimen& specimen, const solid::Material& material,
-                       const mesh::ShapeDivisions& divisions) {
+SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& material, const SpecimenBody& like) {
   SpecimenBody body;
-  body.divisions = divisions;
+  body.divisions = like.divisions;
+  body.section = like.section;
   body.shape_dims = specimen.shape->dims;
-  body.mesh = mesh::mesh_shape(*specimen.shape, divisions, 2);
+  body.mesh = mesh::mesh_shape(*specimen.shape, *body.divisions, 2);
   finish_body(specimen, material, body);
   return body;
 }
@@ -123,115 +123,102 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
                                  const std::vector<std::string>& free_dimensions,
                                  const ReducedSpectrumOptions& options, Monitor& monitor)
     : mass_kg_(specimen.mass_kg) {
-  const auto solve = [&](const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
-                         const solid::Material& material, int count, bool prove) {
-    modal::EigenOptions eigen;
-    eigen.count = count;
-    eigen.band.low_hz = 0.0;
-    eigen.prove_none_missing = prove;
-    auto result = modal::solve_modes(mesh, assembled, material, specimen.support, eigen, monitor);
-    if (!result.usable()) throw NumericalError("specimen " + specimen.name + ": " + result.message);
-    return result;
-  };
-  const auto assembled = solid::assemble(body.mesh, specimen.support);
-  // Free modes are fewer than the degrees of freedom; tiny meshes must not be asked for more.
-  const int most = std::max(1, std::min(options.max_count, static_cast<int>(assembled.n_dofs()) / 3 - 6));
+  const auto system = detail::elastic_blocks(specimen, body, 0, monitor);
   // Where material ratio or shape change, the modes at the solution are solved for and proven then.
-  const bool prove = !options.vary_ratio && free_dimensions.empty();
-  int count = options.count > 0 ? std::min(options.count, most) : std::min(24, most);
-  nominal_ = solve(body.mesh, assembled, body.material, count, prove);
-  const auto highest_hz = [&] { return nominal_.model.frequency_hz()[nominal_.model.n_modes() - 1]; };
-  if (options.count == 0 && count < most && highest_hz() < options.band.high_hz) {
-    // Mode counts grow like f (plates) to f^3 (solids); between them f^1.5 is enough in most cases.
-    const double ratio = std::min(options.band.high_hz / highest_hz(), 10.0);
-    count = std::min(most, static_cast<int>(std::ceil(1.15 * count * std::pow(ratio, 1.5))) + 4);
-    nominal_ = solve(body.mesh, assembled, body.material, count, prove);
-  }
-  if (options.count == 0) {  // those beyond the band are of no use
-    const auto useful = (nominal_.model.frequency_hz().array() <= 1.02 * options.band.high_hz).count() + 2;
-    count = std::max<int>(std::min<int>(count, static_cast<int>(useful)), 1);
-  }
+  auto lowest = system->lowest(body.material, options, !options.vary_ratio && free_dimensions.empty());
+  nominal_ = std::move(lowest.result);
+  const auto n_all = static_cast<int>(nominal_.model.n_modes());
   n_skipped_ = static_cast<int>((nominal_.model.frequency_hz().array() < options.band.low_hz).count());
-  n_modes_ = count - n_skipped_;
+  n_modes_ = n_all - n_skipped_;
   if (n_modes_ < 1) throw NumericalError("specimen " + specimen.name + ": no mode in the band");
-  std::vector<Eigen::MatrixXd> modes = {free_rows(nominal_.model.shapes, assembled)};
   {
     modal::ModalModel& model = nominal_.model;
     model.angular_frequency_rad_s = model.angular_frequency_rad_s.segment(n_skipped_, n_modes_).eval();
     model.shapes = model.shapes.middleCols(n_skipped_, n_modes_).eval();
     nominal_.relative_residual = nominal_.relative_residual.segment(n_skipped_, n_modes_).eval();
+    relative_error_ = lowest.relative_error.segment(n_skipped_, n_modes_);
   }
   visibility_ = mode_visibility(nominal_.model);
+  std::vector<std::vector<Eigen::MatrixXd>> vectors;  // of each material or shape, by block
+  vectors.push_back(std::move(lowest.vectors));
+  std::vector<int> counts;
+  for (const auto& block : vectors.front()) counts.push_back(static_cast<int>(block.cols()));
   if (options.vary_ratio) {
     // One anchor on the far side: eigenvalue errors between the two are of fourth order in what mode shapes change.
     const double anchor_ratio = body.material.poissons_ratio() > 0.27 ? 0.12 : 0.42;
-    const auto anchor = solve(body.mesh, assembled, with_poissons_ratio(body.material, anchor_ratio), count, false);
-    modes.push_back(free_rows(anchor.model.shapes, assembled));
+    vectors.push_back(system->vectors(with_poissons_ratio(body.material, anchor_ratio), counts));
   }
-
-  struct Sample {
-    solid::AssembledSolid assembled;
-    double log_volume;
-  };
-  std::vector<Sample> samples;
+  std::vector<std::unique_ptr<detail::ElasticBlocks>> changed;  // low and high of each dimension
+  std::vector<SpecimenBody> bodies;
+  bodies.reserve(2 * free_dimensions.size());  // the systems keep references
   for (const std::string& dimension : free_dimensions) {
     Axis axis;
     axis.start_m = specimen.shape->dims.at(dimension);
     axis.step = options.relative_step;
     for (const double sign : {-1.0, 1.0}) {
-      Specimen changed = specimen;
-      changed.shape->dims[dimension] = axis.start_m * std::exp(sign * axis.step);
-      mesh::validate(*changed.shape);
-      const SpecimenBody other = make_body(changed, body.material, *body.divisions);
-      samples.push_back({solid::assemble(other.mesh, specimen.support), std::log(other.volume_m3)});
-      modes.push_back(
-          free_rows(solve(other.mesh, samples.back().assembled, body.material, count, false).model.shapes, assembled));
+      Specimen other = specimen;
+      other.shape->dims[dimension] = axis.start_m * std::exp(sign * axis.step);
+      mesh::validate(*other.shape);
+      bodies.push_back(make_body_like(other, body.material, body));
+      changed.push_back(detail::elastic_blocks(other, bodies.back(), counts.size(), monitor));
+      vectors.push_back(changed.back()->vectors(body.material, counts));
     }
     axes_.push_back(std::move(axis));
   }
-  Eigen::Index n_columns = 0;
-  for (const auto& block : modes) n_columns += block.cols();
-  Eigen::MatrixXd collected(assembled.n_dofs(), n_columns);
-  n_columns = 0;
-  for (const auto& block : modes) {
-    collected.middleCols(n_columns, block.cols()) = block;
-    n_columns += block.cols();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(projected(assembled.mass_unit_density, collected));
-  const auto& weight = gram.eigenvalues();
-  const Eigen::Index rank = (weight.array() > kBasisCut * kBasisCut * weight[weight.size() - 1]).count();
-  const Eigen::MatrixXd basis = collected * (gram.eigenvectors().rightCols(rank) *
-                                             weight.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
-  const auto matrices = [&](const solid::AssembledSolid& solid, double volume) {
-    return Matrices{projected(solid.stiffness_lambda, basis), projected(solid.stiffness_mu, basis),
-                    projected(solid.mass_unit_density, basis), volume};
-  };
-  centre_ = matrices(assembled, std::log(body.volume_m3));
+  log_volume_ = std::log(body.volume_m3);
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    const Matrices low = matrices(samples[2 * a].assembled, samples[2 * a].log_volume);
-    const Matrices high = matrices(samples[2 * a + 1].assembled, samples[2 * a + 1].log_volume);
-    const double h = axes_[a].step;
-    const auto slope = [&](const auto& l, const auto& u) { return ((u - l) / (2.0 * h)).eval(); };
-    const auto bend = [&](const auto& l, const auto& c, const auto& u) {
-      return ((u - 2.0 * c + l) / (2.0 * h * h)).eval();
+    const double h = axes_[a].step, low = std::log(bodies[2 * a].volume_m3), high = std::log(bodies[2 * a + 1].volume_m3);
+    axes_[a].volume_slope = (high - low) / (2.0 * h);
+    axes_[a].volume_curvature = (high - 2.0 * log_volume_ + low) / (2.0 * h * h);
+  }
+  for (std::size_t b = 0; b < counts.size(); ++b) {
+    Block block;
+    block.multiplicity = system->multiplicity(b);
+    block.n_modes = counts[b];
+    if (block.n_modes == 0) {
+      for (Axis& axis : axes_) axis.slope.emplace_back(), axis.curvature.emplace_back();
+      blocks_.push_back(std::move(block));
+      continue;
+    }
+    Eigen::MatrixXd collected(vectors.front()[b].rows(), counts[b] * static_cast<int>(vectors.size()));
+    for (std::size_t v = 0; v < vectors.size(); ++v)
+      collected.middleCols(static_cast<Eigen::Index>(v) * counts[b], counts[b]) = vectors[v][b];
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(system->projected_mass(b, collected));
+    const auto& weight = gram.eigenvalues();
+    const Eigen::Index rank = (weight.array() > kBasisCut * kBasisCut * weight[weight.size() - 1]).count();
+    const Eigen::MatrixXd basis = collected * (gram.eigenvectors().rightCols(rank) *
+                                               weight.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
+    const auto matrices = [&](const detail::ElasticBlocks& from) {
+      auto p = from.projected(b, basis);
+      return Matrices{std::move(p.stiffness_lambda), std::move(p.stiffness_mu), std::move(p.mass)};
     };
-    axes_[a].slope = {slope(low.stiffness_lambda, high.stiffness_lambda), slope(low.stiffness_mu, high.stiffness_mu),
-                      slope(low.mass, high.mass), (high.log_volume - low.log_volume) / (2.0 * h)};
-    axes_[a].curvature = {bend(low.stiffness_lambda, centre_.stiffness_lambda, high.stiffness_lambda),
-                          bend(low.stiffness_mu, centre_.stiffness_mu, high.stiffness_mu),
-                          bend(low.mass, centre_.mass, high.mass),
-                          (high.log_volume - 2.0 * centre_.log_volume + low.log_volume) / (2.0 * h * h)};
+    block.centre = matrices(*system);
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+      const Matrices low = matrices(*changed[2 * a]), high = matrices(*changed[2 * a + 1]);
+      const double h = axes_[a].step;
+      const auto slope = [&](const auto& l, const auto& u) { return ((u - l) / (2.0 * h)).eval(); };
+      const auto bend = [&](const auto& l, const auto& c, const auto& u) {
+        return ((u - 2.0 * c + l) / (2.0 * h * h)).eval();
+      };
+      const Matrices& c = block.centre;
+      axes_[a].slope.push_back({slope(low.stiffness_lambda, high.stiffness_lambda),
+                                slope(low.stiffness_mu, high.stiffness_mu), slope(low.mass, high.mass)});
+      axes_[a].curvature.push_back({bend(low.stiffness_lambda, c.stiffness_lambda, high.stiffness_lambda),
+                                    bend(low.stiffness_mu, c.stiffness_mu, high.stiffness_mu),
+                                    bend(low.mass, c.mass, high.mass)});
+    }
+    blocks_.push_back(std::move(block));
   }
 }
 
 double ReducedSpectrum::log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const {
-  double value = centre_.log_volume;
+  double value = log_volume_;
   for (std::size_t a = 0; a < axes_.size(); ++a) {
     const double t = std::log(point.dimensions[a] / axes_[a].start_m);
-    value += t * axes_[a].slope.log_volume + t * t * axes_[a].curvature.log_volume;
+    value += t * axes_[a].volume_slope + t * t * axes_[a].volume_curvature;
     if (gradient) {
       (*gradient)[static_cast<Eigen::Index>(a)] =
-          (axes_[a].slope.log_volume + 2.0 * t * axes_[a].curvature.log_volume) / point.dimensions[a];
+          (axes_[a].volume_slope + 2.0 * t * axes_[a].volume_curvature) / point.dimensions[a];
     }
   }
   return value;
@@ -246,39 +233,65 @@ Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
   const double lambda = point.lame_lambda_pa, mu = point.lame_mu_pa;
   Eigen::VectorXd volume_slope = Eigen::VectorXd::Zero(n_axes);
   log_volume(point, &volume_slope);
-  Eigen::MatrixXd k_lambda = centre_.stiffness_lambda, k_mu = centre_.stiffness_mu, mass = centre_.mass;
-  for (std::size_t a = 0; a < axes_.size(); ++a) {
-    const double t = std::log(point.dimensions[a] / axes_[a].start_m);
-    const Matrices &s = axes_[a].slope, &c = axes_[a].curvature;
-    k_lambda += t * s.stiffness_lambda + t * t * c.stiffness_lambda;
-    k_mu += t * s.stiffness_mu + t * t * c.stiffness_mu;
-    mass += t * s.mass + t * t * c.mass;
-  }
   const double density = density_kg_m3(point);
-  const Eigen::MatrixXd stiffness = lambda * k_lambda + mu * k_mu;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(stiffness, density * mass);
-  const Eigen::Index n = n_modes_;
-  const Eigen::VectorXd value = pairs.eigenvalues().segment(n_skipped_, n);
-  const Eigen::MatrixXd u = pairs.eigenvectors().middleCols(n_skipped_, n);  // u^T (rho M) u = 1
-  const auto quadratic = [&](const Eigen::MatrixXd& a) -> Eigen::VectorXd {
-    return u.cwiseProduct(a * u).colwise().sum().transpose();
-  };
-  Spectrum spectrum;
-  spectrum.log_angular_frequency_sq = value.array().log();
-  spectrum.derivative.setZero(n, 3 + n_axes);
-  spectrum.derivative.col(0) = quadratic(k_lambda).cwiseQuotient(value);
-  spectrum.derivative.col(1) = quadratic(k_mu).cwiseQuotient(value);
-  if (!mass_kg_) spectrum.derivative.col(2).setConstant(-1.0);
-  for (Eigen::Index a = 0; a < n_axes; ++a) {
-    const Axis& axis = axes_[static_cast<std::size_t>(a)];
-    const double at_m = point.dimensions[static_cast<std::size_t>(a)];
-    const double t = std::log(at_m / axis.start_m);
-    const Eigen::MatrixXd k_slope = lambda * (axis.slope.stiffness_lambda + 2.0 * t * axis.curvature.stiffness_lambda) +
-                                    mu * (axis.slope.stiffness_mu + 2.0 * t * axis.curvature.stiffness_mu);
-    const Eigen::MatrixXd m_slope = density * (axis.slope.mass + 2.0 * t * axis.curvature.mass);
-    spectrum.derivative.col(3 + a) = (quadratic(k_slope).cwiseQuotient(value) - quadratic(m_slope)) / at_m;
-    if (mass_kg_) spectrum.derivative.col(3 + a).array() += volume_slope[a];
+  Eigen::Index n_lines = 0;
+  for (const Block& block : blocks_) n_lines += block.multiplicity * block.n_modes;
+  Eigen::VectorXd all_values(n_lines);
+  Eigen::MatrixXd all_slopes = Eigen::MatrixXd::Zero(n_lines, 3 + n_axes);
+  Eigen::Index line = 0;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Block& block = blocks_[b];
+    const Eigen::Index n = block.n_modes;
+    if (n == 0) continue;
+    Eigen::MatrixXd k_lambda = block.centre.stiffness_lambda, k_mu = block.centre.stiffness_mu, mass = block.centre.mass;
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+      const double t = std::log(point.dimensions[a] / axes_[a].start_m);
+      const Matrices &s = axes_[a].slope[b], &c = axes_[a].curvature[b];
+      k_lambda += t * s.stiffness_lambda + t * t * c.stiffness_lambda;
+      k_mu += t * s.stiffness_mu + t * t * c.stiffness_mu;
+      mass += t * s.mass + t * t * c.mass;
+    }
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(lambda * k_lambda + mu * k_mu, density * mass);
+    const Eigen::VectorXd value = pairs.eigenvalues().head(n);
+    const Eigen::MatrixXd u = pairs.eigenvectors().leftCols(n);  // u^T (rho M) u = 1
+    const auto quadratic = [&](const Eigen::MatrixXd& a) -> Eigen::VectorXd {
+      return u.cwiseProduct(a * u).colwise().sum().transpose();
+    };
+    Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(n, 3 + n_axes);
+    slopes.col(0) = quadratic(k_lambda).cwiseQuotient(value);
+    slopes.col(1) = quadratic(k_mu).cwiseQuotient(value);
+    if (!mass_kg_) slopes.col(2).setConstant(-1.0);
+    for (Eigen::Index a = 0; a < n_axes; ++a) {
+      const Axis& axis = axes_[static_cast<std::size_t>(a)];
+      const Matrices &s = axis.slope[b], &c = axis.curvature[b];
+      const double at_m = point.dimensions[static_cast<std::size_t>(a)];
+      const double t = std::log(at_m / axis.start_m);
+      const Eigen::MatrixXd k_slope = lambda * (s.stiffness_lambda + 2.0 * t * c.stiffness_lambda) +
+                                      mu * (s.stiffness_mu + 2.0 * t * c.stiffness_mu);
+      const Eigen::MatrixXd m_slope = density * (s.mass + 2.0 * t * c.mass);
+      slopes.col(3 + a) = (quadratic(k_slope).cwiseQuotient(value) - quadratic(m_slope)) / at_m;
+      if (mass_kg_) slopes.col(3 + a).array() += volume_slope[a];
+    }
+    for (Eigen::Index k = 0; k < n; ++k) {
+      for (int copy = 0; copy < block.multiplicity; ++copy, ++line) {
+        all_values[line] = value[k];
+        all_slopes.row(line) = slopes.row(k);
+      }
+    }
   }
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(n_lines));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index i, Eigen::Index j) { return all_values[i] < all_values[j]; });
+  const Eigen::Index n = n_modes_;
+  Eigen::VectorXd value(n);
+  Spectrum spectrum;
+  spectrum.derivative.resize(n, 3 + n_axes);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::Index from = order[static_cast<std::size_t>(n_skipped_ + k)];
+    value[k] = all_values[from];
+    spectrum.derivative.row(k) = all_slopes.row(from);
+  }
+  spectrum.log_angular_frequency_sq = value.array().log();
   for (Eigen::Index first = 0; first < n;) {  // equal eigenvalues share the mean of their derivatives
     Eigen::Index last = first;
     while (last + 1 < n && value[last + 1] - value[last] <= kClusterTolerance * value[last + 1]) ++last;

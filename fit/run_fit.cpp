@@ -10,6 +10,7 @@
 #include "core/base/parallel.hpp"
 #include "core/mesh/quality.hpp"
 #include "fit/damping.hpp"
+#include "fit/detail/elastic_blocks.hpp"
 #include "fit/fit.hpp"
 #include "fit/identifiability.hpp"
 #include "fit/joint_match.hpp"
@@ -115,36 +116,38 @@ double largest_dimension_step(const ParameterSpace& space, const Eigen::VectorXd
   return step;
 }
 
-/// The full modes at the fitted parameters: by exact scaling where only a common stiffness factor or the density changed.
+/// Modes whose shapes are kept: up to here above the highest partial. The list of frequencies goes on to the band's end.
+constexpr double kShapeMargin = 1.25;
+constexpr int kMostPredicted = 150;  // of tetrahedra
+
+/// All modes of the band at the fitted parameters, by a full solve.
 void solve_final(const FitProblem& fitted, std::size_t index, Work& work, SpecimenResult& result, Monitor& monitor) {
   const Specimen& specimen = fitted.specimens[index];
-  const modal::EigenResult& nominal = work.spectrum->nominal();
-  const SpecimenBody before = work.body;
-  const bool same_shape = !specimen.shape || specimen.shape->dims == before.shape_dims;
-  if (!same_shape) work.body = make_body(specimen, fitted.material, *before.divisions);
+  if (specimen.shape && specimen.shape->dims != work.body.shape_dims)
+    work.body = make_body_like(specimen, fitted.material, work.body);
   solid::Material material = fitted.material;
-  material.density_kg_m3 = specimen.mass_kg ? *specimen.mass_kg / work.body.volume_m3 : material.density_kg_m3;
+  if (specimen.mass_kg) material.density_kg_m3 = *specimen.mass_kg / work.body.volume_m3;
   work.body.material = material;
   work.body.mass_kg = material.density_kg_m3 * work.body.volume_m3;
-  const double ratio_change = std::abs(material.poissons_ratio() - nominal.model.material.poissons_ratio());
-  if (same_shape && ratio_change <= 1e-9) {
-    const double factor = material.lame_mu_pa / nominal.model.material.lame_mu_pa;
-    result.model = modal::with_stiffness_factor(modal::with_density(nominal.model, material.density_kg_m3), factor);
-    result.model.material = material;
-    result.none_missing = nominal.none_missing.value_or(false);
-    return;
-  }
-  const auto assembled = solid::assemble(work.body.mesh, specimen.support);
-  modal::EigenOptions options;
-  options.count = static_cast<int>(work.spectrum->n_modes()) + work.spectrum->n_skipped();
-  options.band.low_hz = 0.0;
-  auto full = modal::solve_modes(work.body.mesh, assembled, material, specimen.support, options, monitor);
-  if (!full.usable()) throw NumericalError("specimen " + specimen.name + ": " + full.message);
-  result.model = std::move(full.model);
-  const Eigen::Index n_kept = result.model.n_modes() - work.spectrum->n_skipped();
+  ReducedSpectrumOptions options;
+  options.band = fitted.band;
+  options.max_count = std::max(kMostPredicted, static_cast<int>(work.spectrum->n_modes()) + work.spectrum->n_skipped());
+  auto modes = detail::elastic_blocks(specimen, work.body, 0, monitor)->lowest(material, options, true);
+  result.model = std::move(modes.result.model);
+  const Eigen::Index n_low = work.spectrum->n_skipped();
+  const Eigen::Index n_kept = result.model.n_modes() - n_low;
   result.model.angular_frequency_rad_s = result.model.angular_frequency_rad_s.tail(n_kept).eval();
   result.model.shapes = result.model.shapes.rightCols(n_kept).eval();
-  result.none_missing = full.none_missing.value_or(false);
+  result.none_missing = modes.result.none_missing.value_or(false);
+  result.mesh_relative_error = modes.relative_error.tail(n_kept);
+  const Eigen::VectorXd frequency_hz = result.model.frequency_hz();
+  const double highest = std::max(fitted.band.high_hz, 1.05 * highest_partial_hz(work.partials));
+  for (Eigen::Index k = 0; k < n_kept && frequency_hz[k] <= highest; ++k)
+    result.predicted_frequency_hz.push_back(frequency_hz[k]);
+  const auto n_shown = std::max<Eigen::Index>(
+      1, (frequency_hz.array() <= kShapeMargin * highest_partial_hz(work.partials)).count());
+  result.model.angular_frequency_rad_s.conservativeResize(n_shown);
+  result.model.shapes.conservativeResize(Eigen::NoChange, n_shown);
 }
 
 /// Mode of each partial (-1: none). Of a line's modes the k-th lowest partial takes the k-th.
@@ -345,11 +348,8 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
   for (std::size_t s = 0; s < n; ++s) {
     if (!work[s].spectrum) continue;
     SpecimenResult& specimen = result.specimens[s];
-    for (Eigen::Index k = 0; k < specimen.model.n_modes(); ++k) {
-      const double omega = specimen.model.angular_frequency_rad_s[k];
-      specimen.predicted_frequency_hz.push_back(omega / (2.0 * kPi));
-      specimen.predicted_decay_per_s.push_back(damping ? damping->decay_per_s(omega) : 0.0);
-    }
+    for (const double frequency_hz : specimen.predicted_frequency_hz)
+      specimen.predicted_decay_per_s.push_back(damping ? damping->decay_per_s(2.0 * kPi * frequency_hz) : 0.0);
     const auto modes = mode_of_partial(specimen.partials, joint.matches[s], joint.lines[s]);
     double sum = 0.0, n_matched = 0.0;
     for (std::size_t i = 0; i < modes.size(); ++i) {

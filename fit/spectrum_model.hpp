@@ -26,9 +26,9 @@ class SpectrumModel {
   virtual Spectrum spectrum(const SpectrumPoint& point) const = 0;
   /// How loud a strike makes each mode relative to the loudest, 0 to 1; empty: all alike.
   virtual Eigen::VectorXd visibility() const { return {}; }
-  /// How far the model's own frequencies may be off together (relative; mesh): no scatter shows it, so that it is added to
-  /// intervals apart.
-  virtual double relative_error() const { return 0.0; }
+  /// How far each mode's own frequency may be off (relative, >= 0; mesh): such errors go together, so that no scatter shows
+  /// them, and are added to intervals apart. Empty: nothing.
+  virtual Eigen::VectorXd relative_error() const { return {}; }
   /// Density at a point: the material's, or mass over volume.
   virtual double density_kg_m3(const SpectrumPoint& point) const { return point.density_kg_m3; }
 };

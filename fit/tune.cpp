@@ -152,7 +152,6 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
   Specimen current = specimen;
   current.name = specimen.name.empty() ? "body" : specimen.name;
   SpecimenBody body = make_body(current, material, 1.5 * highest_hz);
-  const mesh::ShapeDivisions divisions = *body.divisions;
   for (const std::string& name : options.dimensions) {
     const double start = specimen.shape->dims.at(name);
     result.dimensions.push_back({name, start, start, start * (1.0 - options.widest_change),
@@ -223,7 +222,7 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     }
     if (stuck) break;
     mesh::validate(*current.shape);
-    body = make_body(current, material, divisions);
+    body = make_body_like(current, material, body);
   }
   result.shape = *current.shape;
   if (result.status != TuneStatus::kReached) {

@@ -19,4 +19,11 @@ double student_t_975(double degrees_of_freedom);
 double scatter_estimate(const Eigen::VectorXd& residual, const Eigen::VectorXd& sigma, const Eigen::VectorXd& weight,
                         double n_parameters, double prior_s, double prior_dof);
 
+/// Median of a scatter s given residuals that are normal with variance sigma_i^2 + s^2, when nothing but its size is known
+/// beforehand: s is half-Student with prior_dof and median prior_s, which is flat towards zero, so that good data may say
+/// that there is no scatter at all. n_parameters are taken off the log-determinant in proportion (restricted likelihood).
+/// @return prior_s without data; weights as in scatter_estimate
+double scatter_median(const Eigen::VectorXd& residual, const Eigen::VectorXd& sigma, const Eigen::VectorXd& weight,
+                      double n_parameters, double prior_s, double prior_dof);
+
 }  // namespace klang::fit::detail

@@ -27,14 +27,23 @@ double log_t3(double x) {  // density of Student's t, 3 degrees of freedom
   return std::log(2.0 / (kPi * std::sqrt(3.0))) - 2.0 * std::log(u);
 }
 
+/// What a partial brings to the sound: the root of its energy, amplitude^2 / (2 decay), so that a long clear ring counts
+/// for more than a louder thud beside it.
+double strength(const Partial& partial, bool by_energy) {
+  const double amplitude = partial.amplitude.value_or(0.0);
+  return by_energy ? amplitude / std::sqrt(2.0 * *partial.decay_per_s) : amplitude;
+}
+
 /// Greater for weak partials: they are more often noise, rattles or other bodies.
 std::vector<double> stranger_density(const PartialTable& table) {
-  double loudest = 0.0;
-  for (const Partial& partial : table.partials) loudest = std::max(loudest, partial.amplitude.value_or(0.0));
+  const bool by_energy = std::all_of(table.partials.begin(), table.partials.end(),
+                                     [](const Partial& p) { return p.decay_per_s && *p.decay_per_s > 0.0; });
+  double strongest = 0.0;
+  for (const Partial& partial : table.partials) strongest = std::max(strongest, strength(partial, by_energy));
   std::vector<double> density;
   for (const Partial& partial : table.partials) {
-    const double amplitude = partial.amplitude.value_or(loudest);
-    const double relative = loudest > 0.0 ? std::max(amplitude / loudest, 1e-5) : 1.0;
+    const double own = partial.amplitude ? strength(partial, by_energy) : strongest;
+    const double relative = strongest > 0.0 ? std::max(own / strongest, 1e-5) : 1.0;
     density.push_back(kStrangersPerCent * std::pow(relative, -0.4));
   }
   return density;
@@ -121,9 +130,14 @@ void drop_wide_splits(const PartialTable& table, double split_cents, std::vector
 
 std::vector<ModelLine> model_lines(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& visibility,
                                    double cluster_cents) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(frequency_hz.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return frequency_hz[a] < frequency_hz[b]; });
   std::vector<ModelLine> lines;
-  for (Eigen::Index k = 0; k < frequency_hz.size(); ++k) {
-    const bool joins = k > 0 && cents(frequency_hz[k], frequency_hz[k - 1]) <= cluster_cents;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const Eigen::Index k = order[i];
+    const bool joins = i > 0 && cents(frequency_hz[k], frequency_hz[order[i - 1]]) <= cluster_cents;
     if (!joins) lines.push_back({0.0, {}, 0.0});
     ModelLine& line = lines.back();
     line.frequency_hz += std::log(frequency_hz[k]);

@@ -10,11 +10,11 @@ namespace klang::fit {
 /// geometric mean. A line takes up to as many partials as it has modes.
 struct ModelLine {
   double frequency_hz = 0.0;
-  std::vector<int> modes;
+  std::vector<int> modes;  ///< ascending in frequency
   double visibility = 1.0;  ///< 0 to 1: how loud a strike makes it, relative to the loudest
 };
 
-/// Groups ascending frequencies whose neighbours lie within cluster_cents. visibility: per mode, or empty for ones.
+/// Groups frequencies, in any order, whose neighbours lie within cluster_cents. visibility: per mode, or empty for ones.
 std::vector<ModelLine> model_lines(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& visibility,
                                    double cluster_cents = 3.0);
 

@@ -4,7 +4,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
@@ -209,6 +208,25 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
     }
     blocks_.push_back(std::move(block));
   }
+  order_ = order_at_start(body.material);
+}
+
+std::vector<Eigen::Index> ReducedSpectrum::order_at_start(const solid::Material& material) const {
+  std::vector<std::pair<double, Eigen::Index>> lines;
+  for (const Block& block : blocks_) {
+    if (block.n_modes == 0) continue;
+    const Matrices& c = block.centre;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(
+        material.lame_lambda_pa * c.stiffness_lambda + material.lame_mu_pa * c.stiffness_mu, c.mass, Eigen::EigenvaluesOnly);
+    for (Eigen::Index k = 0; k < block.n_modes; ++k) {
+      for (int copy = 0; copy < block.multiplicity; ++copy)
+        lines.emplace_back(pairs.eigenvalues()[k], static_cast<Eigen::Index>(lines.size()));
+    }
+  }
+  std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Eigen::Index> order;
+  for (int k = n_skipped_; k < n_skipped_ + n_modes_; ++k) order.push_back(lines[static_cast<std::size_t>(k)].second);
+  return order;
 }
 
 double ReducedSpectrum::log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const {
@@ -272,6 +290,13 @@ Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
       slopes.col(3 + a) = (quadratic(k_slope).cwiseQuotient(value) - quadratic(m_slope)) / at_m;
       if (mass_kg_) slopes.col(3 + a).array() += volume_slope[a];
     }
+    for (Eigen::Index first = 0; first < n;) {  // equal eigenvalues of a block share the mean of their derivatives
+      Eigen::Index last = first;
+      while (last + 1 < n && value[last + 1] - value[last] <= kClusterTolerance * value[last + 1]) ++last;
+      const Eigen::RowVectorXd mean = slopes.middleRows(first, last - first + 1).colwise().mean();
+      slopes.middleRows(first, last - first + 1).rowwise() = mean;
+      first = last + 1;
+    }
     for (Eigen::Index k = 0; k < n; ++k) {
       for (int copy = 0; copy < block.multiplicity; ++copy, ++line) {
         all_values[line] = value[k];
@@ -279,26 +304,9 @@ Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
       }
     }
   }
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(n_lines));
-  std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index i, Eigen::Index j) { return all_values[i] < all_values[j]; });
-  const Eigen::Index n = n_modes_;
-  Eigen::VectorXd value(n);
   Spectrum spectrum;
-  spectrum.derivative.resize(n, 3 + n_axes);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Eigen::Index from = order[static_cast<std::size_t>(n_skipped_ + k)];
-    value[k] = all_values[from];
-    spectrum.derivative.row(k) = all_slopes.row(from);
-  }
-  spectrum.log_angular_frequency_sq = value.array().log();
-  for (Eigen::Index first = 0; first < n;) {  // equal eigenvalues share the mean of their derivatives
-    Eigen::Index last = first;
-    while (last + 1 < n && value[last + 1] - value[last] <= kClusterTolerance * value[last + 1]) ++last;
-    const Eigen::RowVectorXd mean = spectrum.derivative.middleRows(first, last - first + 1).colwise().mean();
-    spectrum.derivative.middleRows(first, last - first + 1).rowwise() = mean;
-    first = last + 1;
-  }
+  spectrum.log_angular_frequency_sq = all_values(order_).array().log();
+  spectrum.derivative = all_slopes(order_, Eigen::all);
   return spectrum;
 }
 

@@ -33,7 +33,8 @@ SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& mat
 /// basis: the modes at two Poisson's ratios and those of the changed shapes. Between the shapes each projected matrix is
 /// the parabola in ln(dimension) through its three values. Eigenvalue errors are of second order in what the basis lacks;
 /// derivatives are exact for the projected model, d(omega^2) = u^T (dK - omega^2 dM) u, and in a cluster of equal
-/// eigenvalues those of its mean. Harmonics of a body of revolution are projected one by one.
+/// eigenvalues those of its mean. Harmonics of a body of revolution are projected one by one, so that their modes keep
+/// their numbers where they cross.
 struct ReducedSpectrumOptions {
   Band band;               ///< low_hz: modes below are left out; high_hz: modes are wanted up to here
   int count = 0;           ///< modes; 0: as many as reach band.high_hz, at most max_count
@@ -69,11 +70,13 @@ class ReducedSpectrum : public SpectrumModel {
     Eigen::Index n_modes = 0;
     Matrices centre;
   };
+  std::vector<Eigen::Index> order_at_start(const solid::Material& material) const;
   double log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const;
 
   int n_modes_ = 0, n_skipped_ = 0;
   std::optional<double> mass_kg_;
   std::vector<Block> blocks_;
+  std::vector<Eigen::Index> order_;  // of the blocks' modes one after the other, by frequency at the start
   double log_volume_ = 0.0;
   std::vector<Axis> axes_;
   modal::EigenResult nominal_;

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cmath>
 #include <memory>
+#include <numeric>
 
 #include "core/audio/sound_file.hpp"
 #include "core/base/conventions.hpp"
@@ -148,6 +149,17 @@ void solve_final(const FitProblem& fitted, std::size_t index, Work& work, Specim
       1, (frequency_hz.array() <= kShapeMargin * highest_partial_hz(work.partials)).count());
   result.model.angular_frequency_rad_s.conservativeResize(n_shown);
   result.model.shapes.conservativeResize(Eigen::NoChange, n_shown);
+}
+
+/// Where each of the reduced model's modes stands among all when they are sorted at x.
+std::vector<int> ranks_at(const ParameterSpace& space, const SpectrumModels& models, std::size_t specimen,
+                          const Eigen::VectorXd& x) {
+  const Eigen::VectorXd frequency_hz = model_frequencies(space, models, specimen, x);
+  std::vector<int> order(static_cast<std::size_t>(frequency_hz.size())), rank(order.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return frequency_hz[a] < frequency_hz[b]; });
+  for (std::size_t k = 0; k < order.size(); ++k) rank[static_cast<std::size_t>(order[k])] = static_cast<int>(k);
+  return rank;
 }
 
 /// Mode of each partial (-1: none). Of a line's modes the k-th lowest partial takes the k-th.
@@ -350,7 +362,11 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
     SpecimenResult& specimen = result.specimens[s];
     for (const double frequency_hz : specimen.predicted_frequency_hz)
       specimen.predicted_decay_per_s.push_back(damping ? damping->decay_per_s(2.0 * kPi * frequency_hz) : 0.0);
-    const auto modes = mode_of_partial(specimen.partials, joint.matches[s], joint.lines[s]);
+    auto modes = mode_of_partial(specimen.partials, joint.matches[s], joint.lines[s]);
+    const auto rank = ranks_at(*space, models, s, joint.fit.x);
+    for (int& mode : modes) {
+      if (mode >= 0) mode = rank[static_cast<std::size_t>(mode)];
+    }
     double sum = 0.0, n_matched = 0.0;
     for (std::size_t i = 0; i < modes.size(); ++i) {
       const Partial& partial = specimen.partials.partials[i];

@@ -13,7 +13,7 @@ struct SpectrumPoint {
 };
 
 struct Spectrum {
-  Eigen::VectorXd log_angular_frequency_sq;  ///< ln(omega^2), ascending, n_modes
+  Eigen::VectorXd log_angular_frequency_sq;  ///< ln(omega^2), n_modes; ascending at the model's start
   Eigen::MatrixXd derivative;                ///< of it by lambda, mu [1/Pa], ln rho, each free dimension [1/m]
 };
 

@@ -187,9 +187,19 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
     const Eigen::Index rank = (weight.array() > kBasisCut * kBasisCut * weight[weight.size() - 1]).count();
     const Eigen::MatrixXd basis = collected * (gram.eigenvectors().rightCols(rank) *
                                                weight.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
+    // Known mesh errors are taken out of both stiffnesses mode by mode: T^T K T with T = 1 - sum error u u^T M.
+    Eigen::MatrixXd softer = Eigen::MatrixXd::Identity(rank, rank);
+    if (!lowest.correction.empty()) {
+      // The basis is orthonormal with unit density: coordinates of the collected vectors are roots of their Gram matrix.
+      Eigen::MatrixXd u = weight.tail(rank).cwiseSqrt().asDiagonal() *
+                          gram.eigenvectors().rightCols(rank).transpose().leftCols(counts[b]);
+      u.colwise().normalize();
+      softer -= u * lowest.correction[b].asDiagonal() * u.transpose();
+    }
     const auto matrices = [&](const detail::ElasticBlocks& from) {
       auto p = from.projected(b, basis);
-      return Matrices{std::move(p.stiffness_lambda), std::move(p.stiffness_mu), std::move(p.mass)};
+      return Matrices{softer.transpose() * p.stiffness_lambda * softer, softer.transpose() * p.stiffness_mu * softer,
+                      std::move(p.mass)};
     };
     block.centre = matrices(*system);
     for (std::size_t a = 0; a < axes_.size(); ++a) {

@@ -9,6 +9,9 @@
 namespace klang::fit::detail {
 namespace {
 
+constexpr double kLeftOfEstimate = 0.2;   // of a mesh error's estimate
+constexpr double kLeftOfLowerDegree = 0.1;  // of the difference to elements one degree lower
+
 Eigen::MatrixXd product(const solid::SparseMatrix& lower, const Eigen::MatrixXd& basis) {
   const Eigen::MatrixXd image = lower.selfadjointView<Eigen::Lower>() * basis;
   const Eigen::MatrixXd full = basis.transpose() * image;
@@ -29,29 +32,33 @@ class TetBlocks : public ElasticBlocks {
     const int most = std::max(1, std::min(options.max_count, static_cast<int>(assembled_.n_dofs()) / 3 - 6));
     int count = options.count > 0 ? std::min(options.count, most) : std::min(24, most);
     BlockModes modes;
-    modes.result = solve(material, count, prove);
+    modes.result = solve(material, count, prove, true);
     const auto highest_hz = [&] { return modes.result.model.frequency_hz()[modes.result.model.n_modes() - 1]; };
     if (options.count == 0 && count < most && highest_hz() < options.band.high_hz) {
       // Mode counts grow like f (plates) to f^3 (solids); between them f^1.5 is enough in most cases.
       const double ratio = std::min(options.band.high_hz / highest_hz(), 10.0);
       count = std::min(most, static_cast<int>(std::ceil(1.15 * count * std::pow(ratio, 1.5))) + 4);
-      modes.result = solve(material, count, prove);
+      modes.result = solve(material, count, prove, true);
     }
     if (options.count == 0) {  // those beyond the band are of no use
       const auto useful = (modes.result.model.frequency_hz().array() <= 1.02 * options.band.high_hz).count() + 2;
       count = std::max<int>(std::min<int>(count, static_cast<int>(useful)), 1);
     }
-    modes.vectors = {free_rows(modes.result.model.shapes)};
     modal::ModalModel& model = modes.result.model;
+    modes.vectors = {free_rows(model.shapes)};
+    // Conforming elements are too stiff; the estimate of how much is right to a sixth (modal/mesh_error.hpp).
+    const Eigen::VectorXd error = modes.result.mesh_relative_error.value_or(Eigen::VectorXd::Zero(model.n_modes()));
+    modes.correction = {error};
+    model.angular_frequency_rad_s.array() *= 1.0 - error.array();
+    modes.relative_error = kLeftOfEstimate * error.head(count);
     model.angular_frequency_rad_s.conservativeResize(count);
     model.shapes.conservativeResize(Eigen::NoChange, count);
     modes.result.relative_residual.conservativeResize(count);
-    modes.relative_error = Eigen::VectorXd::Constant(count, 5e-4);  // what fit_divisions' refinement studies leave
     return modes;
   }
 
   std::vector<Eigen::MatrixXd> vectors(const solid::Material& material, const std::vector<int>& counts) override {
-    return {free_rows(solve(material, counts.front(), false).model.shapes)};
+    return {free_rows(solve(material, counts.front(), false, false).model.shapes)};
   }
   Eigen::MatrixXd projected_mass(std::size_t, const Eigen::MatrixXd& basis) const override {
     return product(assembled_.mass_unit_density, basis);
@@ -62,11 +69,12 @@ class TetBlocks : public ElasticBlocks {
   }
 
  private:
-  modal::EigenResult solve(const solid::Material& material, int count, bool prove) {
+  modal::EigenResult solve(const solid::Material& material, int count, bool prove, bool estimate) {
     modal::EigenOptions eigen;
     eigen.count = count;
     eigen.band.low_hz = 0.0;
     eigen.prove_none_missing = prove;
+    eigen.estimate_mesh_error = estimate;
     auto result = modal::solve_modes(mesh_, assembled_, material, support_, eigen, monitor_);
     if (!result.usable()) throw NumericalError("specimen " + name_ + ": " + result.message);
     return result;
@@ -151,7 +159,7 @@ class SectionBlocks : public ElasticBlocks {
     return n;
   }
 
-  /// How far the frequencies of elements one degree lower are away: more than what is left in these.
+  /// Part of the distance to the frequencies of elements one degree lower: more than what is left in these.
   Eigen::VectorXd mesh_error(const solid::Material& material, const std::vector<modal::HarmonicModes>& modes,
                              const modal::SampledModes& sampled, Eigen::Index n) const {
     mesh::SectionDivisions lower = divisions_;
@@ -165,7 +173,7 @@ class SectionBlocks : public ElasticBlocks {
     for (Eigen::Index k = 0; k < n; ++k) {
       const auto s = static_cast<std::size_t>(sampled.system[static_cast<std::size_t>(k)]);
       const int i = sampled.index[static_cast<std::size_t>(k)];
-      error[k] = 0.5 * std::abs(std::log(other[s].angular_frequency_sq[i] / modes[s].angular_frequency_sq[i]));
+      error[k] = kLeftOfLowerDegree * 0.5 * std::abs(std::log(other[s].angular_frequency_sq[i] / modes[s].angular_frequency_sq[i]));
     }
     return error;
   }

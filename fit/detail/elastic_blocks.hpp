@@ -15,8 +15,11 @@ struct BlockMatrices {
 /// The lowest elastic modes of a body: as a result, and as vectors of each block.
 struct BlockModes {
   modal::EigenResult result;             ///< all blocks together, ascending
-  Eigen::VectorXd relative_error;        ///< of each mode's frequency by its mesh, >= 0
+  Eigen::VectorXd relative_error;        ///< of each mode's frequency by its mesh, >= 0, corrections made
   std::vector<Eigen::MatrixXd> vectors;  ///< by block: n_dofs x n, a few modes more than the result has
+  /// By block, for each vector: by how much the matrices' frequency is too high (relative); empty: nothing. The result's
+  /// frequencies are corrected.
+  std::vector<Eigen::VectorXd> correction;
 };
 
 /// One discretised body as blocks that do not couple, whatever the material: tetrahedra make one block, a free body of

@@ -37,6 +37,24 @@ TEST(DefaultMesh, First15ModesOfABallWithin500Ppm) { expect_first_15_within_500_
 TEST(DefaultMesh, First15ModesOfATileWithin500Ppm) { expect_first_15_within_500_ppm(klang::test::reference_tile()); }
 TEST(DefaultMesh, First15ModesOfABlockWithin500Ppm) { expect_first_15_within_500_ppm(klang::test::reference_block()); }
 
+// No exact values of these are at hand; the estimate lies within a fifth of the true error (mesh_error_test.cpp).
+double largest_estimated_error(const mesh::ShapeSpec& shape) {
+  const mesh::TetMesh tets = mesh::mesh_shape(shape);
+  EigenOptions options;
+  options.count = 15;
+  options.prove_none_missing = false;
+  options.estimate_mesh_error = true;
+  const EigenResult result =
+      solve_modes(tets, solid::assemble(tets), solid::from_youngs_modulus(200e9, 0.29, 7850), {}, options);
+  EXPECT_EQ(result.status, EigenStatus::kConverged) << result.message;
+  return result.mesh_relative_error->maxCoeff();
+}
+
+TEST(DefaultMesh, First15ModesOfFlatBarsAreEstimatedWithin500Ppm) {
+  EXPECT_LE(largest_estimated_error({"box", {{"length_m", 0.15}, {"width_m", 0.025}, {"height_m", 0.01}}, {}}), 5e-4);
+  EXPECT_LE(largest_estimated_error({"box", {{"length_m", 0.3}, {"width_m", 0.03}, {"height_m", 0.005}}, {}}), 5e-4);
+}
+
 // Share of a mode's motion in which sections of the tube move sideways as a whole: bending. Ring modes, torsion and
 // stretching have none.
 double bending_share(const mesh::TetMesh& tets, const Eigen::VectorXd& shape) {

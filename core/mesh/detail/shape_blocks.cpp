@@ -41,15 +41,12 @@ std::vector<Block> rod_blocks(double length_m, double radius_m, const std::array
   return blocks;
 }
 
-/// Free edges of plates bend within about their thickness: cells there are smaller, those in the middle
-/// larger.
-constexpr double kBoxGrading = 0.2;
-
 std::vector<Block> box_blocks(double length_m, double width_m, double height_m, const std::array<int, 3>& n) {
   std::vector<Block> blocks;
-  for (const Segment& x : mirrored_segments(n[0], 0.5 * length_m, "x_min", "x_max", kBoxGrading))
-    for (const Segment& y : mirrored_segments(n[1], 0.5 * width_m, "y_min", "y_max", kBoxGrading))
-      for (const Segment& z : mirrored_segments(n[2], 0.5 * height_m, "z_min", "z_max", kBoxGrading))
+  const std::array<double, 3> grading = box_grading({length_m, width_m, height_m});
+  for (const Segment& x : mirrored_segments(n[0], 0.5 * length_m, "x_min", "x_max", grading[0]))
+    for (const Segment& y : mirrored_segments(n[1], 0.5 * width_m, "y_min", "y_max", grading[1]))
+      for (const Segment& z : mirrored_segments(n[2], 0.5 * height_m, "z_min", "z_max", grading[2]))
         blocks.push_back({{x.n, y.n, z.n},
                           [=](double u, double v, double w) -> Vector3d {
                             return {x.at(u), y.at(v), z.at(w)};
@@ -127,6 +124,17 @@ std::vector<Block> bowl_blocks(double outer_radius_m, double wall_m, double dept
 }
 
 }  // namespace
+
+std::array<double, 3> box_grading(const std::array<double, 3>& sides_m) {
+  std::array<int, 3> rank{0, 1, 2};
+  std::stable_sort(rank.begin(), rank.end(), [&](int a, int b) { return sides_m[a] > sides_m[b]; });
+  std::array<double, 3> grading{0.2, 0.2, 0.2};
+  if (sides_m[rank[0]] > 4.0 * sides_m[rank[1]]) {
+    grading[rank[0]] = 0.0;
+    if (sides_m[rank[1]] > 1.5 * sides_m[rank[2]]) grading[rank[1]] = 0.5;
+  }
+  return grading;
+}
 
 BlockLayout shape_blocks(const ShapeSpec& spec, const std::array<int, 3>& counts) {
   std::array<int, 3> n;

@@ -22,4 +22,9 @@ struct BlockLayout {
 ///   bowl        along a quarter of the core (the rim has 8 times as many), across the ring, through the wall
 BlockLayout shape_blocks(const ShapeSpec& spec, const std::array<int, 3>& counts);
 
+/// Grading (block_mesh.hpp, Segment) of a box along its sides. Free edges of plates bend within about their thickness,
+/// and the shear of a flat bar's torsion turns round within as much of its edges: cells there are smaller, those in the
+/// middle larger, up to 1 + grading times even ones. Bars are even along their length.
+std::array<double, 3> box_grading(const std::array<double, 3>& sides_m);
+
 }  // namespace klang::mesh::detail

@@ -333,7 +333,8 @@ class ReportWriter {
   }
 
   void tables() {
-    for (const auto& [name, text] : csv_tables(data_)) {
+    for (const auto& table : csv_tables(data_)) {
+      const std::string& name = table.first;
       // A user's own table of that name in this folder is an input and stays.
       std::error_code ignored;
       const bool taken =
@@ -341,7 +342,7 @@ class ReportWriter {
             return std::filesystem::path(input.path).filename() == name &&
                    std::filesystem::exists(folder_ / name, ignored);
           });
-      add_file(taken ? "report-" + name : name, text);
+      add_file(taken ? "report-" + name : name, table.second);
       csv_files_.push_back(taken ? "report-" + name : name);
     }
   }

@@ -155,7 +155,8 @@ Study fem_study(const StudyOptions& options, Monitor& monitor) {
   study.title = "Eigenfrequencies of the finite elements";
   study.question =
       "Do the eigenvalues ω² of linear and of quadratic tetrahedra converge at their theoretical orders, 2 and 4, on "
-      "straight and on curved bodies? The error is the mean excess ω_h²/ω² − 1 over the lowest modes.";
+      "straight and on curved bodies? The error is how far the computed ω² lie above the exact ones, in the mean over the "
+      "lowest modes.";
   std::vector<Problem> list = problems();
   std::erase_if(list, [&](const Problem& p) { return !wanted(options, p.id); });
   double n_done = 0.0, n_all = 0.0;

@@ -24,4 +24,6 @@ expect no base audio mesh solid modal -- fit/partial_table.hpp
 expect yes base audio mesh solid modal fit -- fit/fit.hpp
 expect no base audio mesh solid modal fit -- reports/report.hpp
 expect no base audio mesh solid modal datasets -- fit/fit.hpp
+expect yes base mesh validate -- validate/study.hpp
+expect no base audio mesh solid modal acoustics fit datasets validate -- reports/report.hpp
 exit $failed

@@ -21,7 +21,7 @@ struct EigenOptions {
   double tolerance = 1e-10;     ///< relative residual ||K u - w^2 M u|| / (w^2 ||M u||), 1e-14 to 1e-3
   int max_restarts = 300;
   bool prove_none_missing = true;  ///< Sturm count above the last mode
-  bool estimate_mesh_error = false;  ///< modal/mesh_error.hpp; costs 10 to 30 % of the rest
+  bool estimate_mesh_error = false;  ///< modal/mesh_error.hpp; costs a fifth to a quarter of the rest
   void validate() const;           ///< InputError
 };
 

@@ -16,6 +16,7 @@ constexpr Index kChunk = 16, kChunkOfLarge = 8;
 constexpr int kLargeNodes = 40000;
 constexpr int kMaxSteps = 3;
 constexpr double kEnough = 0.1;       // a step that adds less than this share is the last
+constexpr double kSameOmegaSq = 2e-7;
 constexpr double kLargestRatio = 0.5;  // of what neighbouring steps add
 
 // Rows 3 node + axis and a column a mode, from and to the layout of EnrichedSpace.
@@ -55,18 +56,34 @@ VectorXd ratio(const VectorXd& a, const VectorXd& b) {
   return (b.array() > 0).select(a.array() / b.array(), 0.0);
 }
 
+// The first of the modes that share a frequency. Those of a symmetric body's pairs have one exact frequency too, and so
+// one error: it is worked out once.
+std::vector<Index> representatives(const VectorXd& omega_sq) {
+  std::vector<Index> result;
+  for (Index k = 0; k < omega_sq.size(); ++k) {
+    const bool same = k > 0 && omega_sq[k] - omega_sq[result.back()] <= kSameOmegaSq * omega_sq[k];
+    result.push_back(same ? result.back() : k);
+  }
+  return result;
+}
+
 }  // namespace
 
 VectorXd hierarchical_frequency_error(const ModalModel& model, const solid::AssembledSolid& assembled,
                                       EigenProblem& problem) {
   const solid::detail::EnrichedSpace space(model.mesh, assembled, model.material);
   const VectorXd omega_sq = model.angular_frequency_rad_s.array().square();
-  VectorXd result(model.n_modes());
+  const std::vector<Index> of_mode = representatives(omega_sq);
+  std::vector<Index> distinct = of_mode;
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  const auto n_distinct = static_cast<Index>(distinct.size());
+  VectorXd estimate(model.n_modes());
   const Index chunk = model.mesh.n_nodes() < kLargeNodes ? kChunk : kChunkOfLarge;
-  for (Index first = 0; first < model.n_modes(); first += chunk) {
-    const Index m = std::min(chunk, model.n_modes() - first);
-    const VectorXd value = omega_sq.segment(first, m);
-    MatrixXd r = space.residual(to_fields(model.shapes.middleCols(first, m)), value);
+  for (Index first = 0; first < n_distinct; first += chunk) {
+    const Index m = std::min(chunk, n_distinct - first);
+    const std::vector<Index> modes(distinct.begin() + first, distinct.begin() + first + m);
+    const VectorXd value = omega_sq(modes);
+    MatrixXd r = space.residual(to_fields(model.shapes(Eigen::all, modes)), value);
     MatrixXd z = space.block_jacobi(r), p = z, q, on_nodes;
     VectorXd rz = dot(r, z);
     Eigen::ArrayXd energy = Eigen::ArrayXd::Zero(m), before = energy;
@@ -89,9 +106,9 @@ VectorXd hierarchical_frequency_error(const ModalModel& model, const solid::Asse
       p = z + ratio(rz_next, rz).replicate(3, 1).asDiagonal() * p;
       rz = rz_next;
     }
-    result.segment(first, m) = 0.5 * energy / value.array();
+    estimate(modes) = 0.5 * energy / value.array();
   }
-  return result;
+  return estimate(of_mode);
 }
 
 }  // namespace klang::modal::detail

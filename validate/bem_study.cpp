@@ -35,6 +35,7 @@ const std::vector<Case> kCases = {{"quadrupole-ka5", "Quadrupole, ka = 5", 2, 5.
 SphereResult solved(const SphereCase& sphere, std::shared_ptr<const acoustics::HelmholtzBem>& solver, Monitor& monitor) {
   acoustics::BemOptions options;
   options.allow_coarse = true;
+  options.n_blas_threads = 1;  // the same bits on any number of threads
   SphereResult result = solver ? acoustics::solve_sphere(sphere, solver, options, monitor)
                                : acoustics::solve_sphere(sphere, options, monitor);
   if (!result.bem.usable()) throw NumericalError("converge bem: " + result.bem.message);

@@ -84,7 +84,10 @@ TEST(BemStudy, FieldsAgreeWithTheExactPressure) {
 }
 
 TEST(Studies, GiveTheSameNumbersOnAnyNumberOfThreads) {
-  const auto levels = [] { return levels_csv(run_study("fem", {.levels = 3, .only = "bar-p2", .fields = false})); };
+  const auto levels = [] {
+    return levels_csv(run_study("fem", {.levels = 3, .only = "bar-p2", .fields = false})) +
+           levels_csv(run_study("bem", {.levels = 3, .only = "dipole", .fields = false}));
+  };
   const int before = thread_count();
   set_thread_count(1);
   const std::string one = levels();

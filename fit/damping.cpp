@@ -44,7 +44,17 @@ const KindFacts& facts_of(DampingKind kind) {
 
 struct Data {
   Eigen::VectorXd omega, log_decay, sigma;  // sigma of ln decay, measurement only
+  Eigen::VectorXd radiation;                // known part of each decay [1/s], zero where it is not asked for
 };
+
+/// ln(material decay + what is radiated), and its derivatives by the material's parameters.
+double log_total(DampingKind kind, const double* p, double omega, double radiation_per_s, double* gradient) {
+  const double material = log_decay(kind, p, omega, gradient);
+  if (radiation_per_s == 0.0) return material;
+  const double share = 1.0 / (1.0 + radiation_per_s * std::exp(-material));
+  for (std::size_t j = 0; j < facts_of(kind).parameters.size(); ++j) gradient[j] *= share;
+  return material - std::log(share);
+}
 
 /// Weighted residuals (ln decay_i - ln model_i) / total_i over x = ln(parameter / scale): positive without constraints.
 class DampingCost : public ceres::CostFunction {
@@ -59,7 +69,7 @@ class DampingCost : public ceres::CostFunction {
     std::array<double, 2> p{}, g{};
     for (Eigen::Index j = 0; j < n; ++j) p[static_cast<std::size_t>(j)] = scale_[j] * std::exp(blocks[0][j]);
     for (Eigen::Index i = 0; i < data_.omega.size(); ++i) {
-      const double model = log_decay(kind_, p.data(), data_.omega[i], g.data());
+      const double model = log_total(kind_, p.data(), data_.omega[i], data_.radiation[i], g.data());
       if (!std::isfinite(model)) return false;
       residuals[i] = (data_.log_decay[i] - model) / sigma_[i];
       for (Eigen::Index j = 0; jacobians && jacobians[0] && j < n; ++j) {
@@ -89,7 +99,7 @@ Eigen::VectorXd residuals_of(DampingKind kind, const Data& data, const Eigen::Ve
   Eigen::VectorXd residual(data.omega.size());
   std::array<double, 2> g{};
   for (Eigen::Index i = 0; i < residual.size(); ++i) {
-    residual[i] = data.log_decay[i] - log_decay(kind, value.data(), data.omega[i], g.data());
+    residual[i] = data.log_decay[i] - log_total(kind, value.data(), data.omega[i], data.radiation[i], g.data());
   }
   return residual;
 }
@@ -140,7 +150,8 @@ Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& s
 
 /// Starts from moments of the data; where the surface has several valleys, from several places.
 std::vector<Eigen::VectorXd> starts(DampingKind kind, const Data& data) {
-  const Eigen::ArrayXd decay = data.log_decay.array().exp(), omega = data.omega.array();
+  const Eigen::ArrayXd whole = data.log_decay.array().exp(), omega = data.omega.array();
+  const Eigen::ArrayXd decay = (whole - data.radiation.array()).max(0.05 * whole);
   const auto log_mean = [](const Eigen::ArrayXd& values) { return std::exp(values.log().mean()); };
   const auto one = [](double a) { return Eigen::VectorXd::Constant(1, a); };
   const auto two = [](double a, double b) { return (Eigen::VectorXd(2) << a, b).finished(); };
@@ -168,7 +179,8 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
   DampingCandidate candidate;
   const KindFacts& facts = facts_of(kind);
   candidate.kind = kind;
-  candidate.model = facts.text;
+  candidate.with_radiation = data.radiation.any();
+  candidate.model = std::string(facts.text) + (candidate.with_radiation ? "_and_radiation" : "");
   Solution best;
   for (const Eigen::VectorXd& start : starts(kind, data)) {
     const Solution solution = solve_from(kind, data, start);
@@ -189,7 +201,7 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
   Eigen::MatrixXd jacobian(n, n_parameters);
   for (Eigen::Index i = 0; i < n; ++i) {
     std::array<double, 2> g{};
-    log_decay(kind, best.value.data(), data.omega[i], g.data());
+    log_total(kind, best.value.data(), data.omega[i], data.radiation[i], g.data());
     for (Eigen::Index j = 0; j < n_parameters; ++j) {
       jacobian(i, j) = g[static_cast<std::size_t>(j)] * best.scale[j] / total[i];
     }
@@ -264,11 +276,11 @@ double log_decay(DampingKind kind, const double* p, double omega, double* gradie
   return std::log(decay);
 }
 
-double DampingCandidate::decay_per_s(double angular_frequency_rad_s) const {
+double DampingCandidate::decay_per_s(double angular_frequency_rad_s, double radiation_per_s) const {
   if (parameters.empty()) return 0.0;
   std::array<double, 2> p{}, gradient{};
   for (std::size_t j = 0; j < parameters.size() && j < 2; ++j) p[j] = parameters[j].value;
-  return std::exp(log_decay(kind, p.data(), angular_frequency_rad_s, gradient.data()));
+  return std::exp(log_total(kind, p.data(), angular_frequency_rad_s, with_radiation ? radiation_per_s : 0.0, gradient.data()));
 }
 
 DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std::string>& warnings) {
@@ -286,16 +298,23 @@ DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std
   if (used.size() <= 2) warnings.push_back("few decays: their scatter is assumed to be 20 %");
 
   const auto n = static_cast<Eigen::Index>(used.size());
-  Data data{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n)};
+  Data data{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd::Zero(n)};
+  Eigen::VectorXd radiation(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const DecayPoint& point = used[static_cast<std::size_t>(i)];
     data.omega[i] = 2.0 * kPi * point.frequency_hz;
     data.log_decay[i] = std::log(point.decay_per_s);
     data.sigma[i] = point.decay_std_per_s / point.decay_per_s;
+    radiation[i] = point.radiation_per_s;
   }
   double best = 0.0, sum = 0.0;
   for (const KindFacts& facts : kinds()) {
     DampingCandidate candidate = candidate_of(facts.kind, data);
+    if (!candidate.parameters.empty()) result.candidates.push_back(std::move(candidate));
+    if (!radiation.any()) continue;
+    Data with = data;
+    with.radiation = radiation;
+    candidate = candidate_of(facts.kind, with);
     if (!candidate.parameters.empty()) result.candidates.push_back(std::move(candidate));
   }
   const auto rank = [](const DampingCandidate& c) {

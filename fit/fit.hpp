@@ -36,6 +36,7 @@ struct PartialMatch {
   double model_frequency_hz = 0.0;
   double deviation_cents = 0.0;  ///< measured against model
   std::optional<double> decay_per_s, decay_std_per_s, model_decay_per_s;
+  std::optional<double> radiation_decay_per_s;  ///< by the mode's radiated power (boundary elements), when asked for
 };
 
 enum class DampingKind { kRayleigh, kLossFactor, kMassOnly, kStiffnessOnly, kZener };
@@ -44,11 +45,14 @@ enum class DampingKind { kRayleigh, kLossFactor, kMassOnly, kStiffnessOnly, kZen
 /// Zener (D/2) omega (omega tau)/(1 + (omega tau)^2).
 struct DampingCandidate {
   DampingKind kind = DampingKind::kRayleigh;
-  std::string model;                       ///< "rayleigh", "loss_factor", "mass_only", "stiffness_only", "zener"
+  std::string model;                       ///< "rayleigh", "loss_factor", "mass_only", "stiffness_only", "zener";
+                                           ///< "rayleigh_and_radiation", ... where radiation is known and added
+  bool with_radiation = false;
   std::vector<FitParameter> parameters;
   std::optional<double> aicc, aicc_weight; ///< empty when there are too few partials
   double rms_relative_residual = 0.0;      ///< of decays
-  double decay_per_s(double angular_frequency_rad_s) const;
+  /// Of the material, and with_radiation the mode's radiation on top.
+  double decay_per_s(double angular_frequency_rad_s, double radiation_per_s = 0.0) const;
 };
 
 struct DampingResult {

@@ -127,6 +127,7 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
                        {"deviation_cents", json_number(match.deviation_cents)},
                        {"decay_per_s", json_number(match.decay_per_s)},
                        {"decay_std_per_s", json_number(match.decay_std_per_s)},
+                       {"radiation_decay_per_s", json_number(match.radiation_decay_per_s)},
                        {"model_decay_per_s", json_number(match.model_decay_per_s)}});
   }
   json& predicted = root["predicted"] = json::array();

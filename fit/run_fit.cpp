@@ -2,9 +2,11 @@
 #include <chrono>
 #include <cstdio>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <numeric>
 
+#include "core/acoustics/radiate.hpp"
 #include "core/audio/sound_file.hpp"
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
@@ -176,14 +178,35 @@ std::vector<int> mode_of_partial(const PartialTable& table, const TableMatch& ma
   return modes;
 }
 
-std::vector<DecayPoint> decay_points(const std::vector<Work>& work, const JointMatch& joint) {
+/// Decay by radiated power of the given modes, by mode; empty where the surface cannot be solved for (said in a warning).
+std::map<int, double> radiation_of(const SpecimenResult& specimen, const std::vector<int>& modes,
+                                   std::vector<std::string>& warnings, Monitor& monitor) {
+  std::map<int, double> decay_per_s;
+  for (const int mode : modes) {
+    if (mode >= 0 && mode < specimen.model.n_modes()) decay_per_s[mode] = 0.0;
+  }
+  if (decay_per_s.empty()) return {};
+  modal::ModalModel matched = specimen.model;
+  std::vector<Eigen::Index> columns, rows;
+  for (const auto& [mode, value] : decay_per_s) columns.push_back(mode);
+  matched.angular_frequency_rad_s = specimen.model.angular_frequency_rad_s(columns);
+  matched.shapes = specimen.model.shapes(Eigen::all, columns);
+  const acoustics::RadiateResult radiated = acoustics::radiate(matched, {}, monitor);
+  if (!radiated.usable()) {
+    warnings.push_back(specimen.name + ": no radiation: " + radiated.message);
+    return {};
+  }
+  for (const acoustics::ModeTransfer& mode : radiated.transfer.modes)
+    decay_per_s[static_cast<int>(columns[static_cast<std::size_t>(mode.mode)])] = mode.decay_radiation_per_s;
+  return decay_per_s;
+}
+
+std::vector<DecayPoint> decay_points(const FitResult& result) {
   std::vector<DecayPoint> points;
-  for (std::size_t s = 0; s < work.size(); ++s) {
-    for (std::size_t i = 0; i < work[s].partials.partials.size(); ++i) {
-      const Partial& partial = work[s].partials.partials[i];
-      if (joint.matches[s].line_of_partial[i] < 0 || !partial.decay_per_s) continue;
-      points.push_back({partial.frequency_hz, *partial.decay_per_s, partial.decay_std_per_s.value_or(0.0)});
-    }
+  for (const PartialMatch& match : result.matches) {
+    if (!match.decay_per_s) continue;
+    points.push_back({match.frequency_hz, *match.decay_per_s, match.decay_std_per_s.value_or(0.0),
+                      match.radiation_decay_per_s.value_or(0.0)});
   }
   return points;
 }
@@ -217,6 +240,35 @@ audio::Signal fitted_sound(const Work& work, const SpecimenResult& result, const
     row = std::move(amplitudes);
   }
   return resynthesise(sound, work.signals.front().n_frames());
+}
+
+/// The matches of a specimen, and how far they are off.
+void add_matches(int index, const std::vector<int>& modes, FitResult& result) {
+  SpecimenResult& specimen = result.specimens[static_cast<std::size_t>(index)];
+  double sum = 0.0, n_matched = 0.0;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const Partial& partial = specimen.partials.partials[i];
+    if (modes[i] < 0) {
+      specimen.unmatched_partials.push_back(static_cast<int>(i));
+      continue;
+    }
+    PartialMatch match;
+    match.specimen = index;
+    match.partial = static_cast<int>(i);
+    match.mode = modes[i];
+    match.frequency_hz = partial.frequency_hz;
+    match.frequency_std_hz = partial.frequency_std_hz;
+    match.model_frequency_hz = specimen.predicted_frequency_hz[static_cast<std::size_t>(modes[i])];
+    match.deviation_cents = cents(match.frequency_hz, match.model_frequency_hz);
+    match.decay_per_s = partial.decay_per_s;
+    match.decay_std_per_s = partial.decay_std_per_s;
+    sum += match.deviation_cents * match.deviation_cents;
+    n_matched += 1.0;
+    specimen.max_deviation_cents = std::max(specimen.max_deviation_cents, std::abs(match.deviation_cents));
+    result.matches.push_back(match);
+  }
+  if (n_matched > 0.0) specimen.rms_deviation_cents = std::sqrt(sum / n_matched);
+  if (n_matched == 0.0 && !modes.empty()) result.warnings.push_back(specimen.name + ": no partial matches a mode");
 }
 
 void add_rayleigh(const FitProblem& problem, FitResult& result) {
@@ -348,52 +400,49 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
   result.cost_initial = joint.fit.cost_initial;
   result.cost_final = joint.fit.cost_final;
   result.n_iterations = joint.fit.n_iterations;
-  result.damping = fit_damping(decay_points(work, joint), result.warnings);
-  add_rayleigh(problem, result);
   watch.lap();
 
   for_each_job(n, [&](std::size_t s) {
     if (work[s].spectrum) solve_final(fitted, s, work[s], result.specimens[s], silent_monitor());
   }, "final modes", monitor);
   result.wall_time_s["final_modes"] = watch.lap();
+  std::vector<std::vector<int>> modes(n);
+  for (std::size_t s = 0; s < n; ++s) {
+    if (!work[s].spectrum) continue;
+    modes[s] = mode_of_partial(result.specimens[s].partials, joint.matches[s], joint.lines[s]);
+    const auto rank = ranks_at(*space, models, s, joint.fit.x);
+    for (int& mode : modes[s]) {
+      if (mode >= 0) mode = rank[static_cast<std::size_t>(mode)];
+    }
+    add_matches(static_cast<int>(s), modes[s], result);
+  }
+  if (problem.radiation_damping) {
+    for (std::size_t s = 0; s < n; ++s) {
+      const auto decay_per_s = radiation_of(result.specimens[s], modes[s], result.warnings, monitor);
+      for (PartialMatch& match : result.matches) {
+        const auto found = decay_per_s.find(match.mode);
+        if (match.specimen == static_cast<int>(s) && found != decay_per_s.end()) match.radiation_decay_per_s = found->second;
+      }
+    }
+    result.wall_time_s["radiation"] = watch.lap();
+  }
+  result.damping = fit_damping(decay_points(result), result.warnings);
+  add_rayleigh(problem, result);
   const DampingCandidate* damping = result.damping.candidates.empty() ? nullptr : &result.damping.candidates.front();
+  for (PartialMatch& match : result.matches) {
+    if (damping) match.model_decay_per_s = damping->decay_per_s(2.0 * kPi * match.model_frequency_hz, match.radiation_decay_per_s.value_or(0.0));
+  }
   for (std::size_t s = 0; s < n; ++s) {
     if (!work[s].spectrum) continue;
     SpecimenResult& specimen = result.specimens[s];
     for (const double frequency_hz : specimen.predicted_frequency_hz)
       specimen.predicted_decay_per_s.push_back(damping ? damping->decay_per_s(2.0 * kPi * frequency_hz) : 0.0);
-    auto modes = mode_of_partial(specimen.partials, joint.matches[s], joint.lines[s]);
-    const auto rank = ranks_at(*space, models, s, joint.fit.x);
-    for (int& mode : modes) {
-      if (mode >= 0) mode = rank[static_cast<std::size_t>(mode)];
+    for (const PartialMatch& match : result.matches) {
+      if (match.specimen == static_cast<int>(s) && match.model_decay_per_s)
+        specimen.predicted_decay_per_s[static_cast<std::size_t>(match.mode)] = *match.model_decay_per_s;
     }
-    double sum = 0.0, n_matched = 0.0;
-    for (std::size_t i = 0; i < modes.size(); ++i) {
-      const Partial& partial = specimen.partials.partials[i];
-      if (modes[i] < 0) {
-        specimen.unmatched_partials.push_back(static_cast<int>(i));
-        continue;
-      }
-      PartialMatch match;
-      match.specimen = static_cast<int>(s);
-      match.partial = static_cast<int>(i);
-      match.mode = modes[i];
-      match.frequency_hz = partial.frequency_hz;
-      match.frequency_std_hz = partial.frequency_std_hz;
-      match.model_frequency_hz = specimen.predicted_frequency_hz[static_cast<std::size_t>(modes[i])];
-      match.deviation_cents = cents(match.frequency_hz, match.model_frequency_hz);
-      match.decay_per_s = partial.decay_per_s;
-      match.decay_std_per_s = partial.decay_std_per_s;
-      if (damping) match.model_decay_per_s = specimen.predicted_decay_per_s[static_cast<std::size_t>(modes[i])];
-      sum += match.deviation_cents * match.deviation_cents;
-      n_matched += 1.0;
-      specimen.max_deviation_cents = std::max(specimen.max_deviation_cents, std::abs(match.deviation_cents));
-      result.matches.push_back(match);
-    }
-    if (n_matched > 0.0) specimen.rms_deviation_cents = std::sqrt(sum / n_matched);
-    if (n_matched == 0.0 && !modes.empty()) result.warnings.push_back(specimen.name + ": no partial matches a mode");
     if (!work[s].ringdowns.empty() && work[s].ringdowns.front().usable()) {
-      specimen.fitted = fitted_sound(work[s], specimen, modes);
+      specimen.fitted = fitted_sound(work[s], specimen, modes[s]);
     }
   }
   result.wall_time_s["sound"] = watch.lap();

@@ -63,6 +63,13 @@ class Reader {
     throw InputError(place(key), "is missing", "", range_text(*find_field(schema_, key)));
   }
 
+  bool flag(std::string_view key) const {
+    const toml::node* node = find(key);
+    if (!node) return false;
+    if (const auto* value = node->as_boolean()) return value->get();
+    throw InputError(place(*node, key), "must be true or false", shown(*node));
+  }
+
   std::vector<std::string> texts(std::string_view key) const {
     std::vector<std::string> values;
     for (const toml::node& element : list(key)) values.push_back(text_of(element, key));
@@ -366,6 +373,7 @@ void read_fit(const Reader& reader, const std::string& file, FitProblem& problem
     }
     problem.band = {band[0], band[1]};
   }
+  problem.radiation_damping = reader.flag("radiation_damping");
   if (reader.has("priors")) read_priors(reader, reader.sub_table("priors"), file, "", problem);
 }
 

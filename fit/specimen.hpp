@@ -41,6 +41,7 @@ struct FitProblem {
   std::vector<std::string> parameters;   ///< names as in fit.json
   std::map<std::string, Prior> priors;   ///< by parameter name
   Band band;
+  bool radiation_damping = false;        ///< compute what the matched modes radiate, for the damping models
   std::string source_text;               ///< the TOML, for provenance
 };
 

@@ -60,6 +60,10 @@ std::vector<SchemaField> make_schema() {
        "what is free: at most two elastic constants (any of the five names), `density_kg_m3`, the two Rayleigh "
        "numbers, and dimensions such as `D3.length_m`",
        0},
+      {"fit", "radiation_damping", kBoolean, "`false`", -kInf, kInf,
+       "compute how much of each matched mode's damping is sound that it radiates into the air (boundary elements), and rank "
+       "the damping models with and without it",
+       0},
       {"fit", "band_hz", kNumberList, "`[20, 20000]`", 0, 1e6, "lowest and highest frequency that is looked at", 2},
       {"fit", "priors", kTable, "none", -kInf, kInf,
        "what is known beforehand, a table by parameter name: `youngs_modulus_pa = { mean = 70e9, std = 2e9 }`; "
@@ -121,6 +125,7 @@ std::string_view type_text(FieldType type) {
   switch (type) {
     case kText: return "text";
     case kNumber: return "number";
+    case kBoolean: return "true or false";
     case kTextList: return "list of texts";
     case kNumberList: return "list of numbers";
     case kTable: return "table";

@@ -6,7 +6,7 @@
 
 namespace klang::fit {
 
-enum class FieldType { kText, kNumber, kTextList, kNumberList, kTable, kTableList };
+enum class FieldType { kText, kNumber, kBoolean, kTextList, kNumberList, kTable, kTableList };
 
 /// One key of specimen.toml. The table of these drives the reader's checks, its error messages and docs/specimen.md.
 struct SchemaField {

@@ -118,6 +118,8 @@ std::string damping_table(const ResultData& data) {
 
 std::string match_table(const SpecimenRows& rows) {
   std::string body;
+  const bool radiates = std::any_of(rows.matches.begin(), rows.matches.end(),
+                                    [](const Match& m) { return m.radiation_decay_per_s.has_value(); });
   for (const Match& m : rows.matches) {
     body += "<tr>" + number_cell(std::to_string(m.mode_index)) +
             number_cell(escaped(plus_minus(m.frequency_hz, m.frequency_std_hz, 7))) +
@@ -126,15 +128,23 @@ std::string match_table(const SpecimenRows& rows) {
             number_cell(signed_cents(m.deviation_cents)) +
             number_cell(fixed(100 * (m.frequency_hz / m.model_frequency_hz - 1), 3)) +
             number_cell(escaped(plus_minus(m.decay_per_s, m.decay_std_per_s))) +
-            number_cell(m.model_decay_per_s ? rounded(*m.model_decay_per_s, 4) : "—") + "</tr>\n";
+            number_cell(m.model_decay_per_s ? rounded(*m.model_decay_per_s, 4) : "—") +
+            (radiates ? number_cell(m.radiation_decay_per_s ? rounded(*m.radiation_decay_per_s, 3) : "—") +
+                            number_cell(m.radiation_decay_per_s && m.decay_per_s && *m.decay_per_s > 0
+                                            ? fixed(100 * *m.radiation_decay_per_s / *m.decay_per_s, 0)
+                                            : "—")
+                      : std::string()) +
+            "</tr>\n";
   }
   return "<table><thead><tr><th class=\"n\" scope=\"col\">Mode</th><th class=\"n\" scope=\"col\">Measured "
          "[Hz]</th>"
          "<th class=\"n\" scope=\"col\">Model [Hz]</th><th class=\"n\" scope=\"col\">Cents</th><th "
          "class=\"n\" scope=\"col\">Per cent</th>"
          "<th class=\"n\" scope=\"col\">Decay [1/s]</th><th class=\"n\" scope=\"col\">Model decay "
-         "[1/s]</th></tr></thead>\n<tbody>" +
-         body + "</tbody></table>";
+         "[1/s]</th>" + std::string(radiates ? "<th class=\"n\" scope=\"col\">Radiated [1/s]</th><th class=\"n\" scope=\"col\">of the measured "
+                     "[%]</th>"
+                   : "") +
+         "</tr></thead>\n<tbody>" + body + "</tbody></table>";
 }
 
 std::string partial_table(const std::vector<Partial>& partials) {

@@ -155,6 +155,7 @@ void read_fit(const Node& root, ResultData& data) {
     match.decay_per_s = node.number("decay_per_s");
     match.decay_std_per_s = node.number("decay_std_per_s");
     match.model_decay_per_s = node.number("model_decay_per_s");
+    match.radiation_decay_per_s = node.number("radiation_decay_per_s");
     data.matches.push_back(match);
   });
   root.each("predicted", [&](const Node& node) {

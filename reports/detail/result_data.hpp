@@ -33,7 +33,7 @@ struct Match {
   std::string specimen;
   int mode_index = -1;
   double frequency_hz = 0, model_frequency_hz = 0, deviation_cents = 0;
-  Number frequency_std_hz, decay_per_s, decay_std_per_s, model_decay_per_s;
+  Number frequency_std_hz, decay_per_s, decay_std_per_s, model_decay_per_s, radiation_decay_per_s;
 };
 
 struct Predicted {

@@ -250,6 +250,9 @@ std::string damping_words(std::string_view model) {
   if (model == "mass_only") return "mass only";
   if (model == "stiffness_only") return "stiffness only";
   if (model == "zener") return "Zener";
+  constexpr std::string_view kRadiation = "_and_radiation";
+  if (model.size() > kRadiation.size() && model.substr(model.size() - kRadiation.size()) == kRadiation)
+    return damping_words(model.substr(0, model.size() - kRadiation.size())) + " beside radiation";
   std::string words(model);
   std::replace(words.begin(), words.end(), '_', ' ');
   return words;

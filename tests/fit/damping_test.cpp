@@ -108,6 +108,30 @@ TEST(Damping, NothingMeasuredGivesNoModel) {
   EXPECT_TRUE(fit_damping({{100.0, -1.0, 0.0}, {100.0, std::nan(""), 0.0}}, warnings).model.empty());
 }
 
+TEST(Damping, KnownRadiationIsTakenOffAndTheSplitIsPreferred) {
+  // Stiffness damping with what a small plate radiates: rises until the waves in it are as fast as sound, then falls.
+  RandomStream random(8, 0);
+  std::vector<DecayPoint> points;
+  for (const double f : {400.0, 900.0, 1700.0, 2600.0, 3900.0, 5600.0, 7500.0, 9800.0, 12000.0}) {
+    const double omega = 2.0 * kPi * f, radiation = 20.0 * std::pow(f / 5000.0, 4) / (1.0 + std::pow(f / 5000.0, 5));
+    const double decay = 0.5 * 3e-9 * omega * omega + radiation;
+    points.push_back({f, decay * (1.0 + 0.02 * random.normal()), 0.02 * decay, radiation});
+  }
+  std::vector<std::string> warnings;
+  const DampingResult result = fit_damping(points, warnings);
+  EXPECT_EQ(result.model, "stiffness_only_and_radiation");
+  const DampingCandidate& best = result.candidates.front();
+  ASSERT_TRUE(best.with_radiation);
+  ASSERT_TRUE(best.parameters[0].ci95.has_value());
+  EXPECT_LE((*best.parameters[0].ci95)[0], 3e-9);
+  EXPECT_GE((*best.parameters[0].ci95)[1], 3e-9);
+  EXPECT_LE(std::abs(best.parameters[0].value / 3e-9 - 1.0), 0.1);
+  EXPECT_LE(std::abs(best.decay_per_s(1e4, 5.0) / (best.decay_per_s(1e4) + 5.0) - 1.0), 1e-12);
+  // Without it the same points keep their five models.
+  for (DecayPoint& point : points) point.radiation_per_s = 0.0;
+  EXPECT_EQ(fit_damping(points, warnings).candidates.size(), 5u);
+}
+
 TEST(Damping, DerivativesMatchDifferences) {
   for (const DampingKind kind : {DampingKind::kRayleigh, DampingKind::kLossFactor, DampingKind::kMassOnly,
                                  DampingKind::kStiffnessOnly, DampingKind::kZener}) {

@@ -1,10 +1,11 @@
 #include "core/acoustics/modal_surface.hpp"
 
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
+#include <unordered_map>
 
 #include "core/acoustics/detail/triangle_rules.hpp"
 #include "core/base/conventions.hpp"
@@ -70,6 +71,33 @@ double distance_sq(const Vector3d& p, const std::array<Vector3d, 3>& t) {
   return (ap - ab * (vb * scale) - ac * (vc * scale)).squaredNorm();
 }
 
+/// Lists of elements by cubic cell.
+class CellGrid {
+ public:
+  using Cell = std::array<long, 3>;
+  explicit CellGrid(double cell_m) : cell_m_(cell_m) {}
+  Cell cell(const Vector3d& p) const {
+    return {static_cast<long>(std::floor(p[0] / cell_m_)), static_cast<long>(std::floor(p[1] / cell_m_)),
+            static_cast<long>(std::floor(p[2] / cell_m_))};
+  }
+  void add(const Cell& at, int element) { lists_[at].push_back(element); }
+  const std::vector<int>* find(const Cell& at) const {
+    const auto found = lists_.find(at);
+    return found == lists_.end() ? nullptr : &found->second;
+  }
+
+ private:
+  struct Hash {
+    std::size_t operator()(const Cell& c) const {
+      std::size_t h = 0;
+      for (const long x : c) h = (h ^ static_cast<std::size_t>(x)) * 0x9e3779b97f4a7c15ULL;
+      return h ^ (h >> 29);
+    }
+  };
+  double cell_m_;
+  std::unordered_map<Cell, std::vector<int>, Hash> lists_;
+};
+
 mesh::SurfaceMesh outer_boundary(const mesh::TetMesh& body) {
   mesh::SurfaceMesh boundary = mesh::boundary_surface(body);
   const std::vector<bool> outer = faces_outer_fluid({boundary.vertices_m, boundary.triangles.leftCols(3)});
@@ -93,7 +121,7 @@ ModalSurface::ModalSurface(const modal::ModalModel& model, double element_m, int
     for (int c = 0; c < 3; ++c)
       longest = std::max(longest, (model.mesh.nodes_m.row(faces_(f, c)) - model.mesh.nodes_m.row(faces_(f, (c + 1) % 3))).norm());
   int cuts = quadratic ? 2 : 1;
-  while (longest / cuts > 0.5 * element_m && n_faces * 4.0 * cuts * cuts <= max_triangles) cuts *= 2;
+  while (longest / cuts > element_m && n_faces * 4.0 * cuts * cuts <= max_triangles) cuts *= 2;
 
   // Points are named by the nodes and weights they come from: the same on both faces of an edge.
   std::map<std::array<int, 6>, int> numbers;
@@ -196,17 +224,14 @@ ModalSurface::Carrier ModalSurface::carrier(const RadiatingSurface& elements) co
   for (int t = 0; t < n; ++t) corners[t] = {elements.corner(t, 0), elements.corner(t, 1), elements.corner(t, 2)};
   // Every element is entered in all cells its box touches, and a sample looks at its own cell and those around.
   const double cell_m = std::max(elements.radii_m.mean(), 1e-12);
-  std::map<std::array<long, 3>, std::vector<int>> cells;
-  const auto cell = [&](const Vector3d& p) {
-    return std::array<long, 3>{std::lround(std::floor(p[0] / cell_m)), std::lround(std::floor(p[1] / cell_m)),
-                               std::lround(std::floor(p[2] / cell_m))};
-  };
+  CellGrid cells(cell_m);
+  const auto cell = [&](const Vector3d& p) { return cells.cell(p); };
   for (int t = 0; t < n; ++t) {
     const auto low = cell(corners[t][0].cwiseMin(corners[t][1]).cwiseMin(corners[t][2]));
     const auto high = cell(corners[t][0].cwiseMax(corners[t][1]).cwiseMax(corners[t][2]));
     for (long x = low[0]; x <= high[0]; ++x)
       for (long y = low[1]; y <= high[1]; ++y)
-        for (long z = low[2]; z <= high[2]; ++z) cells[{x, y, z}].push_back(t);
+        for (long z = low[2]; z <= high[2]; ++z) cells.add({x, y, z}, t);
   }
   Carrier result;
   result.element_of_sample.resize(samples_.size());
@@ -230,8 +255,8 @@ ModalSurface::Carrier ModalSurface::carrier(const RadiatingSurface& elements) co
           for (long y = -ring; y <= ring; ++y)
             for (long z = -ring; z <= ring; ++z) {
               if (std::max({std::abs(x), std::abs(y), std::abs(z)}) != ring) continue;
-              const auto found = cells.find({middle[0] + x, middle[1] + y, middle[2] + z});
-              if (found != cells.end()) std::for_each(found->second.begin(), found->second.end(), look);
+              const std::vector<int>* found = cells.find({middle[0] + x, middle[1] + y, middle[2] + z});
+              if (found != nullptr) std::for_each(found->begin(), found->end(), look);
             }
         if (best_sq < 1e5 * cell_m * cell_m || (best >= 0 && ring > 4)) --rings_left;
       }
@@ -250,6 +275,23 @@ ModalSurface::Carrier ModalSurface::carrier(const RadiatingSurface& elements) co
   }
   for (int t = 0; t < n; ++t)
     if (result.area_of_element_m2[t] > 0.0) result.height_of_element_m[t] /= result.area_of_element_m2[t];
+  result.hats_of_sample.resize(3, static_cast<Eigen::Index>(samples_.size()));
+  result.inverse.assign(static_cast<std::size_t>(n), Eigen::Matrix3d::Zero());
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const int t = result.element_of_sample[i];
+    const Vector3d d = samples_[i].at_m - corners[t][0], e1 = corners[t][1] - corners[t][0], e2 = corners[t][2] - corners[t][0];
+    const double g11 = e1.dot(e1), g12 = e1.dot(e2), g22 = e2.dot(e2), det = g11 * g22 - g12 * g12;
+    const double u = (g22 * d.dot(e1) - g12 * d.dot(e2)) / det, v = (g11 * d.dot(e2) - g12 * d.dot(e1)) / det;
+    const Vector3d hats(1.0 - u - v, u, v);
+    result.hats_of_sample.col(static_cast<Eigen::Index>(i)) = hats;
+    result.inverse[t] += samples_[i].area_m2.norm() * hats * hats.transpose();
+  }
+  for (int t = 0; t < n; ++t) {
+    // Samples spread evenly give eigenvalues of 1/3, 1/12 and 1/12 of the area.
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(result.inverse[t]);
+    const bool fixed = eigen.eigenvalues()[0] > 0.02 * result.area_of_element_m2[t];
+    result.inverse[t] = fixed ? result.inverse[t].inverse().eval() : Eigen::Matrix3d::Zero().eval();
+  }
   return result;
 }
 
@@ -271,22 +313,26 @@ RadiatingSurface ModalSurface::settled(const RadiatingSurface& elements) const {
   return radiating_surface(moved);
 }
 
-Eigen::VectorXd ModalSurface::element_velocity_m_s(int mode, const Carrier& carrier,
-                                                   const RadiatingSurface& elements) const {
+Eigen::VectorXd ModalSurface::corner_velocity_m_s(int mode, const Carrier& carrier,
+                                                  const RadiatingSurface& elements) const {
   const int n = elements.n_triangles();
-  Eigen::VectorXd velocity = Eigen::VectorXd::Zero(n);
-  double wanted = 0.0;
+  Eigen::Matrix3Xd moments = Eigen::Matrix3Xd::Zero(3, n);
+  Eigen::VectorXd flows = Eigen::VectorXd::Zero(n);
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const double flow = flow_of(samples_[i], mode);
-    velocity[carrier.element_of_sample[i]] += flow;
-    wanted += flow;
+    const int t = carrier.element_of_sample[i];
+    flows[t] += flow;
+    moments.col(t) += flow * carrier.hats_of_sample.col(static_cast<Eigen::Index>(i));
   }
+  Eigen::Matrix3Xd velocity(3, n);
   std::vector<double> around(static_cast<std::size_t>(elements.n_vertices()), 0.0), weight(around.size(), 0.0);
   for (int t = 0; t < n; ++t) {
     if (!(carrier.area_of_element_m2[t] > 0.0)) continue;
-    velocity[t] /= carrier.area_of_element_m2[t];
+    const double mean = flows[t] / carrier.area_of_element_m2[t];
+    if (carrier.inverse[t].isZero(0.0)) velocity.col(t).setConstant(mean);
+    else velocity.col(t) = carrier.inverse[t] * moments.col(t);
     for (int c = 0; c < 3; ++c) {
-      around[elements.triangles(c, t)] += elements.areas_m2[t] * velocity[t];
+      around[elements.triangles(c, t)] += elements.areas_m2[t] * mean;
       weight[elements.triangles(c, t)] += elements.areas_m2[t];
     }
   }
@@ -294,11 +340,13 @@ Eigen::VectorXd ModalSurface::element_velocity_m_s(int mode, const Carrier& carr
     if (carrier.area_of_element_m2[t] > 0.0) continue;
     double sum = 0.0, weights = 0.0;
     for (int c = 0; c < 3; ++c) sum += around[elements.triangles(c, t)], weights += weight[elements.triangles(c, t)];
-    velocity[t] = weights > 0.0 ? sum / weights : 0.0;
+    velocity.col(t).setConstant(weights > 0.0 ? sum / weights : 0.0);
   }
-  const double scale = velocity.cwiseAbs().dot(elements.areas_m2);
-  if (scale > 0.0) velocity += velocity.cwiseAbs() * ((wanted - velocity.dot(elements.areas_m2)) / scale);
-  return velocity;
+  const Eigen::RowVectorXd corner_areas_m2 = elements.areas_m2.transpose() / 3.0;
+  const double scale = corner_areas_m2.dot(velocity.cwiseAbs().colwise().sum());
+  const double missing = flows.sum() - corner_areas_m2.dot(velocity.colwise().sum());
+  if (scale > 0.0) velocity += velocity.cwiseAbs() * (missing / scale);
+  return velocity.reshaped();
 }
 
 }  // namespace klang::acoustics

@@ -11,9 +11,9 @@ namespace klang::acoustics {
 /// given size, with the normal velocity of its modes.
 class ModalSurface {
  public:
-  /// @param element_m  size of the smallest boundary elements: the curved faces of the mesh are cut until their pieces are
-  ///                   half of that, or until there are max_triangles of them (at least the mesh's own corners and
-  ///                   mid-nodes)
+  /// @param element_m  size of the smallest boundary elements: the curved faces of the mesh are cut until their pieces (of 7
+  ///                   samples each) are no larger, or until there are max_triangles of them (at least the mesh's own
+  ///                   corners and mid-nodes)
   /// @throws InputError when the boundary is no closed surface
   ModalSurface(const modal::ModalModel& model, double element_m, int max_triangles = 200000);
 
@@ -31,6 +31,8 @@ class ModalSurface {
   /// Where the velocity of a surface of boundary elements comes from.
   struct Carrier {
     std::vector<int> element_of_sample;
+    Eigen::Matrix3Xd hats_of_sample;         ///< barycentric coordinates of its foot on the element's plane
+    std::vector<Eigen::Matrix3d> inverse;    ///< by element: of sum area hats hats^T; zero where the samples do not fix it
     Eigen::VectorXd area_of_element_m2;   ///< of the samples it was given
     Eigen::VectorXd height_of_element_m;  ///< their mean height over its plane
   };
@@ -41,10 +43,11 @@ class ModalSurface {
   /// between points of a curved surface enclose too little.
   RadiatingSurface settled(const RadiatingSurface& elements) const;
 
-  /// Normal velocity of a mode on each element (n_triangles): the mean over the samples given to it; elements without
-  /// samples take the mean over the triangles around. Then the volume flow through all elements is made that of the mode,
-  /// by a change in proportion to |v_n|.
-  Eigen::VectorXd element_velocity_m_s(int mode, const Carrier& carrier, const RadiatingSurface& elements) const;
+  /// Normal velocity of a mode at the corners of the elements (row 3 t + c, 3 n_triangles): on each element the linear
+  /// function nearest to the samples given to it in the mean square; their mean where they are too few; the mean of the
+  /// triangles around where there are none. Then the volume flow through all elements is made that of the mode, by a change
+  /// in proportion to |v_n|.
+  Eigen::VectorXd corner_velocity_m_s(int mode, const Carrier& carrier, const RadiatingSurface& elements) const;
 
  private:
   struct Sample {

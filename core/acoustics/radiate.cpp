@@ -17,6 +17,10 @@ namespace {
 /// Larger systems use all threads for one mode instead of one for each.
 constexpr int kManyUnknowns = 4000;
 
+/// Element sizes per factor of two: a mode's mesh has up to 2^(2/4) times the elements it needs, its time grows with their
+/// square.
+constexpr double kLevelsPerOctave = 4.0;
+
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -68,9 +72,9 @@ std::vector<Level> Radiation::levels(const ModalSurface& surface, const std::vec
     const double wanted = std::min(options_.medium.sound_speed_m_s / frequency_hz[mode] / options_.elements_per_wavelength,
                                    surface.pattern_wavelength_m(mode) / options_.elements_per_pattern);
     const double edge_m = std::clamp(wanted, finest, std::max(coarsest, finest));
-    const int number = static_cast<int>(std::ceil(2.0 * std::log2(coarsest / edge_m) - 1e-9));
+    const int number = static_cast<int>(std::ceil(kLevelsPerOctave * std::log2(coarsest / edge_m) - 1e-9));
     Level& level = by_number[std::max(number, 0)];
-    level.edge_m = coarsest * std::pow(2.0, -0.5 * std::max(number, 0));
+    level.edge_m = coarsest * std::exp2(-std::max(number, 0) / kLevelsPerOctave);
     level.modes.push_back(mode);
   }
   std::vector<Level> list;
@@ -87,8 +91,8 @@ ModeTransfer Radiation::solve_mode(int mode, const ModalSurface& surface, const 
   options.medium = options_.medium;
   options.allow_coarse = options_.allow_coarse;
   options.n_blas_threads = solver.surface().n_vertices() < kManyUnknowns ? 1 : 0;
-  const Eigen::VectorXd velocity = surface.element_velocity_m_s(mode, carrier, solver.surface());
-  const BemResult bem = solver.solve(transfer.frequency_hz, solver.from_triangles(velocity.cast<std::complex<double>>()), options);
+  const Eigen::VectorXd velocity = surface.corner_velocity_m_s(mode, carrier, solver.surface());
+  const BemResult bem = solver.solve(transfer.frequency_hz, velocity.cast<std::complex<double>>(), options);
   transfer.n_bem_elements = bem.n_elements;
   transfer.residual = bem.relative_residual;
   if (!bem.usable()) throw NumericalError("transfer: mode " + std::to_string(mode) + ": " + bem.message);
@@ -143,7 +147,7 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
   const double highest_hz = model_.frequency_hz().maxCoeff();
   const double finest_m = options_.medium.sound_speed_m_s / highest_hz / options_.elements_per_wavelength;
   // Enough pieces for the finest mesh, and no more than the samples need.
-  const ModalSurface surface(model_, finest_m, std::min(16 * options_.max_elements, 200000));
+  const ModalSurface surface(model_, finest_m, std::min(4 * options_.max_elements, 200000));
   const double wall_m = wall_tolerance_m(surface.triangles());
   result_.wall_time_s["surface"] = now_s() - start;
   // All meshes first: a frequency that none resolves is refused before any time goes into the others.

@@ -33,7 +33,7 @@ struct RadiateResult {
   bool usable() const { return status == RadiateStatus::kDone; }
 };
 
-/// Radiation of every mode. Frequencies share meshes: the surface is coarsened to a few sizes a factor sqrt(2) apart, each
+/// Radiation of every mode. Frequencies share meshes: the surface is coarsened to sizes a factor 2^(1/4) apart, each
 /// mode takes the coarsest that has elements_per_wavelength and elements_per_pattern, and all that does not depend on the
 /// frequency is done once a mesh. Modes run in parallel, each on one thread.
 /// @param known  modes of an earlier run of the same model and options that was stopped: taken as they are

@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <limits>
+#include <cstdio>
+#include <optional>
 #include <memory>
 
 #include "body_options.hpp"
@@ -21,7 +22,7 @@ struct ModesOptions {
   int count = 0;
   std::string band = "20:20000";
   std::string output;
-  bool lumped_mass = false;
+  bool lumped_mass = false, no_mesh_error = false;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -36,7 +37,8 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   modal::EigenOptions eigen;
   eigen.count = options.count;
   eigen.band = parse_band("--band-hz", options.band);
-  eigen.estimate_mesh_error = !options.lumped_mass;  // it is made for the consistent matrix
+  // The estimate is made for the consistent matrix.
+  eigen.estimate_mesh_error = !options.lumped_mass && !options.no_mesh_error;
   eigen.validate();
 
   monitor.progress("mesh", 0.0);
@@ -71,7 +73,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   json["modes"] = nlohmann::json::array();
   const Eigen::VectorXd frequency_hz = result.model.frequency_hz();
   const auto mesh_error = [&](Eigen::Index i) {
-    return result.mesh_relative_error ? (*result.mesh_relative_error)[i] : std::numeric_limits<double>::quiet_NaN();
+    return result.mesh_relative_error ? std::optional<double>((*result.mesh_relative_error)[i]) : std::nullopt;
   };
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
     json["modes"].push_back({{"index", i},
@@ -95,8 +97,10 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
                       : *result.none_missing ? "none missing (proven)" : "MODES ARE MISSING");
   say(common, "%6s %14s %14s %10s %10s\n", "index", "frequency_hz", "period_s", "residual", "mesh_error");
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
-    say(common, "%6d %14.4f %14.6g %10.1e %10.1e\n", static_cast<int>(i), frequency_hz[i], 1.0 / frequency_hz[i],
-        result.relative_residual[i], mesh_error(i));
+    char error[16] = "-";
+    if (mesh_error(i)) std::snprintf(error, sizeof error, "%.1e", *mesh_error(i));
+    say(common, "%6d %14.4f %14.6g %10.1e %10s\n", static_cast<int>(i), frequency_hz[i], 1.0 / frequency_hz[i],
+        result.relative_residual[i], error);
   }
   if (frequency_hz.size() == 0) say(common, "no mode in the band\n");
   say(common, "%.2f s\n", seconds_since(start));
@@ -118,6 +122,7 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
   app->add_option("--count", options->count, "Elastic modes from the lowest up, 1 to 2000; default: all in the band")
       ->check(CLI::Range(1, 2000));
   app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
+  app->add_flag("--no-mesh-error", options->no_mesh_error, "Leave out each mode's estimated mesh error: a fifth of the time saved");
   app->add_flag("--lumped-mass", options->lumped_mass, "Diagonal mass matrix");
   app->add_option("-o,--output", options->output, "Write the modal model (.vtu, opens in ParaView)");
   app->footer(

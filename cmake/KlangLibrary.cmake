@@ -25,8 +25,14 @@ target_compile_options(klang_flags INTERFACE $<BUILD_INTERFACE:-Wall;-Wextra;-Ws
 if(KLANG_NATIVE)
   target_compile_options(klang_flags INTERFACE $<BUILD_INTERFACE:-march=native>)
 endif()
+# With KLANG_SANITIZE_READERS_ONLY (the fuzz preset) the folders that read foreign bytes are instrumented and the numerical
+# ones, whose Eigen code takes the sanitizers minutes to compile and is not reached by the targets, are not.
+set(KLANG_SANITIZER_OPTIONS -fsanitize=${KLANG_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+set(KLANG_READER_FOLDERS core/base core/audio core/mesh fit datasets-synthetic)
 if(KLANG_SANITIZE)
-  target_compile_options(klang_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${KLANG_SANITIZE};-fno-omit-frame-pointer;-fno-sanitize-recover=all>)
+  if(NOT KLANG_SANITIZE_READERS_ONLY)
+    target_compile_options(klang_flags INTERFACE $<BUILD_INTERFACE:${KLANG_SANITIZER_OPTIONS}>)
+  endif()
   target_link_options(klang_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${KLANG_SANITIZE}>)
 endif()
 
@@ -43,6 +49,9 @@ function(klang_library name)
   target_include_directories(${target} PUBLIC
     $<BUILD_INTERFACE:${layer}> $<INSTALL_INTERFACE:include/klangprobe>)
   target_link_libraries(${target} PUBLIC klang_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  if(KLANG_SANITIZE AND KLANG_SANITIZE_READERS_ONLY AND ARG_FOLDER IN_LIST KLANG_READER_FOLDERS)
+    target_compile_options(${target} PRIVATE ${KLANG_SANITIZER_OPTIONS})
+  endif()
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} OUTPUT_NAME klang_${name})
   set_property(GLOBAL APPEND PROPERTY KLANG_LIBRARIES ${target})
   set_property(GLOBAL APPEND PROPERTY KLANG_HEADER_FOLDERS ${ARG_FOLDER})

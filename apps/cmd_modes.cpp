@@ -8,7 +8,8 @@
 #include "command.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
-#include "core/modal/eigen_solver.hpp"
+#include "core/mesh/section.hpp"
+#include "core/modal/revolution_modes.hpp"
 #include "core/solid/assembly.hpp"
 #include "number_options.hpp"
 
@@ -22,11 +23,24 @@ struct ModesOptions {
   int count = 0;
   std::string band = "20:20000";
   std::string output;
+  std::string method = "auto";
   bool lumped_mass = false, no_mesh_error = false;
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+bool by_harmonics(const ModesOptions& options, const solid::Support& support) {
+  if (options.method == "tetrahedra") return false;
+  const auto shape = options.body.shape_spec();
+  const bool can = shape && mesh::is_axisymmetric(*shape) && support.kind == solid::SupportKind::kFree &&
+                   options.body.element == "p2" && !options.lumped_mass;
+  if (options.method == "harmonics" && !can)
+    throw InputError("--method", "needs a free body of revolution, p2 and no --lumped-mass", options.body.shape,
+                     "tube, rod, sphere, ellipsoid with a_m = b_m, bowl, revolution");
+  // Who chooses the mesh wants to see that mesh's frequencies.
+  return can && (options.method == "harmonics" || (options.body.max_edge_m == 0.0 && options.body.refinement == 0));
 }
 
 int run_modes(const ModesOptions& options, const CommonOptions& common) {
@@ -40,17 +54,24 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   // The estimate is made for the consistent matrix.
   eigen.estimate_mesh_error = !options.lumped_mass && !options.no_mesh_error;
   eigen.validate();
+  const bool harmonics = by_harmonics(options, support);
 
   monitor.progress("mesh", 0.0);
   const mesh::TetMesh mesh = options.body.build();
   const double mesh_s = seconds_since(start);
   monitor.throw_if_stopped();
-  monitor.progress("assembly", 0.0);
-  const auto assembly_start = std::chrono::steady_clock::now();
-  const solid::AssembledSolid assembled = solid::assemble(
-      mesh, support, options.lumped_mass ? solid::MassKind::kLumped : solid::MassKind::kConsistent);
-  const double assembly_s = seconds_since(assembly_start);
-  modal::EigenResult result = modal::solve_modes(mesh, assembled, material, support, eigen, monitor);
+  modal::EigenResult result;
+  double assembly_s = 0.0;
+  if (harmonics) {
+    result = modal::solve_revolution_modes(*options.body.shape_spec(), mesh, material, eigen, monitor);
+  } else {
+    monitor.progress("assembly", 0.0);
+    const auto assembly_start = std::chrono::steady_clock::now();
+    const solid::AssembledSolid assembled = solid::assemble(
+        mesh, support, options.lumped_mass ? solid::MassKind::kLumped : solid::MassKind::kConsistent);
+    assembly_s = seconds_since(assembly_start);
+    result = modal::solve_modes(mesh, assembled, material, support, eigen, monitor);
+  }
   if (!result.usable()) throw NumericalError("modes: " + result.message);
 
   const nlohmann::json used = {{"material",
@@ -61,6 +82,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
                                {"support", options.support},
                                {"count", options.count},
                                {"band_hz", {eigen.band.low_hz, eigen.band.high_hz}},
+                               {"method", harmonics ? "harmonics" : "tetrahedra"},
                                {"max_edge_m", options.body.max_edge_m},
                                {"refinement", options.body.refinement}};
   nlohmann::json json = result_header("modes", "converged", common, used, options.body.inputs());
@@ -68,6 +90,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   json["n_nodes"] = mesh.n_nodes();
   json["n_elements"] = mesh.n_elements();
   json["element"] = mesh.order() == 2 ? "p2" : "p1";
+  json["method"] = harmonics ? "harmonics" : "tetrahedra";
   json["n_rigid_modes"] = result.n_rigid_modes;
   json["none_missing"] = result.none_missing ? nlohmann::json(*result.none_missing) : nlohmann::json(nullptr);
   json["modes"] = nlohmann::json::array();
@@ -91,8 +114,9 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   json["peak_memory_bytes"] = modal::peak_memory_bytes();
   write_json(common, json);
 
-  say(common, "%d nodes, %d %s elements; %d rigid modes; ", mesh.n_nodes(), mesh.n_elements(),
-      mesh.order() == 2 ? "quadratic" : "linear", result.n_rigid_modes);
+  say(common, "%d nodes, %d %s elements%s; %d rigid modes; ", mesh.n_nodes(), mesh.n_elements(),
+      mesh.order() == 2 ? "quadratic" : "linear", harmonics ? ", frequencies by harmonics of the section" : "",
+      result.n_rigid_modes);
   say(common, "%s\n", !result.none_missing ? "completeness not checked"
                       : *result.none_missing ? "none missing (proven)" : "MODES ARE MISSING");
   say(common, "%6s %14s %14s %10s %10s\n", "index", "frequency_hz", "period_s", "residual", "mesh_error");
@@ -122,6 +146,11 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
   app->add_option("--count", options->count, "Elastic modes from the lowest up, 1 to 2000; default: all in the band")
       ->check(CLI::Range(1, 2000));
   app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
+  app->add_option("--method", options->method,
+                  "harmonics: a free body of revolution by Fourier in the angle, shapes sampled to the mesh; tetrahedra: the "
+                  "mesh itself; auto: harmonics where they apply and no mesh size is asked for")
+      ->check(CLI::IsMember({"auto", "harmonics", "tetrahedra"}))
+      ->capture_default_str();
   app->add_flag("--no-mesh-error", options->no_mesh_error, "Leave out each mode's estimated mesh error: a fifth of the time saved");
   app->add_flag("--lumped-mass", options->lumped_mass, "Diagonal mass matrix");
   app->add_option("-o,--output", options->output, "Write the modal model (.vtu, opens in ParaView)");

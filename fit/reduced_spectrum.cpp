@@ -10,6 +10,7 @@
 #include "core/mesh/mesh_file.hpp"
 #include "core/mesh/quality.hpp"
 #include "core/modal/oscillator_bank.hpp"
+#include "core/modal/revolution_modes.hpp"
 #include "fit/detail/elastic_blocks.hpp"
 
 namespace klang::fit {
@@ -71,15 +72,6 @@ void finish_body(const Specimen& specimen, const solid::Material& material, Spec
   }
 }
 
-/// Elements of the section as long as the shortest wave that highest_hz bends the wall in: degree 4 carries it to 1e-6.
-mesh::SectionDivisions fit_section(const mesh::ShapeSpec& shape, const solid::Material& material, double highest_hz) {
-  const double omega = 2.0 * kPi * highest_hz, ratio = material.poissons_ratio();
-  const double plate = material.youngs_modulus_pa() / (12.0 * material.density_kg_m3 * (1.0 - ratio * ratio));
-  const double bending_m = 2.0 * kPi * std::pow(plate * std::pow(mesh::section_thickness_m(shape) / omega, 2), 0.25);
-  const double shear_m = 0.9 * 2.0 * kPi * std::sqrt(material.lame_mu_pa / material.density_kg_m3) / omega;
-  return mesh::section_divisions(shape, 0.8 * std::min(bending_m, shear_m));
-}
-
 solid::Material with_poissons_ratio(const solid::Material& material, double poissons_ratio) {
   return solid::from_youngs_modulus(material.youngs_modulus_pa(), poissons_ratio, material.density_kg_m3);
 }
@@ -93,7 +85,7 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
     if (!(guess.density_kg_m3 > 0.0)) guess.density_kg_m3 = *specimen.mass_kg / shape_volume_m3(*specimen.shape);
     body.divisions = fit_divisions(*specimen.shape, guess, highest_hz);
     if (specimen.support.kind == solid::SupportKind::kFree && mesh::is_axisymmetric(*specimen.shape))
-      body.section = fit_section(*specimen.shape, guess, highest_hz);
+      body.section = modal::section_divisions_for(*specimen.shape, guess, highest_hz);
     return make_body_like(specimen, material, body);
   }
   mesh::LoadOptions options;

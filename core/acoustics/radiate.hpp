@@ -15,7 +15,7 @@ enum class RadiateStatus { kNotRun, kDone, kFailed };
 
 struct RadiateOptions {
   Medium medium;
-  double elements_per_wavelength = 8.0;  ///< of the sound, 2 to 40
+  double elements_per_wavelength = 6.0;  ///< of the sound, 2 to 40
   double elements_per_pattern = 6.0;     ///< of the wavelength of the mode on the surface, 2 to 40
   int min_elements = 300;                ///< 20 to max_elements, where the modal mesh allows
   int max_elements = 12000;              ///< to 40000: bounds memory to 24 (max_elements / 2)^2 bytes a solve

@@ -10,13 +10,13 @@
 
 namespace klang::modal {
 
-enum class EigenMethod { kAuto, kDense, kShiftInvert };
+enum class EigenMethod { kAuto, kDense, kShiftInvert, kHarmonics };
 enum class EigenStatus { kNotRun, kConverged, kNotConverged, kFailed };
 
 struct EigenOptions {
   int count = 0;  ///< elastic modes wanted from the lowest up; 0: all within the band
   Band band;      ///< modes outside are not returned; with count > 0 only low_hz counts
-  EigenMethod method = EigenMethod::kAuto;  ///< kAuto: dense below dense_limit_nodes free nodes
+  EigenMethod method = EigenMethod::kAuto;  ///< kAuto: dense below dense_limit_nodes free nodes; kHarmonics is for solve_revolution_modes to report
   int dense_limit_nodes = 250;  // a dense solve of 1000 nodes takes 50 times the sparse one's time
   double tolerance = 1e-10;     ///< relative residual ||K u - w^2 M u|| / (w^2 ||M u||), 1e-14 to 1e-3
   int max_restarts = 300;

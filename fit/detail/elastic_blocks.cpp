@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "core/base/errors.hpp"
-#include "core/modal/axisymmetric_modes.hpp"
+#include "core/modal/revolution_modes.hpp"
 
 namespace klang::fit::detail {
 namespace {
 
 constexpr double kLeftOfEstimate = 0.2;   // of a mesh error's estimate
-constexpr double kLeftOfLowerDegree = 0.1;  // of the difference to elements one degree lower
 
 Eigen::MatrixXd product(const solid::SparseMatrix& lower, const Eigen::MatrixXd& basis) {
   const Eigen::MatrixXd image = lower.selfadjointView<Eigen::Lower>() * basis;
@@ -126,7 +125,7 @@ class SectionBlocks : public ElasticBlocks {
     auto sampled = modal::sample_modes(body_, count(kept) > 0 ? kept : all, mesh_, material);
     const auto limit = options.count > 0 ? options.count : 4 * options.max_count;
     const Eigen::Index n = std::min<Eigen::Index>(sampled.model.n_modes(), limit);
-    modes.relative_error = mesh_error(material, all, sampled, n);
+    modes.relative_error = modal::section_mesh_error(shape_, divisions_, material, all, sampled, n);
     modes.result.status = modal::EigenStatus::kConverged;
     modes.result.none_missing = true;
     modes.result.n_rigid_modes = 6;
@@ -157,25 +156,6 @@ class SectionBlocks : public ElasticBlocks {
     for (std::size_t b = 0; b < modes.size(); ++b)
       n += body_.system(b).multiplicity * static_cast<int>(modes[b].angular_frequency_sq.size());
     return n;
-  }
-
-  /// Part of the distance to the frequencies of elements one degree lower: more than what is left in these.
-  Eigen::VectorXd mesh_error(const solid::Material& material, const std::vector<modal::HarmonicModes>& modes,
-                             const modal::SampledModes& sampled, Eigen::Index n) const {
-    mesh::SectionDivisions lower = divisions_;
-    --lower.degree;
-    modal::AxisymmetricBody coarse(mesh::mesh_section(shape_, lower));
-    coarse.extend(modes.size());
-    std::vector<int> counts;
-    for (const auto& harmonic : modes) counts.push_back(static_cast<int>(harmonic.angular_frequency_sq.size()));
-    const auto other = coarse.lowest(material, counts);
-    Eigen::VectorXd error(n);
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const auto s = static_cast<std::size_t>(sampled.system[static_cast<std::size_t>(k)]);
-      const int i = sampled.index[static_cast<std::size_t>(k)];
-      error[k] = kLeftOfLowerDegree * 0.5 * std::abs(std::log(other[s].angular_frequency_sq[i] / modes[s].angular_frequency_sq[i]));
-    }
-    return error;
   }
 
   std::string name_;

@@ -1,7 +1,7 @@
 #include <benchmark/benchmark.h>
 
 #include "core/mesh/shape.hpp"
-#include "core/modal/eigen_solver.hpp"
+#include "core/modal/revolution_modes.hpp"
 
 namespace {
 
@@ -32,6 +32,24 @@ void BM_Tube_mesh_to_result(benchmark::State& state, std::array<int, 3> division
     report(state, body, result);
   }
 }
+
+// The same by harmonics of its section, shapes sampled to the default mesh: what `klang modes --shape tube` does.
+void BM_Tube_by_harmonics(benchmark::State& state, int count) {
+  const mesh::ShapeSpec tube{
+      "tube", {{"length_m", 0.505}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
+  for (auto _ : state) {
+    const mesh::TetMesh body = mesh::mesh_shape(tube);
+    modal::EigenOptions options;
+    options.count = count;
+    options.estimate_mesh_error = true;
+    const auto result = modal::solve_revolution_modes(tube, body, kAluminium, options);
+    if (!result.usable()) state.SkipWithError(result.message.c_str());
+    report(state, body, result);
+  }
+}
+BENCHMARK_CAPTURE(BM_Tube_by_harmonics, modes_2, 2)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(BM_Tube_by_harmonics, modes_20, 20)->Unit(benchmark::kMillisecond)->UseRealTime();
+
 BENCHMARK_CAPTURE(BM_Tube_mesh_to_result, 1k_nodes, {12, 8, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(BM_Tube_mesh_to_result, 12k_nodes, {48, 20, 1})
     ->Unit(benchmark::kMillisecond)

@@ -20,10 +20,10 @@ json read_json(const std::filesystem::path& path) {
 
 }  // namespace
 
-TEST(KlangModes, ReferenceTubeMatchesTheRitzSolutionWithin200Ppm) {
+TEST(KlangModes, ReferenceTubesTetrahedraMatchTheRitzSolutionWithin200Ppm) {
   const Scratch scratch;
   const auto result = run_klang(
-      "modes --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 "
+      "modes --method tetrahedra --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 "
       "--material lame_lambda_pa=4.98e10,lame_mu_pa=2.57e10,density_kg_m3=2700 --count 12 --json m.json",
       scratch.path());
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -42,6 +42,19 @@ TEST(KlangModes, ReferenceTubeMatchesTheRitzSolutionWithin200Ppm) {
     EXPECT_GT(modes["modes"][i]["mesh_relative_error"].get<double>(), 0);
     EXPECT_LE(modes["modes"][i]["mesh_relative_error"].get<double>(), 2e-4);
   }
+}
+
+TEST(KlangModes, TubeGoesByHarmonicsUnlessAMeshOrASupportIsAskedFor) {
+  const Scratch scratch;
+  const std::string tube = "modes --shape tube --dims length_m=0.1,outer_radius_m=0.0125,wall_m=0.002 --count 2 --json m.json ";
+  for (const auto& [options, method] : {std::pair{"", "harmonics"}, {"--method tetrahedra", "tetrahedra"},
+                                        {"--max-edge-m 0.02", "tetrahedra"}, {"--support clamped:z=-0.05", "tetrahedra"}}) {
+    ASSERT_EQ(run_klang(tube + options, scratch.path()).exit_code, 0) << options;
+    EXPECT_EQ(read_json(scratch.path() / "m.json")["method"], method) << options;
+  }
+  const auto refused = run_klang(tube + "--method harmonics --lumped-mass", scratch.path());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("--method"), std::string::npos) << refused.err;
 }
 
 TEST(KlangModes, SameRunGivesTheSameFrequenciesOnAnyNumberOfThreads) {

@@ -8,7 +8,7 @@
 #include "core/base/errors.hpp"
 
 #include "core/mesh/quality.hpp"
-#include "core/modal/axisymmetric_modes.hpp"
+#include "core/modal/revolution_modes.hpp"
 
 namespace klang::modal {
 namespace {
@@ -64,6 +64,32 @@ TEST(Axisymmetric, TubesBendAsTheRitzSeriesToSixDigits) {
     for (std::size_t k = 0; k < bending_hz.size(); ++k)
       EXPECT_LE(std::abs(std::sqrt(flexure[static_cast<Eigen::Index>(k)]) / (2.0 * kPi * bending_hz[k]) - 1.0), 1e-6);
   }
+}
+
+TEST(RevolutionModes, LowestTwentyOfATubeAreTheBandsFirstTwentyAndBendAsTheRitzSeries) {
+  const mesh::TetMesh mesh = mesh::mesh_shape(tube(0.505));
+  EigenOptions options;
+  options.count = 20;
+  options.estimate_mesh_error = true;
+  const EigenResult lowest = solve_revolution_modes(tube(0.505), mesh, kAluminium, options);
+  ASSERT_TRUE(lowest.usable());
+  ASSERT_EQ(lowest.model.n_modes(), 20);
+  ASSERT_EQ(lowest.model.shapes.cols(), 20);
+  options.count = 0;
+  options.band = {20.0, 6000.0};
+  options.estimate_mesh_error = false;
+  const EigenResult band = solve_revolution_modes(tube(0.505), mesh, kAluminium, options);
+  ASSERT_GE(band.model.n_modes(), 20);
+  EXPECT_FALSE(band.mesh_relative_error.has_value());
+  const Eigen::VectorXd hz = lowest.model.frequency_hz(), band_hz = band.model.frequency_hz();
+  for (Eigen::Index k = 0; k < 20; ++k) {
+    EXPECT_LE(std::abs(hz[k] / band_hz[k] - 1.0), 5e-6) << k;
+    EXPECT_LE((*lowest.mesh_relative_error)[k], 1e-4) << k;
+    EXPECT_LE(std::abs(hz[k] / band_hz[k] - 1.0), (*lowest.mesh_relative_error)[k] + 1e-7) << k;
+  }
+  // reference/chimes.json: tubes[0].ritz3d_bending
+  for (const double bending_hz : {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376})
+    EXPECT_EQ(((hz.array() / bending_hz - 1.0).abs() <= 2e-6).count(), 2) << bending_hz;
 }
 
 TEST(Axisymmetric, EigenvalueErrorFallsAtTwiceTheDegree) {

@@ -68,6 +68,7 @@ Subcommand add_analyze(CLI::App& program, CommonOptions& common);
 Subcommand add_fit(CLI::App& program, CommonOptions& common);
 Subcommand add_tune(CLI::App& program, CommonOptions& common);
 Subcommand add_synth(CLI::App& program, CommonOptions& common);
+Subcommand add_bubble(CLI::App& program, CommonOptions& common);
 Subcommand add_converge(CLI::App& program, CommonOptions& common);
 Subcommand add_transfer(CLI::App& program, CommonOptions& common);
 Subcommand add_dataset(CLI::App& program, CommonOptions& common);

@@ -26,6 +26,26 @@ int complain(const char* what, int code) {
   return code;
 }
 
+/// The complaint where a word stands in a subcommand's place, at the top or in a group; else empty.
+std::string unknown_subcommand(const CLI::App& program, int argc, char** argv) {
+  const CLI::App* group = &program;
+  std::string place;
+  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
+    const auto children = group->get_subcommands([](const CLI::App*) { return true; });
+    if (children.empty()) return {};
+    const CLI::App* child = nullptr;
+    std::string names;
+    for (const CLI::App* candidate : children) {
+      if (candidate->get_name() == argv[i]) child = candidate;
+      names += (names.empty() ? "" : ", ") + candidate->get_name();
+    }
+    if (child == nullptr) return klang::InputError(place + argv[i], "is no subcommand", "", names).what();
+    place += std::string(argv[i]) + " ";
+    group = child;
+  }
+  return {};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -38,8 +58,11 @@ int main(int argc, char** argv) {
   common.command_line = joined_command_line(argc, argv);
   const Subcommand subcommands[] = {add_mesh(program, common),   add_modes(program, common), add_analyze(program, common),
                                     add_fit(program, common),    add_tune(program, common),  add_synth(program, common),
-                                    add_transfer(program, common), add_converge(program, common), add_dataset(program, common), add_report(program, common), add_doctor(program, common)};
-  for (const Subcommand& subcommand : subcommands) add_common_options(*subcommand.app, common);
+                                    add_transfer(program, common), add_bubble(program, common), add_converge(program, common), add_dataset(program, common), add_report(program, common), add_doctor(program, common)};
+  for (const Subcommand& subcommand : subcommands) {
+    const bool is_group = !subcommand.app->get_subcommands([](const CLI::App*) { return true; }).empty();
+    if (!is_group) add_common_options(*subcommand.app, common);  // a group's children have them
+  }
 
   try {
     program.parse(argc, argv);
@@ -51,11 +74,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& success) {  // --help, --version
     return program.exit(success);
   } catch (const CLI::ParseError& error) {
-    const bool no_subcommand = program.get_subcommands().empty() && argc > 1 && argv[1][0] != '-';
-    if (!no_subcommand) return complain(error.what(), kBadInput);
-    std::string names;
-    for (const Subcommand& subcommand : subcommands) names += (names.empty() ? "" : ", ") + subcommand.app->get_name();
-    return complain(klang::InputError(argv[1], "is no subcommand", "", names).what(), kBadInput);
+    const std::string unknown = unknown_subcommand(program, argc, argv);
+    return complain(unknown.empty() ? error.what() : unknown.c_str(), kBadInput);
   } catch (const klang::InputError& error) {
     return complain(error.what(), kBadInput);
   } catch (const klang::Interrupted& error) {

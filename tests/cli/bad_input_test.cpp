@@ -325,3 +325,14 @@ TEST(BadTransfer, OptionsOutOfRangeAreRefused) {
                  {"--frequency-hz"});
   expect_refused(scratch, "transfer nowhere.vtu -o t.vtu", {"nowhere.vtu"});
 }
+
+TEST(BadBubble, RadiusOutOfRangeIsNamed) {
+  const Scratch scratch;
+  expect_refused(scratch, "bubble info --radius-m 0 --json b.json", {"radius_m", "0"});
+  expect_refused(scratch, "bubble info --radius-m 1 --json b.json", {"radius_m", "1"});
+  expect_refused(scratch, "bubble info --radius-m nan --json b.json", {"radius_m"});
+  expect_refused(scratch, "bubble info --radius-m 0.001 --literature poem --json b.json", {"--literature", "poem"});
+  expect_refused(scratch, "bubble info --radius-m 0.001 --surface-tension-n-m -1 --json b.json", {"surface_tension_n_m"});
+  expect_refused(scratch, "bubble", {"subcommand"});
+  expect_refused(scratch, "bubble sing", {"sing"});
+}

@@ -21,6 +21,8 @@ expect yes base mesh -- core/mesh/shape.hpp
 expect no base mesh -- core/solid/material.hpp
 expect yes base audio mesh solid modal -- core/modal/oscillator_bank.hpp
 expect no base audio mesh solid modal -- fit/partial_table.hpp
+expect yes base audio bubble -- core/bubble/bubble_physics.hpp
+expect no base audio bubble -- fit/fit.hpp
 expect yes base audio mesh solid modal fit -- fit/fit.hpp
 expect no base audio mesh solid modal fit -- reports/report.hpp
 expect no base audio mesh solid modal datasets -- fit/fit.hpp

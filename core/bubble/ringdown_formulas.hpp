@@ -3,8 +3,8 @@
 ///   q(t) = A (omega_d(0)/omega_d(t))^(1/2) exp(-int beta) sin(int omega_d)      radius, from the onset on
 ///   p(t) ~ r^2 q'' ~ r^2 omega0(t)^2 q(t)                                      pressure of a small source
 /// This is the oscillator q'' + 2 beta q' + omega0^2 q = 0 to first order in (d omega/dt)/omega^2 (about 1e-3 for drops):
-/// against the exact solution the phase is off by up to a few 1e-3 rad and the level by a few 0.001 dB for a pitch that
-/// doubles in 20 ms. bubble_ring.hpp has the next order.
+/// against the exact solution it is off by up to 0.02 of the envelope for a pitch that doubles in 30 ms, most of it a slow
+/// drift of the phase, int beta' / (2 omega_d) dt. bubble_ring.hpp has the next orders.
 #include <cmath>
 #include <cstddef>
 #include <span>

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/base/errors.hpp"
-#include "core/bubble/detail/taylor.hpp"
+#include "core/bubble/taylor.hpp"
 #include "core/bubble/pitch_formulas.hpp"
 #include "core/bubble/ringdown_formulas.hpp"
 #include "core/bubble/rise_formulas.hpp"
@@ -11,8 +11,6 @@
 
 namespace klang::bubble {
 namespace {
-
-using detail::Taylor;
 
 double relative(double value, double reference) { return std::abs(value / reference - 1.0); }
 

@@ -1,9 +1,9 @@
 #pragma once
 #include <cmath>
 
-namespace klang::bubble::detail {
+namespace klang::bubble {
 
-/// A value with its first and second derivative by time. Enough operations for the formulas of this folder.
+/// A value with its first and second derivative by time: the scalar that the oscillator puts into the formulas. Enough operations for the formulas of this folder.
 struct Taylor {
   double v = 0.0, d = 0.0, dd = 0.0;
   Taylor() = default;
@@ -48,4 +48,4 @@ inline Taylor atan(const Taylor& a) {
   return a.chain(std::atan(a.v), i, -2.0 * a.v * i * i);
 }
 
-}  // namespace klang::bubble::detail
+}  // namespace klang::bubble

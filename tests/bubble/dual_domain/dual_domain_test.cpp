@@ -1,0 +1,208 @@
+// Both passes against exact fields: reference/fluid.json and a sum of images.
+#include "core/bubble/dual_domain/dual_domain.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/base/conventions.hpp"
+#include "core/base/parallel.hpp"
+#include "liquid_shapes.hpp"
+
+namespace {
+
+using namespace klang;
+using namespace klang::bubble;
+using klang::test::Complex;
+using Eigen::Vector3d;
+
+constexpr double kBallRadiusM = 0.05;
+
+std::vector<DualDomainResult> solve(const LiquidBoundary& boundary, double frequency_hz, const Vector3d& bubble_m, int n_fluid, int n_air,
+                                    std::uint64_t seed = 1, const DualDomainOptions& options = {}) {
+  return solve_dual_domain(boundary, frequency_hz, random_source_points(boundary, n_fluid, n_air, seed), {bubble_m}, {0.001}, options);
+}
+
+/// reference/fluid.json: pressure_release_sphere, rows with b = 0.
+struct BallRow {
+  double frequency_hz, slope;
+};
+constexpr BallRow kConcentric[] = {{500, 31.889474788404545}, {1500, 32.36282971277046}, {4000, 35.90123035258314}};
+
+/// Pressure-release ball of radius a, unit source at (0, 0, b): dP/dr on the surface at the pole angle gamma,
+///   1 / (4 pi a^2) sum (2n + 1) j_n(k b) / j_n(k a) P_n(cos gamma)
+double eccentric_slope(double k, double a, double b, double gamma) {
+  double sum = 0.0, p0 = 1.0, p1 = std::cos(gamma);
+  for (int n = 0; n < 40; ++n) {
+    const double ratio = std::sph_bessel(static_cast<unsigned>(n), k * b) / std::sph_bessel(static_cast<unsigned>(n), k * a);
+    sum += (2 * n + 1) * ratio * p0;
+    const double next = ((2 * n + 3) * std::cos(gamma) * p1 - (n + 1) * p0) / (n + 2);
+    p0 = p1;
+    p1 = next;
+  }
+  return sum / (4.0 * kPi * a * a);
+}
+
+}  // namespace
+
+TEST(PressureReleaseBall, SurfaceSlopeOfACentralBubbleIsTheReference) {
+  const LiquidBoundary boundary(test::ball(kBallRadiusM, 12));
+  for (const BallRow& row : kConcentric) {
+    const auto result = solve(boundary, row.frequency_hz, Vector3d::Zero(), 60, 40);
+    ASSERT_TRUE(result[0].usable()) << result[0].message;
+    for (const Complex& slope : (result[0].normal_derivative / result[0].source_strength).eval())
+      EXPECT_LE(std::abs(slope - row.slope) / row.slope, 5e-3) << row.frequency_hz;
+  }
+}
+
+TEST(PressureReleaseBall, SurfaceSlopeOfABubbleOffTheCentreIsTheSeries) {
+  const LiquidBoundary boundary(test::ball(kBallRadiusM, 12));
+  EXPECT_NEAR(eccentric_slope(2 * kPi * 500 / 1497, 0.05, 1e-4, 0.3), kConcentric[0].slope, 0.2);
+  for (const double b : {0.01, 0.02, 0.03, 0.04})
+    for (const double frequency_hz : {500.0, 1500.0, 4000.0}) {
+      const auto result = solve(boundary, frequency_hz, {0, 0, b}, 60, 40);
+      ASSERT_TRUE(result[0].usable()) << result[0].message;
+      double error = 0.0, size = 0.0;
+      for (std::size_t i = 0; i < boundary.samples().size(); ++i) {
+        const BoundarySample& s = boundary.samples()[i];
+        const double exact = eccentric_slope(2 * kPi * frequency_hz / 1497, 0.05, b, std::acos(s.point_m.z() / s.point_m.norm()));
+        const double off = std::abs(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
+        error += s.area_m2 * off * off;
+        size += s.area_m2 * exact * exact;
+      }
+      EXPECT_LE(std::sqrt(error / size), 5e-3);
+    }
+}
+
+TEST(ConcentricBall, PressureInTheAirIsTheExactTwoWayOne) {
+  // reference/fluid.json: concentric_two_way_exact, P at 0.5 m for a unit source.
+  const struct {
+    double frequency_hz;
+    Complex exact;
+  } rows[] = {{500, {2.8036253487840175e-05, -0.00017229111284443492}},
+              {1500, {-8.46648322272779e-05, 7.732643034122478e-05}},
+              {4000, {5.469712482068791e-05, 1.5735696951745025e-05}}};
+  const LiquidBoundary boundary(test::ball(kBallRadiusM, 12));
+  for (const auto& row : rows) {
+    const auto result = solve(boundary, row.frequency_hz, Vector3d::Zero(), 60, 100);
+    ASSERT_TRUE(result[0].usable()) << result[0].message;
+    for (const Vector3d& direction : {Vector3d(1, 0, 0), Vector3d(0, -1, 0), Vector3d(0.6, 0, 0.8), Vector3d(0, 0, -1)}) {
+      const Complex p = air_pressure(result[0], 0.5 * direction) / result[0].source_strength;
+      EXPECT_LE(std::abs(p - row.exact) / std::abs(row.exact), 1e-2) << row.frequency_hz;
+    }
+  }
+}
+
+TEST(ClosedTank, ReferenceAgreesWithItself) {
+  const test::TankImages images({0.30, 0.22, 0.15}, 2 * kPi * 1500 / 1497);
+  EXPECT_NEAR(images.by_modes(0.075, 0.05), images.by_images(0.075, 0.05), 1e-5 * std::abs(images.by_modes(0.075, 0.05)));
+  // reference/fluid.json: layer, f 500, H 0.1, d 0.02, r 0.1 and 0.01
+  const test::TankImages layer({1, 1, 0.1}, 2 * kPi * 500 / 1497);
+  EXPECT_NEAR(layer.layer(0.1, 0.02), 3.7322308342317947, 1e-8);
+  EXPECT_NEAR(layer.layer(0.01, 0.02), 286.47383018113584, 1e-3);
+}
+
+TEST(ClosedTank, FreeSurfaceSlopeIsWithinEightPercentOfTheImagesAndFallsWithSources) {
+  const Vector3d size(0.30, 0.22, 0.15);
+  const LiquidBoundary boundary(test::tank(size, 0.0125));
+  for (const Vector3d& bubble : {Vector3d(0.13, 0.10, -0.05), Vector3d(0.15, 0.11, -0.075), Vector3d(0.07, 0.15, -0.02), Vector3d(0.2, 0.06, -0.12)})
+    for (const double frequency_hz : {500.0, 1500.0}) {
+      const test::TankImages images(size, 2 * kPi * frequency_hz / 1497);
+      std::vector<double> exact;
+      for (const BoundarySample& s : boundary.samples())
+        if (s.region == BoundaryRegion::kFreeSurface) exact.push_back(images.top_slope(s.point_m.x(), s.point_m.y(), bubble));
+      double before = 1e9;
+      for (const int n : {5, 15, 30, 60}) {
+        const auto result = solve(boundary, frequency_hz, bubble, n, 20);
+        ASSERT_TRUE(result[0].usable()) << result[0].message;
+        double error = 0.0, scale = 0.0;
+        std::size_t at = 0;
+        for (std::size_t i = 0; i < boundary.samples().size(); ++i) {
+          const BoundarySample& s = boundary.samples()[i];
+          if (s.region != BoundaryRegion::kFreeSurface) continue;
+          error += s.area_m2 * std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact[at]);
+          scale += s.area_m2 * exact[at] * exact[at];
+          ++at;
+        }
+        const double relative = std::sqrt(error / scale);
+        EXPECT_LE(relative, before);
+        before = relative;
+      }
+      EXPECT_LE(before, 0.01);  // the bar is 0.08; 0.0002 to 0.001 are reached
+    }
+}
+
+TEST(ClosedTank, WithoutImagesOfTheBubbleSixtySourcesStillDo) {
+  const Vector3d size(0.30, 0.22, 0.15), bubble(0.13, 0.10, -0.05);
+  const LiquidBoundary boundary(test::tank(size, 0.0125));
+  DualDomainOptions options;
+  options.images = false;
+  for (const double frequency_hz : {500.0, 1500.0}) {
+    const test::TankImages images(size, 2 * kPi * frequency_hz / 1497);
+    const auto result = solve(boundary, frequency_hz, bubble, 60, 20, 1, options);
+    ASSERT_TRUE(result[0].usable()) << result[0].message;
+    double error = 0.0, scale = 0.0;
+    for (std::size_t i = 0; i < boundary.samples().size(); ++i) {
+      const BoundarySample& s = boundary.samples()[i];
+      if (s.region != BoundaryRegion::kFreeSurface) continue;
+      const double exact = images.top_slope(s.point_m.x(), s.point_m.y(), bubble);
+      error += s.area_m2 * std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
+      scale += s.area_m2 * exact * exact;
+    }
+    EXPECT_LE(std::sqrt(error / scale), 0.08) << frequency_hz;
+  }
+}
+
+TEST(DualDomain, SketchedAnswerIsThatOfLapack) {
+  const LiquidBoundary boundary(test::tank({0.30, 0.22, 0.15}, 0.0125));
+  const Vector3d listener(0.4, -0.3, 0.6);
+  for (const bool printed : {false, true}) {
+    DualDomainOptions options = printed ? DualDomainOptions::as_printed() : DualDomainOptions{};
+    for (const double frequency_hz : {500.0, 3000.0}) {
+      options.solver = LeastSquares::kSketch;
+      const auto fast = solve(boundary, frequency_hz, {0.13, 0.10, -0.05}, 20, 30, 1, options);
+      options.solver = LeastSquares::kDirect;
+      const auto direct = solve(boundary, frequency_hz, {0.13, 0.10, -0.05}, 20, 30, 1, options);
+      ASSERT_TRUE(fast[0].usable() && direct[0].usable());
+      EXPECT_GT(fast[0].n_air_steps, 5);  // the sketch was at work
+      EXPECT_LE(std::abs(fast[0].fluid_residual / direct[0].fluid_residual - 1.0), 1e-3);
+      EXPECT_LE(std::abs(fast[0].air_residual / direct[0].air_residual - 1.0), 1e-3);
+      const Complex p = air_pressure(direct[0], listener);
+      EXPECT_LE(std::abs(air_pressure(fast[0], listener) - p) / std::abs(p), 5e-3) << printed << " " << frequency_hz;
+    }
+  }
+}
+
+TEST(DualDomain, SameBitsOnAnyNumberOfThreads) {
+  const auto run = [](int n_threads) {
+    set_thread_count(n_threads);
+    const LiquidBoundary boundary(test::tank({0.30, 0.22, 0.15}, 0.02));
+    const auto result = solve(boundary, 1000.0, {0.13, 0.10, -0.05}, 20, 20);
+    set_thread_count(0);
+    return std::pair(Eigen::VectorXcd(result[0].normal_derivative), Eigen::VectorXcd(result[0].air.coefficients));
+  };
+  const auto one = run(1), two = run(2);
+  EXPECT_EQ((one.first - two.first).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ((one.second - two.second).cwiseAbs().maxCoeff(), 0.0);
+}
+
+TEST(DualDomain, PrintedDensitiesAreTooLoudByTheirRatioAndTurnTheSign) {
+  const LiquidBoundary boundary(test::ball(kBallRadiusM, 8));
+  DualDomainOptions options;
+  const auto right = solve(boundary, 1000.0, {0, 0, 0.01}, 20, 20, 1, options);
+  options.literature = Literature::kPaper;
+  const auto printed = solve(boundary, 1000.0, {0, 0, 0.01}, 20, 20, 1, options);
+  const Complex gain = air_pressure(printed[0], {0.3, 0.1, 0.4}) / air_pressure(right[0], {0.3, 0.1, 0.4});
+  EXPECT_NEAR(gain.real(), -1000.0 / 1.2041, 1e-6);
+  EXPECT_NEAR(gain.imag(), 0.0, 1e-6);
+}
+
+TEST(DualDomain, BubblesOfOneCallGetTheirOwnAnswers) {
+  const LiquidBoundary boundary(test::ball(kBallRadiusM, 8));
+  const SourcePoints points = random_source_points(boundary, 20, 20, 3);
+  const std::vector<Vector3d> bubbles{{0, 0, 0.01}, {0.02, -0.01, 0}};
+  const auto both = solve_dual_domain(boundary, 1000.0, points, bubbles, {0.001, 0.002});
+  for (std::size_t b = 0; b < 2; ++b) {
+    const auto alone = solve_dual_domain(boundary, 1000.0, points, {bubbles[b]}, {b == 0 ? 0.001 : 0.002});
+    const Complex p = air_pressure(alone[0], {0.3, 0.1, 0.4});
+    EXPECT_LE(std::abs(air_pressure(both[b], {0.3, 0.1, 0.4}) - p), 1e-6 * std::abs(p));
+  }
+}

@@ -13,6 +13,7 @@
 #include "core/modal/oscillator_bank.hpp"
 #include "datasets-synthetic/body_modes.hpp"
 #include "datasets-synthetic/disturbances.hpp"
+#include "datasets-synthetic/drops.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 
 namespace klang::datasets {
@@ -323,6 +324,7 @@ std::string specimen_toml_of(const Recipe& recipe) {
 
 Dataset made_dataset(std::string_view toml, const std::string& name, const std::filesystem::path& base,
                      std::uint64_t seed, Monitor& monitor) {
+  if (is_drop_recipe(toml)) return make_drops(toml, name, seed, monitor);
   const Recipe recipe = parse_recipe(toml, name, base);
   std::vector<Made> made(recipe.specimens.size());
   for_each_job(

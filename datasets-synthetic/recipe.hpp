@@ -22,7 +22,7 @@ struct SyntheticRecording {
 struct Dataset {
   std::vector<SyntheticRecording> recordings;
   std::string truth_json;     ///< material, dimensions, damping, partials, noise level, seed, version
-  std::string specimen_toml;  ///< ready for klang fit, with the paths of the recordings as written
+  std::string specimen_toml;  ///< ready for klang fit, with the paths of the recordings as written; empty for drops
 };
 
 /// Makes the recordings of a recipe (docs/recipes.md). Same recipe and seed: same bits, on any number of

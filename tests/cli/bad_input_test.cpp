@@ -336,3 +336,44 @@ TEST(BadBubble, RadiusOutOfRangeIsNamed) {
   expect_refused(scratch, "bubble", {"subcommand"});
   expect_refused(scratch, "bubble sing", {"sing"});
 }
+
+TEST(BadBubble, ScenesWithMistakesAreRefusedWithTheirLine) {
+  const Scratch scratch;
+  const std::string bubble = "[[bubble]]\nradius_m = 0.001\nposition_m = [0, 0, -0.01]\n";
+  const auto refused = [&](const std::string& toml, const std::vector<std::string>& words) {
+    scratch.write("scene.toml", toml);
+    expect_refused(scratch, "bubble synth scene.toml -o s.wav --json s.json", words);
+  };
+  refused("colour = \"red\"\n" + bubble, {"scene.toml:1", "colour"});
+  refused("[[bubble]]\nradius_m = 0.0\nposition_m = [0, 0, -0.01]\n", {"scene.toml:2", "radius_m"});
+  refused("[[bubble]]\nradius_m = 1.0\nposition_m = [0, 0, -0.01]\n", {"scene.toml:2", "radius_m"});
+  refused("[[bubble]]\nradius_m = 0.001\nposition_m = [0, 0, 0.0]\n", {"scene.toml:3", "not in the liquid"});
+  refused(bubble + "phi_csv = \"gone.csv\"\n", {"scene.toml:4", "gone.csv"});
+  refused("name = \"nothing\"\n", {"no bubbles"});
+  refused("name = \n", {"scene.toml:1"});
+  scratch.write("gap.csv", "time_s,phi_m\n0,-0.01\n0.001,-0.01\n0.002,-0.01\n0.004,-0.01\n");
+  refused(bubble + "phi_csv = \"gap.csv\"\n", {"gap.csv", "misses frames"});
+  expect_refused(scratch, "bubble synth nowhere.toml -o s.wav", {"nowhere.toml"});
+  scratch.write("scene.toml", bubble);
+  expect_refused(scratch, "bubble synth scene.toml -o s.ogg", {"s.ogg"});
+}
+
+TEST(BadDrops, RecipesWithMistakesAreRefusedWithTheirLine) {
+  const Scratch scratch;
+  scratch.write("d.toml", "kind = \"drops\"\n[[recording]]\nname = \"a\"\ndrop = [{ onset_s = 0.1, radius_m = 0.0 }]\n");
+  expect_refused(scratch, "dataset d.toml -o out", {"d.toml:4", "radius_m"});
+  scratch.write("d.toml", "kind = \"drops\"\ncolour = 1\n");
+  expect_refused(scratch, "dataset d.toml -o out", {"d.toml:2", "colour"});
+}
+
+TEST(GoodBubble, SceneAndDropsAreWritten) {
+  const Scratch scratch;
+  scratch.write("scene.toml", "[[bubble]]\nradius_m = 0.001\nposition_m = [0, 0, -0.01]\n");
+  const auto synth = run_klang("bubble synth scene.toml -o s.wav --json s.json", scratch.path());
+  EXPECT_EQ(synth.exit_code, 0) << synth.err;
+  scratch.write("d.toml", "kind = \"drops\"\n[sound]\nduration_s = 0.3\n[[recording]]\nname = \"a\"\ndrop = [{ onset_s = 0.1, radius_m = 0.001 }]\n");
+  const auto drops = run_klang("dataset d.toml -o out", scratch.path());
+  EXPECT_EQ(drops.exit_code, 0) << drops.err;
+  const std::vector<std::string> wanted = {"d.toml", "out", "out/a.wav", "out/truth.json", "s.json", "s.wav", "scene.toml"};
+  EXPECT_EQ(scratch.files(), wanted);
+}

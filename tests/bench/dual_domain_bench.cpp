@@ -91,11 +91,11 @@ void BM_DualDomain_plain_zgels(benchmark::State& state, bool large) {
   state.counters["samples"] = n_samples;
 }
 
-BENCHMARK_CAPTURE(BM_DualDomain_bubble, small, false)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_bubble, samples_12000, true)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_plain_zgels, samples_12000, true)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_bubble_direct, samples_12000, true)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_bubble_as_printed, samples_12000, true)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_bubble_as_printed_direct, samples_12000, true)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble, small, false)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_plain_zgels, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble_direct, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble_as_printed, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble_as_printed_direct, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "core/base/errors.hpp"
 #include "core/base/parallel.hpp"
 #include "core/bubble/dual_domain/detail/ridge.hpp"
+#include "core/bubble/dual_domain/detail/row_kernel.hpp"
 #include "core/bubble/dual_domain/detail/wave_rows.hpp"
 
 namespace klang::bubble {
@@ -23,45 +24,33 @@ constexpr std::size_t kSamplesPerRange = 256;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// A matrix of boundary conditions with its columns scaled.
+/// A matrix of boundary conditions, its rows weighted, and the scale of its columns.
 template <class Scalar>
 struct Conditions {
-  Matrix<Scalar> adjoint;        // n_unknowns x n_samples, scaled
+  Matrix<Scalar> adjoint;        // n_unknowns (padded) x n_samples
   Eigen::VectorXd column_scale;  // coefficients = scale * solution
-  double frobenius = 0.0;
+  double frobenius = 0.0;        // of the scaled matrix
 };
 
-/// fill(sample index, column of adjoint) writes the row, not conjugated and not weighted yet.
+/// fill(begin, end, adjoint, squares) writes the weighted, conjugated rows of samples and adds up the squares of the columns.
 template <class Scalar, class Fill>
-Conditions<Scalar> assemble(Index n_unknowns, const Eigen::VectorXd& weights, bool scale_columns, const Fill& fill) {
+Conditions<Scalar> assemble(Index n_unknowns, Index n_samples, bool scale_columns, const Fill& fill) {
   Conditions<Scalar> result;
-  const auto n_samples = static_cast<std::size_t>(weights.size());
-  result.adjoint.resize(n_unknowns, weights.size());
-  std::vector<Eigen::VectorXd> squares((n_samples + kSamplesPerRange - 1) / kSamplesPerRange);
-  parallel_for(n_samples, kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
-    Eigen::VectorXd& sum = squares[begin / kSamplesPerRange];
-    sum.setZero(n_unknowns);
-    fill(static_cast<Index>(begin), static_cast<Index>(end), result.adjoint);
-    for (auto i = static_cast<Index>(begin); i < static_cast<Index>(end); ++i) {
-      auto column = result.adjoint.col(i);
-      if constexpr (std::is_same_v<Scalar, Complex>) {
-        column = weights[i] * column.conjugate();
-      } else {
-        column *= weights[i];
-      }
-      sum += column.cwiseAbs2();
-    }
+  constexpr Index kMultiple = detail::kMultiple<Scalar>;
+  result.adjoint.resize((n_unknowns + kMultiple - 1) / kMultiple * kMultiple, n_samples);
+  std::vector<Eigen::VectorXd> squares((static_cast<std::size_t>(n_samples) + kSamplesPerRange - 1) / kSamplesPerRange);
+  parallel_for(static_cast<std::size_t>(n_samples), kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
+    const auto first = static_cast<Index>(begin), last = static_cast<Index>(end);
+    result.adjoint.middleCols(first, last - first).bottomRows(result.adjoint.rows() - n_unknowns).setZero();
+    squares[begin / kSamplesPerRange].setZero(result.adjoint.rows());
+    fill(first, last, result.adjoint, squares[begin / kSamplesPerRange]);
   });
   Eigen::VectorXd square = squares[0];
   for (std::size_t r = 1; r < squares.size(); ++r) square += squares[r];
-  result.column_scale = Eigen::VectorXd::Ones(n_unknowns);
+  result.column_scale = Eigen::VectorXd::Ones(square.size());
   if (scale_columns) {
-    for (Index j = 0; j < n_unknowns; ++j)  // a high order that underflows on the whole boundary counts as no function
+    for (Index j = 0; j < square.size(); ++j)  // a high order that underflows on the whole boundary counts as no function
       result.column_scale[j] = square[j] > 1e-280 ? 1.0 / std::sqrt(square[j]) : 0.0;
-    parallel_for(n_samples, kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
-      const auto first = static_cast<Index>(begin), count = static_cast<Index>(end - begin);
-      result.adjoint.middleCols(first, count).array().colwise() *= result.column_scale.array().template cast<Scalar>();
-    });
     square.array() *= result.column_scale.array().square();
   }
   result.frobenius = std::sqrt(square.sum());
@@ -246,7 +235,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   monitor.throw_if_stopped();
   monitor.progress("liquid", 0.0);
   {
-    const Conditions<double> a = assemble<double>(functions.size(), weights, options.scale_columns, [&](Index begin, Index end, Matrix<double>& adjoint) {
+    const Conditions<double> a = assemble<double>(functions.size(), n_samples, options.scale_columns, [&](Index begin, Index end, Matrix<double>& adjoint, Eigen::VectorXd& squares) {
       auto scratch = functions.scratch();
       for (Index i = begin; i < end; ++i) {
         const BoundarySample& s = samples[static_cast<std::size_t>(i)];
@@ -254,13 +243,15 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
           adjoint.col(i).setZero();
         } else {
           functions.row(s.point_m, s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal, scratch, adjoint.col(i).data());
+          adjoint.col(i) *= weights[i];
+          squares += adjoint.col(i).cwiseAbs2();
         }
       }
     });
     times["assemble_fluid"] = seconds_since(lap);
     lap = Clock::now();
     const double eps = options.ridge * a.frobenius;
-    const detail::RidgeSolution<double> solution = detail::solve_ridge(a.adjoint, data, eps, method(options.solver));
+    const detail::RidgeSolution<double> solution = detail::solve_ridge(a.adjoint, a.column_scale, data, eps, method(options.solver));
     if (!solution.solved) {
       for (DualDomainResult& r : results) {
         r.status = DualDomainResult::Status::kFailed;
@@ -268,7 +259,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
       }
       return results;
     }
-    const Matrix<double> error = detail::times(a.adjoint, solution.x) - data;
+    const Matrix<double> error = detail::times(a.adjoint, Matrix<double>(a.column_scale.asDiagonal() * solution.x)) - data;
     for (std::size_t b = 0; b < results.size(); ++b) {
       DualDomainResult& r = results[b];
       const auto c = 2 * static_cast<Index>(b);
@@ -318,20 +309,29 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     for (std::size_t b = 0; b < results.size(); ++b)
       air_data(i, static_cast<Index>(b)) = weights[i] * results[b].normal_derivative[i];
   }
-  const Conditions<Complex> a = assemble<Complex>(n_air, weights, options.scale_columns, [&](Index begin, Index end, Matrix<Complex>& adjoint) {
+  const std::size_t n_sources = points.air_m.size(), n_padded = (n_sources + detail::kLane - 1) / detail::kLane * detail::kLane;
+  std::vector<double> sources(3 * n_padded);
+  for (std::size_t i = 0; i < n_padded; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) sources[axis * n_padded + i] = points.air_m[std::min(i, n_sources - 1)][static_cast<Index>(axis)];
+  const Conditions<Complex> a = assemble<Complex>(n_air, n_samples, options.scale_columns, [&](Index begin, Index end, Matrix<Complex>& adjoint, Eigen::VectorXd& squares) {
+    std::vector<double> r(n_padded), phase(n_padded), cosine(n_padded), sine(n_padded), padded(9 * n_padded, 0.0);
     for (Index i = begin; i < end; ++i) {
       const BoundarySample& s = samples[static_cast<std::size_t>(i)];
-      Complex* out = adjoint.col(i).data();
-      for (const Vector3d& x : points.air_m) {
-        detail::singular_quadrupole_slopes(ka, s.point_m - x, s.normal, out);
-        out += detail::kQuadrupoleSize;
+      detail::distances(sources.data(), n_padded, ka, s.point_m.data(), r.data(), phase.data());
+      for (std::size_t j = 0; j < n_padded; ++j) {
+        cosine[j] = std::cos(phase[j]);
+        sine[j] = std::sin(phase[j]);
       }
+      detail::singular_slopes(sources.data(), n_sources, n_padded, ka, s.point_m.data(), s.normal.data(), r.data(), cosine.data(), sine.data(),
+                              weights[i], reinterpret_cast<double*>(adjoint.col(i).data()), padded.data());
     }
+    for (std::size_t f = 0; f < 9; ++f)
+      for (std::size_t j = 0; j < n_sources; ++j) squares[static_cast<Index>(f * n_sources + j)] = padded[f * n_padded + j];
   });
   times["assemble_air"] = seconds_since(lap);
   lap = Clock::now();
   const double eps = options.ridge * a.frobenius;
-  const detail::RidgeSolution<Complex> solution = detail::solve_ridge(a.adjoint, air_data, eps, method(options.solver));
+  const detail::RidgeSolution<Complex> solution = detail::solve_ridge(a.adjoint, a.column_scale, air_data, eps, method(options.solver));
   if (!solution.solved) {
     for (DualDomainResult& r : results) {
       r.status = DualDomainResult::Status::kFailed;
@@ -339,7 +339,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     }
     return results;
   }
-  const Matrix<Complex> error = detail::times(a.adjoint, solution.x) - air_data;
+  const Matrix<Complex> error = detail::times(a.adjoint, Matrix<Complex>(a.column_scale.asDiagonal() * solution.x)) - air_data;
   times["solve_air"] = seconds_since(lap);
   times["total"] = seconds_since(start);
   for (std::size_t b = 0; b < results.size(); ++b) {
@@ -349,7 +349,12 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     r.fit_error_air = std::sqrt(fit_sq / scale_sq);
     r.air_residual = std::sqrt((fit_sq + eps * eps * solution.x.col(c).squaredNorm()) / scale_sq);
     r.n_air_steps = solution.n_iterations;
-    r.air.coefficients = ratio * r.source_strength * (a.column_scale.array().cast<Complex>() * solution.x.col(c).array()).matrix();
+    r.air.coefficients.resize(n_air);
+    for (std::size_t j = 0; j < n_sources; ++j)
+      for (std::size_t f = 0; f < 9; ++f) {
+        const auto from = static_cast<Index>(f * n_sources + j);
+        r.air.coefficients[static_cast<Index>(9 * j + f)] = ratio * r.source_strength * a.column_scale[from] * solution.x(from, c);
+      }
     r.normal_derivative *= r.source_strength;
     r.wall_time_s = times;
     const bool finite = r.air.coefficients.allFinite() && r.normal_derivative.allFinite();

@@ -18,6 +18,8 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
+constexpr std::size_t kTrianglesPerRange = 2048;
+
 std::string words(const Vector3d& x) { return to_text(x.x()) + "," + to_text(x.y()) + "," + to_text(x.z()); }
 
 /// Vertices closer than the tolerance along every axis become one: sorted by x, then looked for in a window.
@@ -218,40 +220,54 @@ void LiquidBoundary::sample(double crease_angle_deg) {
 }
 
 bool LiquidBoundary::inside(const Vector3d& x_m, bool of_liquid) const {
-  double turns = 0.0;  // half the solid angles (van Oosterom and Strackee 1983): 2 pi from inside
-  for (Index t = 0; t < surface_.triangles.rows(); ++t) {
-    if (!counts(static_cast<std::size_t>(t), of_liquid)) continue;
-    const Vector3d a = corner(t, 0) - x_m, b = corner(t, 1) - x_m, c = corner(t, 2) - x_m;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    turns += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
-  }
-  return turns > kPi;
+  const auto n = static_cast<std::size_t>(surface_.triangles.rows());
+  std::vector<double> turns((n + kTrianglesPerRange - 1) / kTrianglesPerRange, 0.0);
+  // Half the solid angles (van Oosterom and Strackee 1983): 2 pi from inside.
+  parallel_for(n, kTrianglesPerRange, [&](std::size_t begin, std::size_t end) {
+    double sum = 0.0;
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!counts(t, of_liquid)) continue;
+      const auto face = static_cast<Index>(t);
+      const Vector3d a = corner(face, 0) - x_m, b = corner(face, 1) - x_m, c = corner(face, 2) - x_m;
+      const double la = a.norm(), lb = b.norm(), lc = c.norm();
+      sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    }
+    turns[begin / kTrianglesPerRange] = sum;
+  });
+  return std::accumulate(turns.begin(), turns.end(), 0.0) > kPi;
 }
 
 bool LiquidBoundary::inside_liquid(const Vector3d& x_m) const { return inside(x_m, true); }
 bool LiquidBoundary::inside_air_boundary(const Vector3d& x_m) const { return inside(x_m, false); }
 
+template <class Wanted>
+std::optional<Vector3d> LiquidBoundary::nearest(const Vector3d& x_m, const Wanted& wanted) const {
+  const auto n = static_cast<std::size_t>(surface_.triangles.rows());
+  struct Best {
+    double distance_sq = HUGE_VAL;
+    Vector3d point;
+  };
+  std::vector<Best> best((n + kTrianglesPerRange - 1) / kTrianglesPerRange);
+  parallel_for(n, kTrianglesPerRange, [&](std::size_t begin, std::size_t end) {
+    Best& here = best[begin / kTrianglesPerRange];
+    for (std::size_t t = begin; t < end; ++t) {
+      if (!counts(t, true) || !wanted(region_[t])) continue;
+      const auto face = static_cast<Index>(t);
+      const Vector3d at = closest(x_m, corner(face, 0), corner(face, 1), corner(face, 2));
+      const double distance_sq = (at - x_m).squaredNorm();
+      if (distance_sq < here.distance_sq) here = {distance_sq, at};
+    }
+  });
+  const Best& first = *std::min_element(best.begin(), best.end(), [](const Best& a, const Best& b) { return a.distance_sq < b.distance_sq; });
+  return first.distance_sq < HUGE_VAL ? std::optional(first.point) : std::nullopt;
+}
+
 double LiquidBoundary::distance_m(const Vector3d& x_m) const {
-  double nearest_sq = HUGE_VAL;
-  for (Index t = 0; t < surface_.triangles.rows(); ++t)
-    if (counts(static_cast<std::size_t>(t), true))
-      nearest_sq = std::min(nearest_sq, (closest(x_m, corner(t, 0), corner(t, 1), corner(t, 2)) - x_m).squaredNorm());
-  return std::sqrt(nearest_sq);
+  return (*nearest(x_m, [](int) { return true; }) - x_m).norm();
 }
 
 std::optional<Vector3d> LiquidBoundary::nearest_point_m(const Vector3d& x_m, bool free_surface) const {
-  std::optional<Vector3d> nearest;
-  double nearest_sq = HUGE_VAL;
-  for (Index t = 0; t < surface_.triangles.rows(); ++t) {
-    if ((region_[static_cast<std::size_t>(t)] == 0) != free_surface || !counts(static_cast<std::size_t>(t), true)) continue;
-    const Vector3d at = closest(x_m, corner(t, 0), corner(t, 1), corner(t, 2));
-    const double distance_sq = (at - x_m).squaredNorm();
-    if (distance_sq < nearest_sq) {
-      nearest_sq = distance_sq;
-      nearest = at;
-    }
-  }
-  return nearest;
+  return nearest(x_m, [&](int region) { return (region == 0) == free_surface; });
 }
 
 void LiquidBoundary::check_bubble(const Vector3d& x_m, double clearance_m) const {

@@ -74,6 +74,8 @@ class LiquidBoundary {
   bool inside(const Eigen::Vector3d& x_m, bool of_liquid) const;
   bool counts(std::size_t triangle, bool of_liquid) const;
   Eigen::Vector3d corner(Eigen::Index triangle, int c) const { return surface_.vertices_m.row(surface_.triangles(triangle, c)).transpose(); }
+  template <class Wanted>
+  std::optional<Eigen::Vector3d> nearest(const Eigen::Vector3d& x_m, const Wanted& wanted) const;
   void measure();
   void sample(double crease_angle_deg);
 

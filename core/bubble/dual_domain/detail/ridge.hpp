@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <complex>
 #include <string>
+#include <type_traits>
 
 namespace klang::bubble::detail {
 
@@ -9,7 +10,11 @@ template <class Scalar>
 using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
 /// Least squares with a ridge, HF eq. 34:  minimise ||A x - b||^2 + eps^2 ||x||^2,  A: n_rows x n, n_rows > n.
-/// adjoint is A^H (n x n_rows), so that a sample's row is contiguous.
+/// A = rows * diag(scale), given as adjoint = rows^H (n x n_rows), so that a sample's row is contiguous. n is a multiple of
+/// kMultiple<Scalar> (lanes of row_kernel.hpp); functions that are not there are columns of zeros.
+template <class Scalar>
+inline constexpr Eigen::Index kMultiple = std::is_same_v<Scalar, double> ? 8 : 4;
+
 enum class RidgeMethod {
   kSketch,  ///< conjugate gradients preconditioned by the Cholesky factor of a random sketch
   kDirect   ///< Householder QR of [A; eps I]: LAPACK's xGELS
@@ -28,15 +33,17 @@ struct RidgeSolution {
 /// whatever A is (Rokhlin and Tygert 2008; Blendenpik, Avron, Maymounkov and Toledo 2010), so that conjugate gradients win a
 /// factor of 2 to 3 a step. A is read once a step and never factored: 4 n^2 (4 n) / 2 + 4/3 n^3 + 16 n n_rows n_steps flops for
 /// complex numbers, where QR takes 8 n^2 (n_rows + n).
-/// The same bits on any number of threads. Steps until the error in the norm of the problem is 1e-6 of the first.
+/// The same bits on any number of threads. It starts from the solution of the sketched problem and ends when the error of A x is
+/// 1e-3 of the residual that stays (the residual itself then is within 1e-6), or 1e-7 of the data.
 template <class Scalar>
-RidgeSolution<Scalar> solve_ridge(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& b, double eps, RidgeMethod method);
+RidgeSolution<Scalar> solve_ridge(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b, double eps,
+                                  RidgeMethod method);
 
-extern template RidgeSolution<double> solve_ridge(const Matrix<double>&, const Matrix<double>&, double, RidgeMethod);
-extern template RidgeSolution<std::complex<double>> solve_ridge(const Matrix<std::complex<double>>&,
+extern template RidgeSolution<double> solve_ridge(const Matrix<double>&, const Eigen::VectorXd&, const Matrix<double>&, double, RidgeMethod);
+extern template RidgeSolution<std::complex<double>> solve_ridge(const Matrix<std::complex<double>>&, const Eigen::VectorXd&,
                                                                 const Matrix<std::complex<double>>&, double, RidgeMethod);
 
-/// A x (adjoint given), in parallel.
+/// rows x (no scale), in parallel.
 template <class Scalar>
 Matrix<Scalar> times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& x);
 extern template Matrix<double> times(const Matrix<double>&, const Matrix<double>&);

@@ -269,6 +269,16 @@ TEST(Scene, TransferOfJsonIsThatOfCsv) {
   EXPECT_EQ(read_transfer_series(folder.path / "t.csv").at(0.25), Complex(1.5, 1.0));
 }
 
+TEST(Scene, EveryCommittedSceneParses) {
+  int n = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    EXPECT_NO_THROW(read_bubble_scene(entry.path(), 1)) << entry.path();
+    ++n;
+  }
+  EXPECT_GE(n, 2);
+}
+
 TEST(Scene, DocumentationHasTheSchema) {
   const std::string page = read_file(std::filesystem::path(KLANG_SOURCE_DIR) / "docs/bubbles.md");
   EXPECT_NE(page.find(bubble_scene_schema_markdown()), std::string::npos);

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "core/base/errors.hpp"
+#include "datasets-synthetic/drop_recipe.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 #include "fit/specimen.hpp"
 
@@ -11,6 +12,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   try {
     klang::datasets::parse_recipe(text, "fuzz.toml", ".");
+  } catch (const klang::InputError&) {
+  }
+  try {
+    klang::datasets::parse_drop_recipe(text, "fuzz.toml", 1);
   } catch (const klang::InputError&) {
   }
   try {

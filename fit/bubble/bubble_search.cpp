@@ -1,0 +1,515 @@
+#include "fit/bubble/bubble_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/audio/fft.hpp"
+#include "core/base/errors.hpp"
+#include "core/bubble/bubble_formulas.hpp"
+#include "fit/bubble/damped_filter.hpp"
+
+namespace klang::fit::bubble {
+namespace {
+
+using klang::bubble::BubbleMedium;
+using klang::bubble::BubbleTheory;
+
+constexpr double kChi2OfScore = 2.0;       // a ring's chi square is twice its best matched-filter score
+constexpr Eigen::Index kWhiteningReach = 1024;
+constexpr std::size_t kMostTogether = 6;   // rings fitted in one least-squares problem
+constexpr double kHeardSpan = 7.0;         // decay times until a ring is over (-61 dB)
+// A weak ring on top of a strong one is what the strong one's model leaves, not a bubble.
+constexpr double kFragmentEnergy = 0.03, kFragmentOctaves = 0.5;
+// And so is what it leaves at any pitch while it begins.
+constexpr double kOnsetFragmentEnergy = 0.003, kOnsetS = 0.003, kFarFragmentEnergy = 3e-4;
+constexpr double kPoorFit = 1.5;           // chi square a datum from which another kind of attack is tried
+constexpr double kQuickAttack = 0.5;       // rate of the quick attack over the frequency: a third of a cycle
+constexpr double kLeastDecayRatio = 0.6, kMostDecayRatio = 10.0, kLeastRise = 0.05;
+
+double decay_of(const BubbleMedium& medium, BubbleTheory theory, double radius_m, double omega) {
+  return klang::bubble::bubble_damping(medium, theory, radius_m, omega).decay_per_s;
+}
+
+double damped_hz(const BubbleMedium& medium, BubbleTheory theory, double radius_m) {
+  const double omega0 = klang::bubble::undamped_angular_frequency_rad_s(medium, theory, radius_m);
+  const double beta = decay_of(medium, theory, radius_m, omega0);
+  return std::sqrt(std::max(omega0 * omega0 - beta * beta, 1.0)) / (2.0 * kPi);
+}
+
+/// Samples of a ring: from its onset until it is over.
+struct Span {
+  Eigen::Index first = 0, last = 0;
+};
+
+class Search {
+ public:
+  Search(const audio::Signal& recording, const BubbleSearchOptions& options, Monitor& monitor)
+      : options_(options), monitor_(monitor), rate_(recording.sample_rate_hz) {
+    result_.mono.sample_rate_hz = rate_;
+    result_.mono.origin = recording.origin;
+    result_.mono.samples = recording.samples.rowwise().mean();
+    high_hz_ = std::min(options.band.high_hz, 0.45 * rate_);
+    if (!(high_hz_ > options.band.low_hz)) throw InputError(recording.origin, "band lies above 0.45 of the sample rate");
+  }
+
+  BubbleSearchResult run();
+
+ private:
+  ChirpLaw law_at(double frequency_hz, double quick_attack_per_s) const;
+  Span span_of(const Chirp& chirp) const;
+  std::pair<double, double> band_of(const FoundBubble& bubble) const;
+  ChirpWindow window_of(const std::vector<const FoundBubble*>& group) const;
+  void add(const FoundBubble& bubble, double sign);
+  std::optional<FoundBubble> fitted_near(const DampedFilterBank::Peak& peak, const DampedFilterBank::Atom& atom) const;
+  bool overlap(const FoundBubble& a, const FoundBubble& b) const;
+  void refit(const std::vector<std::size_t>& group, bool last);
+  std::vector<std::vector<std::size_t>> groups() const;
+  void make_filters();
+  void whiten(const Eigen::VectorXd& change, Eigen::Index first, Eigen::Index n);
+  double energy_of(const FoundBubble& bubble) const;
+  void mask(const FoundBubble& bubble);
+  void prune();
+  void judge(FoundBubble& bubble) const;
+
+  BubbleSearchOptions options_;
+  Monitor& monitor_;
+  double rate_, high_hz_ = 0.0;
+  BubbleSearchResult result_;
+  Eigen::VectorXd residual_;
+  Eigen::VectorXf whitened_;
+  std::unique_ptr<DampedFilterBank> filters_;
+};
+
+ChirpLaw Search::law_at(double frequency_hz, double quick_attack_per_s) const {
+  static const auto pitch = std::make_shared<const ExponentialPitch>();
+  ChirpLaw law;
+  law.pitch = pitch;
+  law.amplitude_exponent = options_.amplitude_exponent;
+  law.quick_attack_per_s = quick_attack_per_s;
+  const double radius_m = radius_of_frequency_m(frequency_hz, options_.medium, options_.theory), omega = 2.0 * kPi * frequency_hz;
+  law.decay_exponent = std::log(decay_of(options_.medium, options_.theory, radius_m, 1.05 * omega) /
+                                decay_of(options_.medium, options_.theory, radius_m, omega / 1.05)) / (2.0 * std::log(1.05));
+  return law;
+}
+
+Span Search::span_of(const Chirp& chirp) const {
+  const double beta = std::exp(chirp.log_decay);
+  const auto n = residual_.size();
+  Span span;
+  span.first = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil(chirp.onset_s * rate_)), 0, n - 1);
+  span.last = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil((chirp.onset_s + kHeardSpan / beta) * rate_)), span.first + 1, n);
+  return span;
+}
+
+std::pair<double, double> Search::band_of(const FoundBubble& bubble) const {
+  const double beta = std::exp(bubble.chirp.log_decay), f = std::exp(bubble.chirp.log_frequency);
+  const double ratio = std::exp(bubble.law.pitch->at(2.5 / beta, bubble.chirp.pitch).log_ratio), side = 3.0 * beta / (2.0 * kPi);
+  return {std::max(options_.band.low_hz, 0.75 * std::min(f, f * ratio) - side),
+          std::min(high_hz_, 1.35 * std::max(f, f * ratio) + side)};
+}
+
+ChirpWindow Search::window_of(const std::vector<const FoundBubble*>& group) const {
+  Eigen::Index first = residual_.size(), last = 0;
+  double low = 1e9, high = 0.0;
+  for (const FoundBubble* bubble : group) {
+    const Span span = span_of(bubble->chirp);
+    const double beta = std::exp(bubble->chirp.log_decay);
+    first = std::min(first, span.first - static_cast<Eigen::Index>((0.003 + 1.0 / beta) * rate_));
+    last = std::max(last, span.last);
+    const auto band = band_of(*bubble);
+    low = std::min(low, band.first);
+    high = std::max(high, band.second);
+  }
+  first = std::max<Eigen::Index>(0, first);
+  last = std::min(std::max(last, first + 128), residual_.size());
+  // The group's own sound is put back.
+  Eigen::VectorXd samples = residual_;
+  for (const FoundBubble* bubble : group) {
+    const Span span = span_of(bubble->chirp);
+    Eigen::VectorXd value(span.last - span.first);
+    evaluate_chirp(bubble->law, bubble->chirp, static_cast<double>(span.first) / rate_, rate_, value);
+    samples.segment(span.first, value.size()) += value;
+  }
+  return ChirpWindow(samples, rate_, first, last - first, low, high, result_.noise);
+}
+
+void Search::whiten(const Eigen::VectorXd& change, Eigen::Index first, Eigen::Index n) {
+  const Eigen::Index low = std::max<Eigen::Index>(0, first - kWhiteningReach), high = std::min(whitened_.size(), first + n + kWhiteningReach);
+  const Eigen::Index n_fft = audio::good_fft_size(high - low + kWhiteningReach);
+  const Eigen::Index even = n_fft % 2 ? audio::good_fft_size(n_fft + 1) : n_fft;
+  Eigen::VectorXd padded = Eigen::VectorXd::Zero(even);
+  padded.segment(first - low, n) = change;
+  Eigen::VectorXcd spectrum = audio::real_spectrum(padded, even);
+  for (Eigen::Index k = 0; k < spectrum.size(); ++k) {
+    const double f = rate_ * static_cast<double>(k) / static_cast<double>(even);
+    // Steep edges would ring before a strong onset.
+    const double edge = std::clamp(std::min((f / options_.band.low_hz - 1.0) / 0.25, (1.0 - f / high_hz_) / 0.1), 0.0, 1.0);
+    spectrum[k] *= edge > 0.0 ? edge * edge * (3.0 - 2.0 * edge) / std::sqrt(result_.noise.at(f)) : 0.0;
+  }
+  const Eigen::VectorXd white = audio::real_from_spectrum(spectrum, even);
+  whitened_.segment(low, high - low) += white.head(high - low).cast<float>();
+}
+
+void Search::add(const FoundBubble& bubble, double sign) {
+  const Span span = span_of(bubble.chirp);
+  Eigen::VectorXd value(span.last - span.first);
+  evaluate_chirp(bubble.law, bubble.chirp, static_cast<double>(span.first) / rate_, rate_, value);
+  value *= sign;
+  residual_.segment(span.first, value.size()) += value;
+  whiten(value, span.first, value.size());
+  filters_->update(whitened_, span.first - kWhiteningReach, span.last + kWhiteningReach);
+}
+
+void Search::make_filters() {
+  std::vector<DampedFilterBank::Atom> atoms;
+  for (double f = 1.05 * options_.band.low_hz; f < 0.97 * high_hz_;) {
+    const double beta = decay_of(options_.medium, options_.theory, radius_of_frequency_m(f, options_.medium, options_.theory), 2.0 * kPi * f);
+    atoms.push_back({f, beta});
+    f += beta / kPi;  // neighbours are off by no more than the decay: at most 1 dB is lost
+  }
+  filters_ = std::make_unique<DampedFilterBank>(std::move(atoms), rate_, residual_.size());
+}
+
+std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& peak, const DampedFilterBank::Atom& atom) const {
+  FoundBubble bubble;
+  bubble.law = law_at(atom.frequency_hz, options_.soft_attack ? 0.0 : kQuickAttack * atom.frequency_hz);
+  const double time = static_cast<double>(peak.sample) / rate_;
+  struct Start {
+    Chirp chirp;
+    double chi_square;
+  };
+  std::vector<Start> starts;
+  FoundBubble widest = bubble;
+  widest.chirp.onset_s = std::max(0.0, time - 1.0 / atom.decay_per_s);
+  widest.chirp.log_frequency = std::log(atom.frequency_hz);
+  widest.chirp.log_decay = std::log(0.7 * atom.decay_per_s);
+  const ChirpWindow wide = window_of({&widest});
+  for (const double rate : {0.0, 10.0, 25.0, 50.0, -15.0}) {
+    for (const double earlier : {0.0, 0.5, 1.0}) {
+      Chirp chirp;
+      chirp.pitch = {rate, rate > 0.0 ? 20.0 : 0.0};
+      chirp.onset_s = std::max(0.0, time - earlier / atom.decay_per_s);
+      chirp.log_decay = std::log(atom.decay_per_s);
+      // The atom saw the frequency of about half a decay time after its begin.
+      chirp.log_frequency = std::log(atom.frequency_hz) - rate * (time + 0.4 / atom.decay_per_s - chirp.onset_s);
+      const double chi = fit_amplitude(wide, bubble.law, chirp);
+      starts.push_back({chirp, chi});
+    }
+  }
+  std::stable_sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.chi_square < b.chi_square; });
+  const double silent_chi = wide.data.cwiseProduct(wide.weight.cast<std::complex<double>>()).squaredNorm();
+  const double wanted = std::pow(10.0, 0.1 * options_.min_snr_db);
+  // No start explains a third of what is asked for: a blot of noise that no chirp will fit.
+  if (!(silent_chi - starts.front().chi_square >= 0.3 * wanted)) return std::nullopt;
+  starts.resize(std::min<std::size_t>(starts.size(), 3));
+  double best = 1e300;
+  for (const Start& start : starts) {
+    const ChirpFit fit = fit_chirps(wide, {bubble.law}, {start.chirp}, {}, 30, false);
+    if (!fit.ok || !(fit.chi_square < best)) continue;
+    best = fit.chi_square;
+    bubble.chirp = fit.chirps[0];
+  }
+  if (best >= 1e300) return std::nullopt;
+  // Once more under the window that its own pitch and decay ask for.
+  FoundBubble silent = bubble;
+  silent.chirp.cosine = silent.chirp.sine = 0.0;
+  const ChirpWindow own = window_of({&silent});
+  const double before = own.data.cwiseProduct(own.weight.cast<std::complex<double>>()).squaredNorm();
+  const double f = std::exp(bubble.chirp.log_frequency);
+  if (!(f > options_.band.low_hz && f < high_hz_)) return std::nullopt;
+  bubble.law = law_at(f, bubble.law.quick_attack_per_s);
+  const ChirpFit fit = fit_chirps(own, {bubble.law}, {bubble.chirp}, {}, 40, false);
+  if (!fit.ok) return std::nullopt;
+  bubble.chirp = fit.chirps[0];
+  double gain = before - fit.chi_square;
+  if (options_.soft_attack && fit.chi_square > kPoorFit * static_cast<double>(fit.n_real_data)) {
+    // What is struck, or closes in a snap, begins at once. Where, the fit feels only within a cycle or so: look first.
+    ChirpLaw hard = bubble.law;
+    hard.quick_attack_per_s = kQuickAttack * f;
+    Chirp later = bubble.chirp;
+    double least = 1e300;
+    for (double shift = -1.0 / f; shift < 0.3 / std::exp(bubble.chirp.log_decay) + 2.0 / f; shift += 0.25 / f) {
+      Chirp trial = bubble.chirp;
+      trial.onset_s += shift;
+      const double chi = fit_amplitude(own, hard, trial);
+      if (chi < least) {
+        least = chi;
+        later = trial;
+      }
+    }
+    const ChirpFit other = fit_chirps(own, {hard}, {later}, {}, 40, false);
+    if (other.ok && other.chi_square < 0.8 * fit.chi_square) {
+      bubble.law = hard;
+      bubble.chirp = other.chirps[0];
+      gain = before - other.chi_square;
+    }
+  }
+  if (!(gain >= wanted)) return std::nullopt;
+  return bubble;
+}
+
+bool Search::overlap(const FoundBubble& a, const FoundBubble& b) const {
+  const Span sa = span_of(a.chirp), sb = span_of(b.chirp);
+  const auto ba = band_of(a), bb = band_of(b);
+  return sa.first < sb.last && sb.first < sa.last && ba.first < bb.second && bb.first < ba.second;
+}
+
+void Search::refit(const std::vector<std::size_t>& group, bool last) {
+  std::vector<const FoundBubble*> members;
+  std::vector<ChirpLaw> laws;
+  std::vector<Chirp> start;
+  for (const std::size_t i : group) {
+    FoundBubble& bubble = result_.found[i];
+    bubble.law = law_at(std::clamp(std::exp(bubble.chirp.log_frequency), options_.band.low_hz, high_hz_), bubble.law.quick_attack_per_s);
+    members.push_back(&bubble);
+    laws.push_back(bubble.law);
+    start.push_back(bubble.chirp);
+  }
+  const ChirpWindow window = window_of(members);
+  const ChirpFit fit = fit_chirps(window, laws, start, {}, last ? 60 : 12, last);
+  if (!fit.ok) return;
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    FoundBubble& bubble = result_.found[group[k]];
+    add(bubble, 1.0);
+    bubble.chirp = fit.chirps[k];
+    add(bubble, -1.0);
+    if (!last) continue;
+    // Where the band holds more than the noise floor (echoes, splashes), the errors grow with it.
+    const double dof = static_cast<double>(fit.n_real_data) - 7.0 * static_cast<double>(group.size());
+    bubble.covariance = std::max(1.0, fit.chi_square / std::max(dof, 1.0)) * fit.covariance[k];
+  }
+}
+
+std::vector<std::vector<std::size_t>> Search::groups() const {
+  std::vector<std::size_t> order(result_.found.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return result_.found[a].chirp.onset_s < result_.found[b].chirp.onset_s; });
+  std::vector<std::vector<std::size_t>> list;
+  for (const std::size_t i : order) {
+    std::vector<std::size_t>* home = nullptr;
+    for (auto& group : list) {
+      if (group.size() >= kMostTogether) continue;
+      if (std::any_of(group.begin(), group.end(), [&](std::size_t j) { return overlap(result_.found[i], result_.found[j]); })) home = &group;
+    }
+    if (home) {
+      home->push_back(i);
+    } else {
+      list.push_back({i});
+    }
+  }
+  return list;
+}
+
+double Search::energy_of(const FoundBubble& bubble) const {
+  FoundBubble silent = bubble;
+  silent.chirp.cosine = silent.chirp.sine = 0.0;
+  const ChirpWindow window = window_of({&silent});
+  Eigen::VectorXd value(window.taper.size());
+  evaluate_chirp(bubble.law, bubble.chirp, window.first_s, rate_, value);
+  return window.weighted(value).squaredNorm();
+}
+
+void Search::mask(const FoundBubble& bubble) {
+  const double score = energy_of(bubble) / kChi2OfScore, beta = std::exp(bubble.chirp.log_decay), onset = bubble.chirp.onset_s;
+  const auto sample = [&](double time_s) { return static_cast<Eigen::Index>(std::max(0.0, time_s) * rate_); };
+  filters_->mask(sample(onset - kOnsetS), sample(onset + std::max(kOnsetS, 0.2 / beta)), 0.0, 1e9, kOnsetFragmentEnergy * score);
+  const double side = std::exp2(kFragmentOctaves), step = 0.5 / beta;
+  for (double since = -0.01; since < kHeardSpan / beta; since += step) {
+    const double at = std::max(since, 0.0), ratio = std::exp(bubble.law.pitch->at(at, bubble.chirp.pitch).log_ratio);
+    const double f = ratio * std::exp(bubble.chirp.log_frequency), left = std::exp(-2.0 * std::max(0.0, beta * at - 1.0));
+    filters_->mask(sample(onset + since), sample(onset + since + step), f / side, f * side, kFragmentEnergy * score * left);
+    filters_->mask(sample(onset + since), sample(onset + since + step), 0.0, 1e9, kFarFragmentEnergy * score * left);
+  }
+}
+
+void Search::prune() {
+  std::vector<double> energy;
+  for (FoundBubble& bubble : result_.found) {
+    energy.push_back(energy_of(bubble));
+    bubble.snr_db = 10.0 * std::log10(std::max(energy.back(), 1e-30));
+  }
+  std::vector<bool> keep(energy.size(), true);
+  for (std::size_t i = 0; i < energy.size(); ++i) {
+    const FoundBubble& weak = result_.found[i];
+    if (!(weak.snr_db >= options_.min_snr_db)) keep[i] = false;
+    for (std::size_t j = 0; j < energy.size() && keep[i]; ++j) {
+      const FoundBubble& strong = result_.found[j];
+      if (!(energy[i] < kFragmentEnergy * energy[j])) continue;
+      const double since = weak.chirp.onset_s - strong.chirp.onset_s, beta = std::exp(strong.chirp.log_decay);
+      if (since < -0.01 || since > kHeardSpan / beta) continue;
+      const double there = strong.chirp.log_frequency + strong.law.pitch->at(std::max(since, 0.0), strong.chirp.pitch).log_ratio;
+      if (std::abs(weak.chirp.log_frequency - there) < kFragmentOctaves * std::log(2.0)) keep[i] = false;
+    }
+  }
+  std::vector<FoundBubble> kept;
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    if (keep[i]) {
+      kept.push_back(result_.found[i]);
+    } else {
+      add(result_.found[i], 1.0);
+    }
+  }
+  result_.found = std::move(kept);
+}
+
+void Search::judge(FoundBubble& bubble) const {
+  const double f = std::exp(bubble.chirp.log_frequency), beta = std::exp(bubble.chirp.log_decay);
+  bubble.radius_m = radius_of_frequency_m(f, options_.medium, options_.theory);
+  const double wider = radius_of_frequency_m(1.001 * f, options_.medium, options_.theory);
+  const double slope = std::log(wider / bubble.radius_m) / std::log(1.001);
+  bubble.radius_std_m = bubble.radius_m * std::abs(slope) * std::sqrt(bubble.covariance(3, 3));
+  bubble.theory_decay_per_s = decay_of(options_.medium, options_.theory, bubble.radius_m, 2.0 * kPi * f);
+  const double log_ratio = std::log(beta / bubble.theory_decay_per_s), spread = 2.0 * std::sqrt(bubble.covariance(4, 4));
+  // Heard until it is 40 dB down or as weak as the noise that its own bandwidth lets through.
+  const double bandwidth = 4.0 * beta / rate_, floor = std::sqrt(2.0 * result_.noise.at(f) * bandwidth);
+  std::vector<double> times;
+  for (int i = 0; i <= 200; ++i) times.push_back(kHeardSpan / beta * i / 200.0);
+  const auto track = chirp_track(bubble.law, bubble.chirp, times);
+  double end = 0.0;
+  for (const ChirpPoint& point : track)
+    if (point.envelope >= std::max(0.01 * track.front().envelope, floor)) end = point.time_s;
+  bubble.end_s = std::min(bubble.chirp.onset_s + end, static_cast<double>(residual_.size()) / rate_);
+  const double rise = bubble.law.pitch->at(end, bubble.chirp.pitch).log_ratio, rate_std = std::sqrt(bubble.covariance(0, 0));
+  const bool rises = rise > kLeastRise && bubble.chirp.pitch[0] > 3.0 * rate_std;
+  if (log_ratio + spread < std::log(kLeastDecayRatio)) {
+    bubble.verdict = rises ? BubbleVerdict::kDriven : BubbleVerdict::kRingsTooLong;
+  } else if (log_ratio - spread > std::log(kMostDecayRatio)) {
+    bubble.verdict = BubbleVerdict::kDampedTooStrongly;
+  }
+}
+
+BubbleSearchResult Search::run() {
+  const Eigen::VectorXd samples = result_.mono.samples.col(0);
+  residual_ = samples;
+  result_.noise = noise_spectrum(samples, rate_);
+  whitened_ = Eigen::VectorXf::Zero(samples.size());
+  whiten(samples, 0, samples.size());
+  const double energy = whitened_.cast<double>().squaredNorm();
+  make_filters();
+  filters_->update(whitened_, 0, samples.size());
+  const double threshold = std::pow(10.0, 0.1 * options_.min_snr_db) / kChi2OfScore;
+  const Eigen::Index n = samples.size();
+  for (int round = 0; round < 2; ++round) {
+    while (static_cast<int>(result_.found.size()) < options_.max_bubbles) {
+      monitor_.throw_if_stopped();
+      const DampedFilterBank::Peak best = filters_->highest(0, n);
+      if (!(best.score >= threshold)) break;
+      const DampedFilterBank::Atom& atom = filters_->atom(best.atom);
+      const auto bubble = fitted_near(best, atom);
+      // Tried once: what is left there afterwards is nothing new.
+      filters_->mask(best.sample, best.sample + 1, 0.94 * atom.frequency_hz, 1.06 * atom.frequency_hz, (bubble ? 0.5 : 1.1) * best.score);
+      if (!bubble) continue;
+      result_.found.push_back(*bubble);
+      add(*bubble, -1.0);
+      mask(*bubble);
+      monitor_.progress("bubbles", 0.0);
+      const std::size_t newest = result_.found.size() - 1;
+      std::vector<std::size_t> group = {newest};
+      for (std::size_t i = newest; i-- > 0 && group.size() < kMostTogether;)
+        if (overlap(result_.found[i], result_.found[newest])) group.push_back(i);
+      if (group.size() > 1) refit(group, false);
+    }
+    prune();
+    for (const auto& group : groups()) {
+      monitor_.throw_if_stopped();
+      refit(group, round > 0);
+    }
+  }
+  prune();
+  std::sort(result_.found.begin(), result_.found.end(), [](const FoundBubble& a, const FoundBubble& b) { return a.chirp.onset_s < b.chirp.onset_s; });
+  for (FoundBubble& bubble : result_.found) {
+    if (bubble.covariance.size() == 0) bubble.covariance = Eigen::MatrixXd::Identity(7, 7);
+    judge(bubble);
+  }
+  result_.explained_energy = energy > 0.0 ? std::optional(1.0 - whitened_.cast<double>().squaredNorm() / energy) : std::nullopt;
+  result_.status = result_.found.empty() ? BubbleSearchStatus::kNothingFound : BubbleSearchStatus::kDone;
+  if (result_.found.empty()) result_.message = "no decaying chirp stands above the noise";
+  return std::move(result_);
+}
+
+}  // namespace
+
+void BubbleSearchOptions::validate() const {
+  checked("bubbles", "band low_hz", band.low_hz, 100.0, 2e5);
+  if (!(band.high_hz > band.low_hz)) throw InputError("bubbles", "band", std::to_string(band.high_hz), "high_hz above low_hz");
+  medium.validate();
+  checked("bubbles", "min_snr_db", min_snr_db, 10.0, 120.0);
+  checked("bubbles", "amplitude_exponent", amplitude_exponent, -5.0, 5.0);
+  if (max_bubbles < 1 || max_bubbles > 10000)
+    throw InputError("bubbles", "max_bubbles", std::to_string(max_bubbles), "1 to 10000");
+}
+
+const char* to_text(BubbleVerdict verdict) {
+  switch (verdict) {
+    case BubbleVerdict::kBubble: return "bubble";
+    case BubbleVerdict::kDriven: return "bubble, amplitude does not fall as it rings free";
+    case BubbleVerdict::kRingsTooLong: return "no bubble: rings longer than one of this pitch can";
+    case BubbleVerdict::kDampedTooStrongly: return "no bubble: damped ten times as strongly as one of this pitch";
+  }
+  return "";
+}
+
+NoiseSpectrum noise_spectrum(const Eigen::VectorXd& samples, double sample_rate_hz) {
+  const Eigen::Index frame = std::min<Eigen::Index>(1024, samples.size() / 4 * 2), n_bins = frame / 2 + 1;
+  Eigen::VectorXd window(frame);
+  for (Eigen::Index i = 0; i < frame; ++i) window[i] = 0.5 - 0.5 * std::cos(2.0 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(frame));
+  std::vector<std::vector<double>> power(static_cast<std::size_t>(n_bins));
+  for (Eigen::Index first = 0; first + frame <= samples.size(); first += frame / 2) {
+    const Eigen::VectorXcd spectrum = audio::real_spectrum(samples.segment(first, frame).cwiseProduct(window), frame);
+    for (Eigen::Index k = 0; k < n_bins; ++k) power[static_cast<std::size_t>(k)].push_back(std::norm(spectrum[k]) / window.squaredNorm());
+  }
+  Eigen::VectorXd quartile(n_bins);
+  for (Eigen::Index k = 0; k < n_bins; ++k) {
+    auto& p = power[static_cast<std::size_t>(k)];
+    const auto at = p.begin() + static_cast<std::ptrdiff_t>(p.size() / 4);
+    std::nth_element(p.begin(), at, p.end());
+    quartile[k] = *at / -std::log(0.75);  // of an exponential distribution
+  }
+  NoiseSpectrum noise;
+  noise.step_hz = sample_rate_hz / static_cast<double>(frame);
+  noise.variance.resize(n_bins);
+  const double floor = std::max(1e-12 * quartile.maxCoeff(), 1e-20);
+  for (Eigen::Index k = 0; k < n_bins; ++k) {
+    const Eigen::Index half = std::max<Eigen::Index>(2, static_cast<Eigen::Index>(0.06 * static_cast<double>(k)));
+    const Eigen::Index low = std::max<Eigen::Index>(1, k - half), high = std::min(n_bins - 1, k + half);
+    noise.variance[k] = std::max(quartile.segment(low, high - low + 1).mean(), floor);
+  }
+  return noise;
+}
+
+double radius_of_frequency_m(double damped_frequency_hz, const BubbleMedium& medium, BubbleTheory theory) {
+  // Frequency falls with radius all the way; three quarters of a decade either side of Minnaert's r = 3.26 / f are enough.
+  double low = std::log(1.0 / damped_frequency_hz), high = std::log(10.0 / damped_frequency_hz);
+  low = std::max(low, std::log(klang::bubble::kSmallestRadiusM));
+  high = std::min(high, std::log(klang::bubble::kLargestRadiusM));
+  const auto excess = [&](double x) { return std::log(damped_hz(medium, theory, std::exp(x)) / damped_frequency_hz); };
+  if (!(low < high && excess(low) > 0.0 && excess(high) < 0.0))
+    throw InputError("bubble", "no radius rings at this frequency [Hz]", std::to_string(damped_frequency_hz), "70 to 300000");
+  for (int i = 0; i < 60 && high - low > 1e-13; ++i) {
+    const double middle = 0.5 * (low + high);
+    (excess(middle) > 0.0 ? low : high) = middle;
+  }
+  return std::exp(0.5 * (low + high));
+}
+
+Eigen::VectorXd render(const std::vector<FoundBubble>& bubbles, Eigen::Index n_samples, double sample_rate_hz) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(n_samples), value(n_samples);
+  for (const FoundBubble& bubble : bubbles) {
+    const auto first = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil(bubble.chirp.onset_s * sample_rate_hz)), 0, n_samples);
+    const auto n = std::min(n_samples - first, static_cast<Eigen::Index>(2.0 * kHeardSpan / std::exp(bubble.chirp.log_decay) * sample_rate_hz));
+    evaluate_chirp(bubble.law, bubble.chirp, static_cast<double>(first) / sample_rate_hz, sample_rate_hz, value.head(n));
+    sum.segment(first, n) += value.head(n);
+  }
+  return sum;
+}
+
+BubbleSearchResult find_bubbles(const audio::Signal& recording, const BubbleSearchOptions& options, Monitor& monitor) {
+  options.validate();
+  if (recording.n_frames() < 256) throw InputError(recording.origin, "has too few samples", std::to_string(recording.n_frames()), "256 or more");
+  if (!recording.samples.allFinite()) throw InputError(recording.origin, "has a sample that is not finite");
+  if (!(recording.samples.cwiseAbs().maxCoeff() > 0.0)) throw InputError(recording.origin, "is silent");
+  return Search(recording, options, monitor).run();
+}
+
+}  // namespace klang::fit::bubble

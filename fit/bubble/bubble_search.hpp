@@ -1,0 +1,72 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/audio/signal.hpp"
+#include "core/base/conventions.hpp"
+#include "core/base/monitor.hpp"
+#include "core/bubble/bubble_medium.hpp"
+#include "fit/bubble/chirp_fit.hpp"
+
+namespace klang::fit::bubble {
+
+struct BubbleSearchOptions {
+  Band band{200.0, 20000.0};        ///< high_hz is cut to 0.45 of the sample rate
+  double min_snr_db = 17.0;         ///< energy of a ring over the noise's spectral density, 10 to 120
+  int max_bubbles = 500;            ///< 1 to 10000
+  klang::bubble::BubbleMedium medium;
+  klang::bubble::BubbleTheory theory = klang::bubble::BubbleTheory::kLeighton;
+  double amplitude_exponent = 1.5;  ///< ChirpLaw, -5 to 5
+  bool soft_attack = true;          ///< each ring takes the soft or the hard attack, whichever fits; false: hard only
+  void validate() const;            ///< InputError
+};
+
+enum class BubbleVerdict {
+  kBubble,           ///< rings down as theory has it
+  kDriven,           ///< pitch rises, but the amplitude does not fall as it should: fed, or radiating better as it rises
+  kRingsTooLong,     ///< steady pitch, and less damping than a bubble of this pitch can have: some other thing
+  kDampedTooStrongly ///< ten times the damping of a bubble of this pitch: a click or a patch of noise
+};
+const char* to_text(BubbleVerdict verdict);
+
+struct FoundBubble {
+  Chirp chirp;
+  ChirpLaw law;
+  Eigen::MatrixXd covariance;  ///< 7 x 7, as Chirp::vector(), noise as found in the ring's own band
+  double snr_db = 0.0;
+  double end_s = 0.0;          ///< last time at which it is heard: 40 dB down, or below the noise in its own band
+  double radius_m = 0.0, radius_std_m = 0.0;
+  double theory_decay_per_s = 0.0;  ///< of a bubble of this pitch
+  BubbleVerdict verdict = BubbleVerdict::kBubble;
+  bool is_bubble() const { return verdict == BubbleVerdict::kBubble || verdict == BubbleVerdict::kDriven; }
+};
+
+enum class BubbleSearchStatus { kNotRun, kDone, kNothingFound };
+
+struct BubbleSearchResult {
+  BubbleSearchStatus status = BubbleSearchStatus::kNotRun;
+  std::string message;
+  std::vector<FoundBubble> found;  ///< in order of onset, whatever their verdict
+  NoiseSpectrum noise;
+  audio::Signal mono;              ///< what was searched
+  std::optional<double> explained_energy;  ///< 0..1, of the energy in the band
+};
+
+/// Bubbles in a recording: the loudest decaying chirp is fitted and taken away until none stands above the noise; chirps
+/// that overlap are fitted together. Docs: docs/bubbles.md.
+/// @throws InputError: options out of range, silence, less than 256 samples, samples that are not finite
+BubbleSearchResult find_bubbles(const audio::Signal& recording, const BubbleSearchOptions& options = {},
+                                Monitor& monitor = silent_monitor());
+
+/// Spectral density of the noise: the lower quartile over short frames, smoothed over a sixth of an octave.
+NoiseSpectrum noise_spectrum(const Eigen::VectorXd& samples, double sample_rate_hz);
+
+/// Radius of the bubble that rings at this damped frequency in free liquid. @throws InputError out of the range of radii
+double radius_of_frequency_m(double damped_frequency_hz, const klang::bubble::BubbleMedium& medium,
+                             klang::bubble::BubbleTheory theory);
+
+/// The chirps' sound, at the samples of a signal.
+Eigen::VectorXd render(const std::vector<FoundBubble>& bubbles, Eigen::Index n_samples, double sample_rate_hz);
+
+}  // namespace klang::fit::bubble

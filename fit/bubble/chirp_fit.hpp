@@ -1,0 +1,69 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "fit/bubble/chirp_model.hpp"
+
+namespace ceres {
+class CostFunction;
+}
+
+namespace klang::fit::bubble {
+
+/// Variance of stationary noise by frequency: S(f), in units of one sample's variance were it white (a white noise of
+/// variance v has S = v at every frequency). Linear between equally spaced frequencies.
+struct NoiseSpectrum {
+  double step_hz = 0.0;
+  Eigen::VectorXd variance;  ///< at 0, step_hz, ...
+  double at(double frequency_hz) const;
+};
+
+/// A stretch of the recording in which some bubbles are fitted together: its transform over a band, under a cosine-edged
+/// window that the model is put under too.
+struct ChirpWindow {
+  double first_s = 0.0, sample_rate_hz = 0.0;
+  Eigen::VectorXd taper;    ///< n_samples
+  Eigen::Index n_fft = 0, first_bin = 0, n_bins = 0;
+  Eigen::VectorXcd data;    ///< n_bins
+  Eigen::VectorXd weight;   ///< sqrt(2) / standard deviation of a bin's noise: real and imaginary part get variance 1
+
+  /// @param samples  the recording, less what other bubbles make of it
+  ChirpWindow(const Eigen::VectorXd& samples, double sample_rate_hz, Eigen::Index first, Eigen::Index n, double low_hz,
+              double high_hz, const NoiseSpectrum& noise);
+  Eigen::Index n_real_data() const { return 2 * n_bins; }
+  /// 2 n_bins: weighted real, then imaginary parts of tapered samples' bins.
+  Eigen::VectorXd weighted(const Eigen::VectorXd& samples) const;
+};
+
+/// Residual (model - data) of a window. Blocks: the pitch parameters of each pitch group (2), then each bubble's
+/// (onset, ln f, ln decay, c, s) (5), all in units of kChirpScale. Residuals: 2 n_bins.
+/// @param pitch_group  of each bubble; groups are numbered from 0 without gaps
+std::unique_ptr<ceres::CostFunction> make_chirp_cost(std::shared_ptr<const ChirpWindow> window, std::vector<ChirpLaw> laws,
+                                                     std::vector<int> pitch_group);
+
+/// One unit of each parameter as the solver sees it: steps of like effect.
+Eigen::Matrix<double, Chirp::kParameters, 1> chirp_scale(const ChirpLaw& law);
+
+/// Weak knowledge of a pitch parameter: normal. Infinite std: none.
+struct PitchPrior {
+  Eigen::Vector2d mean{0.0, 0.0}, standard_deviation{60.0, 100.0};
+};
+
+struct ChirpFit {
+  bool ok = false;
+  std::vector<Chirp> chirps;
+  double chi_square = 0.0;      ///< of the window's residual
+  Eigen::Index n_real_data = 0;
+  /// 7 x 7 a bubble, all others' uncertainty in it; not scaled by chi_square. Empty when it was not asked for.
+  std::vector<Eigen::MatrixXd> covariance;
+};
+
+/// Best complex amplitude of a chirp with all else held. @return chi square it leaves
+double fit_amplitude(const ChirpWindow& window, const ChirpLaw& law, Chirp& chirp);
+
+/// Maximum-posterior chirps of a window from a start.
+ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws, const std::vector<Chirp>& start,
+                    const PitchPrior& prior, int max_iterations, bool with_covariance);
+
+}  // namespace klang::fit::bubble

@@ -1,0 +1,140 @@
+// Drops of known radius, rise and pitch constants, integrated by Runge and Kutta's rule: found, measured, none invented.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/base/errors.hpp"
+#include "drop_signals.hpp"
+#include "fit/bubble/bubble_search.hpp"
+#include "gradient_checker.hpp"
+
+namespace klang::fit::bubble {
+namespace {
+
+using tests::Drop;
+
+const FoundBubble* nearest(const BubbleSearchResult& result, const Drop& drop) {
+  const FoundBubble* best = nullptr;
+  const auto distance = [&](const FoundBubble& b) {
+    return std::abs(b.chirp.onset_s - drop.onset_s) / 0.002 + std::abs(b.chirp.log_frequency - std::log(drop.frequency_hz(0.0))) / 0.05;
+  };
+  for (const FoundBubble& bubble : result.found)
+    if (!best || distance(bubble) < distance(*best)) best = &bubble;
+  return best;
+}
+
+void expect_found(const BubbleSearchResult& result, const std::vector<Drop>& drops) {
+  ASSERT_EQ(result.found.size(), drops.size());
+  for (const Drop& drop : drops) {
+    const FoundBubble& bubble = *nearest(result, drop);
+    const double beta = drop.decay_per_s(0.0);
+    EXPECT_LE(std::abs(bubble.chirp.onset_s - drop.onset_s), 0.002) << drop.radius_m;
+    EXPECT_LE(std::abs(bubble.radius_m / drop.radius_m - 1.0), 0.01) << drop.radius_m;
+    EXPECT_LE(std::abs(std::exp(bubble.chirp.log_decay) / beta - 1.0), 0.10) << drop.radius_m;
+    EXPECT_EQ(bubble.verdict, BubbleVerdict::kBubble) << drop.radius_m;
+    EXPECT_LE(std::abs(bubble.radius_m - drop.radius_m), 4.0 * bubble.radius_std_m + 1e-4 * drop.radius_m) << drop.radius_m;
+    for (double since = 0.0; since < std::min(2.0 / beta, bubble.end_s - bubble.chirp.onset_s); since += 0.1 / beta) {
+      const double at = since + drop.onset_s - bubble.chirp.onset_s;
+      if (at < 0.0) continue;
+      const double hz = std::exp(bubble.chirp.log_frequency + bubble.law.pitch->at(at, bubble.chirp.pitch).log_ratio);
+      EXPECT_LE(std::abs(hz / drop.frequency_hz(since) - 1.0), 0.005) << drop.radius_m << " m at " << since << " s";
+    }
+  }
+}
+
+TEST(BubbleSearch, OneRisingDropAt30DbIsMeasured) {
+  const Drop drop;
+  expect_found(find_bubbles(tests::drop_sound({drop}, 0.3, 44100.0, 30.0, 1)), {drop});
+}
+
+TEST(BubbleSearch, DropsOfEverySizeAreFoundAt30DbAndNoneIsInvented) {
+  std::vector<Drop> drops;
+  double onset = 0.05;
+  for (const double radius : {0.0003, 0.0005, 0.0008, 0.0012, 0.002, 0.003, 0.005}) {
+    Drop drop;
+    drop.radius_m = radius;
+    drop.onset_s = onset;
+    drop.depth_m = 0.015;
+    drops.push_back(drop);
+    onset += 0.12;
+  }
+  expect_found(find_bubbles(tests::drop_sound(drops, 1.0, 44100.0, 30.0, 2)), drops);
+}
+
+TEST(BubbleSearch, DropsThatOverlapInTimeAndPitchAreToldApart) {
+  std::vector<Drop> drops(4);
+  drops[1].onset_s = 0.056;
+  drops[1].radius_m = 0.0015;
+  drops[2].onset_s = 0.062;
+  drops[2].radius_m = 0.0026;
+  drops[2].speed_m_s = 0.1;
+  drops[3].onset_s = 0.058;
+  drops[3].radius_m = 0.0008;
+  expect_found(find_bubbles(tests::drop_sound(drops, 0.3, 44100.0, 30.0, 3)), drops);
+}
+
+TEST(BubbleSearch, NoiseAloneHasNoBubbles) {
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    audio::Signal noise;
+    noise.sample_rate_hz = 44100.0;
+    noise.samples.resize(44100, 1);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0.0, 0.1);
+    for (double& x : noise.samples.reshaped()) x = normal(random);
+    const auto result = find_bubbles(noise);
+    EXPECT_EQ(result.status, BubbleSearchStatus::kNothingFound) << seed;
+    EXPECT_EQ(result.found.size(), 0u) << seed;
+  }
+}
+
+TEST(BubbleSearch, ATilesPartialIsCalledNoBubble) {
+  audio::Signal tile;
+  tile.sample_rate_hz = 44100.0;
+  tile.samples.resize(44100, 1);
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0.0, 0.003);
+  for (Eigen::Index i = 0; i < tile.samples.rows(); ++i) {
+    const double t = static_cast<double>(i) / 44100.0 - 0.1;
+    tile.samples(i, 0) = normal(random) + (t > 0.0 ? std::exp(-25.0 * t) * std::sin(2.0 * kPi * 1500.0 * t) : 0.0);
+  }
+  const auto result = find_bubbles(tile);
+  ASSERT_GE(result.found.size(), 1u);
+  for (const FoundBubble& bubble : result.found) EXPECT_FALSE(bubble.is_bubble()) << std::exp(bubble.chirp.log_frequency);
+}
+
+TEST(BubbleSearch, RadiusOfAFrequencyInvertsTheOscillator) {
+  for (const double radius : {3e-5, 3e-4, 1e-3, 5e-3, 2e-2}) {
+    Drop drop;
+    drop.radius_m = radius;
+    const double hz = drop.frequency_hz(0.0);
+    EXPECT_LE(std::abs(radius_of_frequency_m(hz, {}, klang::bubble::BubbleTheory::kLeighton) / radius - 1.0), 1e-9) << radius;
+  }
+}
+
+TEST(BubbleSearch, SilenceAndNanAreRefused) {
+  audio::Signal signal;
+  signal.sample_rate_hz = 44100.0;
+  signal.samples = Eigen::MatrixXd::Zero(1000, 1);
+  EXPECT_THROW(find_bubbles(signal), InputError);
+  signal.samples(3, 0) = std::nan("");
+  EXPECT_THROW(find_bubbles(signal), InputError);
+  signal.samples = Eigen::MatrixXd::Ones(100, 1);
+  EXPECT_THROW(find_bubbles(signal), InputError);
+}
+
+TEST(ChirpCost, GradientMatchesDifferences) {
+  const Drop drop;
+  const audio::Signal sound = tests::drop_sound({drop}, 0.15, 44100.0, 30.0, 1);
+  const Eigen::VectorXd samples = sound.samples.col(0);
+  const auto window = std::make_shared<const ChirpWindow>(samples, 44100.0, 1000, 4000, 500.0, 5000.0, noise_spectrum(samples, 44100.0));
+  const auto exponential = std::make_shared<const ExponentialPitch>();
+  const auto depth = std::make_shared<const DepthPitch>([](double t) { return 0.012 - 0.2 * t; }, [](double) { return 0.2; });
+  const std::vector<double> own1 = {50.0123, 7.4, 4.8, 0.5, 0.3}, own2 = {55.3071, 7.6, 5.0, -0.2, 0.4};
+  // Two bubbles, each of its own pitch; two that share it; along a depth.
+  tests::expect_gradient(*make_chirp_cost(window, {{exponential}, {exponential}}, {0, 1}), {{1.2, 2.0}, {0.7, 1e-7}, own1, own2}, 1e-5, 1e-5);
+  tests::expect_gradient(*make_chirp_cost(window, {{exponential}, {exponential, -0.5, 2.0, 800.0}}, {0, 0}), {{1.2, -2.0}, own1, own2}, 1e-5, 1e-5);
+  tests::expect_gradient(*make_chirp_cost(window, {{depth}}, {0}), {{0.7, 4.8}, own1}, 1e-5, 1e-5);
+}
+
+}  // namespace
+}  // namespace klang::fit::bubble

@@ -37,6 +37,7 @@ struct BubbleScene {
   SceneTransfer transfer = SceneTransfer::kHalfSpace;
   double air_density_kg_m3 = 1.2041, air_sound_speed_m_s = 343.0;
   HeadModel head;                 ///< of the listener; its centre alone counts in mono
+  HeadPath head_path;             ///< of a listener who moves
   bool stereo = true;
   bool propagation_delay = false; ///< sound arrives distance / c later
   double sample_rate_hz = 48000.0;
@@ -79,7 +80,8 @@ struct BubbleSound {
 };
 
 /// Sum over bubbles of |P| Re Z (mono, eq. 11) or Re(H_ear P Z) (stereo, eq. 35), each ear with its own arrival time. A bubble
-/// is heard from where it was at its birth as far as time goes, and from where it is as far as level and phase go.
+/// is heard from where it and the listener were at its birth as far as time goes, and from where they are as far as level and
+/// phase go (which gives the Doppler shift with propagation_delay).
 /// Same scene, same bits on any number of threads.
 BubbleSound synthesise_bubbles(const BubbleScene& scene, Monitor& monitor = silent_monitor());
 

@@ -52,17 +52,16 @@ class Listener {
     if (heard.too_high) return heard;
 
     const Eigen::Vector3d birth_place = bubble.motion->position_m(0.0);
+    const HeadModel birth_head = scene_.head_path.at(scene_.head, bubble.birth_s);
     for (int c = 0; c < n_channels(); ++c) {
-      double delay = scene_.propagation_delay ? (birth_place - scene_.head.centre_m).norm() / scene_.air_sound_speed_m_s : 0.0;
-      if (scene_.stereo) {  // against the earlier sound that a head could hear, so that nothing comes before its birth
-        delay += scene_.head.delay_s(scene_.head.angle_rad(c, birth_place)) + scene_.head.radius_m / scene_.head.sound_speed_m_s;
-      }
+      // Against the earliest sound that a head could hear, so that nothing comes before its birth.
+      const double delay = way_s(birth_head, c, birth_place) + (scene_.stereo ? scene_.head.radius_m / scene_.head.sound_speed_m_s : 0.0);
       const auto channel = static_cast<std::size_t>(c);
       heard.onset_s[channel] = bubble.birth_s + delay;
       for (const RingBlock& block : blocks) {
         const double end_s = block.start_s + block.length_s;
-        heard.gain_start[channel].push_back(gain(bubble, c, birth_place, block.start_s, block.rate_start));
-        heard.gain_end[channel].push_back(gain(bubble, c, birth_place, end_s, block.rate_end));
+        heard.gain_start[channel].push_back(gain(bubble, c, delay, block.start_s, block.rate_start));
+        heard.gain_end[channel].push_back(gain(bubble, c, delay, end_s, block.rate_end));
         const double level = std::exp(block.log_start.real()) * std::abs(heard.gain_start[channel].back());
         heard.summary.peak = std::max(heard.summary.peak, level);
       }
@@ -71,17 +70,23 @@ class Listener {
   }
 
  private:
-  Complex gain(const SceneBubble& bubble, int channel, const Eigen::Vector3d& birth_place, double age_s, Complex rate) const {
+  // Time on the way to an ear; without propagation delay against the centre of the head.
+  double way_s(const HeadModel& head, int channel, const Eigen::Vector3d& place) const {
+    const double ear_s = scene_.stereo ? head.delay_s(head.angle_rad(channel, place)) : 0.0;
+    return ear_s + (scene_.propagation_delay ? (place - head.centre_m).norm() / scene_.air_sound_speed_m_s : 0.0);
+  }
+  Complex gain(const SceneBubble& bubble, int channel, double delay_s, double age_s, Complex rate) const {
     const Eigen::Vector3d place = bubble.motion->position_m(age_s);
+    const HeadModel head = scene_.head_path.at(scene_.head, bubble.birth_s + age_s);
     Complex transfer = 1.0;
     if (scene_.transfer != SceneTransfer::kUnit) {
       transfer = bubble.transfer ? bubble.transfer->at(bubble.birth_s + age_s)
-                                 : half_space_transfer(scene_, bubble.radius_m, place, scene_.head.centre_m, rate);
+                                 : half_space_transfer(scene_, bubble.radius_m, place, head.centre_m, rate);
     }
     if (!scene_.stereo) return std::abs(transfer);
-    const double omega = rate.imag(), angle = scene_.head.angle_rad(channel, place);
-    const double later_s = scene_.head.delay_s(angle) - scene_.head.delay_s(scene_.head.angle_rad(channel, birth_place));
-    return transfer * scene_.head.shadow(angle, omega) * std::polar(1.0, -omega * later_s);
+    const double omega = rate.imag();
+    const double later_s = way_s(head, channel, place) + scene_.head.radius_m / scene_.head.sound_speed_m_s - delay_s;
+    return transfer * head.shadow(head.angle_rad(channel, place), omega) * std::polar(1.0, -omega * later_s);
   }
   const BubbleScene& scene_;
 };

@@ -37,4 +37,18 @@ std::complex<double> HeadModel::shadow(double angle, double omega_rad_s) const {
   return std::complex<double>(1.0, alpha * x) / std::complex<double>(1.0, x);
 }
 
+HeadModel HeadPath::at(const HeadModel& head, double time_s) const {
+  if (times_s.empty()) return head;
+  HeadModel moved = head;
+  const auto next = std::lower_bound(times_s.begin(), times_s.end(), time_s);
+  const auto i = static_cast<std::size_t>(std::min(next, times_s.end() - 1) - times_s.begin());
+  const std::size_t before = i > 0 && next != times_s.end() ? i - 1 : i;
+  const double part = before < i ? (time_s - times_s[before]) / (times_s[i] - times_s[before]) : 0.0;
+  moved.centre_m = centres_m[before] + part * (centres_m[i] - centres_m[before]);
+  if (facings.empty()) return moved;
+  const Eigen::Vector3d turned = facings[before].normalized() + part * (facings[i].normalized() - facings[before].normalized());
+  if (turned.head<2>().norm() > 1e-6) moved.facing = turned;  // half way between opposite directions there is none
+  return moved;
+}
+
 }  // namespace klang::bubble

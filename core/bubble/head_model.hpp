@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <complex>
+#include <vector>
 
 namespace klang::bubble {
 
@@ -23,6 +24,15 @@ struct HeadModel {
   double angle_rad(int ear, const Eigen::Vector3d& source_m) const;
   double delay_s(double angle_rad) const;
   std::complex<double> shadow(double angle_rad, double omega_rad_s) const;
+};
+
+/// A listener who walks and turns: straight lines between the times, at rest outside.
+struct HeadPath {
+  std::vector<double> times_s;             ///< ascending; empty: the head stays
+  std::vector<Eigen::Vector3d> centres_m;  ///< as many
+  std::vector<Eigen::Vector3d> facings;    ///< as many, or empty: the direction stays
+  /// The head at a time; the rest as in head.
+  HeadModel at(const HeadModel& head, double time_s) const;
 };
 
 }  // namespace klang::bubble

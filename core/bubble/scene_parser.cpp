@@ -1,4 +1,5 @@
 #include <cmath>
+#include <map>
 
 #include "core/base/errors.hpp"
 #include "core/base/output_file.hpp"
@@ -61,6 +62,8 @@ const TomlField kSchema[] = {
 
     {"listener", "position_m", TomlType::kVector, "[0, -1, 0.5]", -1e4, 1e4, "centre of the head, z above 0"},
     {"listener", "facing", TomlType::kVector, "[0, 1, 0]", -1e4, 1e4, "direction of the nose; its horizontal part counts"},
+    {"listener", "path_csv", TomlType::kText, "none", -kInf, kInf,
+     "of a listener who moves, instead of the position: `time_s,x_m,y_m,z_m` and, where it turns, `facing_x,facing_y,facing_z`"},
     {"listener", "mode", TomlType::kText, "`stereo`", -kInf, kInf, "`stereo` (two ears of a spherical head) or `mono` (modulus of the transfer)"},
     {"listener", "head_radius_m", TomlType::kNumber, "0.0875", 0.01, 0.5, "radius of the head"},
     {"listener", "ear_azimuth_deg", TomlType::kNumber, "100", 0, 180, "of each ear from the nose"},
@@ -148,7 +151,9 @@ std::shared_ptr<const BubbleMotion> read_path(const TomlTable& table, const std:
   return motion;
 }
 
-SceneBubble read_bubble(const TomlTable& table, const std::filesystem::path& base, const BubbleScene& scene) {
+using TransferFiles = std::map<std::filesystem::path, std::shared_ptr<const TransferSeries>>;
+
+SceneBubble read_bubble(const TomlTable& table, const std::filesystem::path& base, const BubbleScene& scene, TransferFiles& files) {
   SceneBubble bubble;
   bubble.radius_m = table.number("radius_m");
   bubble.birth_s = table.number("birth_s", 0.0);
@@ -163,8 +168,12 @@ SceneBubble read_bubble(const TomlTable& table, const std::filesystem::path& bas
   }
   if (table.has("transfer_file")) {
     const std::filesystem::path file = base / table.text("transfer_file");
-    bubble.transfer = located(table.place("transfer_file"),
-                              [&] { return std::make_shared<const TransferSeries>(read_transfer_series(file)); });
+    std::shared_ptr<const TransferSeries>& transfer = files[file];
+    if (!transfer) {
+      transfer = located(table.place("transfer_file"),
+                         [&] { return std::make_shared<const TransferSeries>(read_transfer_series(file)); });
+    }
+    bubble.transfer = transfer;
   }
   located(table.place("radius_m"), [&] { return bubble_oscillation(bubble.radius_m, scene.medium, scene.theory); });
   return bubble;
@@ -250,8 +259,29 @@ void read_pitch(const TomlTable& pitch, BubbleScene& scene) {
   p.largest_factor = pitch.number("largest_factor", p.largest_factor);
 }
 
-void read_listener(const TomlTable& listener, BubbleScene& scene) {
+HeadPath read_head_path(const TomlTable& listener, const std::filesystem::path& base) {
+  if (listener.has("position_m")) throw InputError(listener.place("path_csv"), "says the position itself", "", "no position_m");
+  const std::filesystem::path file = base / listener.text("path_csv");
+  static constexpr std::string_view kPlaces[] = {"x_m", "y_m", "z_m"}, kFacing[] = {"facing_x", "facing_y", "facing_z"};
+  const TimeSeries series = located(listener.place("path_csv"), [&] { return read_time_series(file, kPlaces, kFacing, false); });
+  const bool turns = !series.columns[3].empty();
+  if (turns != !series.columns[4].empty() || turns != !series.columns[5].empty())
+    throw InputError(listener.place("path_csv"), file.string() + " has a part of the columns of the direction", "", "facing_x, facing_y, facing_z");
+  HeadPath path{series.times_s, {}, {}};
+  for (std::size_t i = 0; i < series.times_s.size(); ++i) {
+    const std::string at = file.string() + ", at " + to_text(series.times_s[i]) + " s";
+    path.centres_m.emplace_back(series.columns[0][i], series.columns[1][i], series.columns[2][i]);
+    if (!(path.centres_m.back().z() > 0.0)) throw InputError(at, "the listener is not in the air", "z = " + to_text(series.columns[2][i]), "above 0");
+    if (!turns) continue;
+    path.facings.emplace_back(series.columns[3][i], series.columns[4][i], series.columns[5][i]);
+    if (!(path.facings.back().head<2>().norm() > 0.0)) throw InputError(at, "the listener faces no horizontal direction");
+  }
+  return path;
+}
+
+void read_listener(const TomlTable& listener, const std::filesystem::path& base, BubbleScene& scene) {
   HeadModel& head = scene.head;
+  if (listener.has("path_csv")) scene.head_path = read_head_path(listener, base);
   head.centre_m = listener.vector("position_m", head.centre_m);
   if (!(head.centre_m.z() > 0.0))
     throw InputError(listener.place("position_m"), "is not in the air", "z = " + to_text(head.centre_m.z()) + " m", "above 0");
@@ -277,8 +307,10 @@ BubbleScene parse_bubble_scene(std::string_view toml, const std::string& name, c
   read_media(root, scene);
   read_sound(root.table("sound"), scene);
   read_pitch(root.table("pitch"), scene);
-  read_listener(root.table("listener"), scene);
-  for (const TomlTable& bubble : root.tables("bubble", kMaxBubbles)) scene.bubbles.push_back(read_bubble(bubble, base_folder, scene));
+  read_listener(root.table("listener"), base_folder, scene);
+  TransferFiles files;  // bubbles may share one
+  for (const TomlTable& bubble : root.tables("bubble", kMaxBubbles))
+    scene.bubbles.push_back(read_bubble(bubble, base_folder, scene, files));
   std::uint64_t number = 1;
   for (const TomlTable& population : root.tables("population", 1000)) add_population(population, seed, number++, scene);
   if (scene.bubbles.empty()) throw InputError(name, "has no bubbles", "", "[[bubble]] or [[population]]");

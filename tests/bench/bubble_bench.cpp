@@ -1,6 +1,8 @@
 // Bubble scenes in stereo, transfer in closed form. Bar: 8,000 bubbles in 5 s of sound in less than 5 s on 2 cores.
 #include <benchmark/benchmark.h>
 
+#include <cmath>
+
 #include "core/bubble/bubble_scene.hpp"
 
 namespace {
@@ -16,8 +18,23 @@ BubbleScene scene_of(int count, double seconds, const char* rise) {
                             "bench", ".", 1);
 }
 
-void BM_Bubbles_sound(benchmark::State& state, int count, double seconds, const char* rise) {
-  const BubbleScene scene = scene_of(count, seconds, rise);
+// A transfer for each bubble, a value a millisecond, as a solver would give it.
+void add_transfers(BubbleScene& scene) {
+  std::size_t i = 0;
+  for (SceneBubble& bubble : scene.bubbles) {
+    auto series = std::make_shared<TransferSeries>();
+    for (int k = 0; k < 300; ++k) {
+      series->times_s.push_back(bubble.birth_s + 1e-3 * k);
+      series->pressure_pa_per_m.push_back(std::polar(1e3 * (1.0 + 0.3 * std::sin(0.1 * k)), 0.05 * k + static_cast<double>(i)));
+    }
+    bubble.transfer = series;
+    ++i;
+  }
+}
+
+void BM_Bubbles_sound(benchmark::State& state, int count, double seconds, const char* rise, bool transfers = false) {
+  BubbleScene scene = scene_of(count, seconds, rise);
+  if (transfers) add_transfers(scene);
   for (auto _ : state) {
     const BubbleSound sound = synthesise_bubbles(scene);
     if (sound.status != BubbleSoundStatus::kDone) state.SkipWithError("silent");
@@ -28,6 +45,7 @@ void BM_Bubbles_sound(benchmark::State& state, int count, double seconds, const 
 BENCHMARK_CAPTURE(BM_Bubbles_sound, 100_bubbles, 100, 0.1, "terminal")->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_rising, 8000, 5.0, "terminal")->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_fixed, 8000, 5.0, "fixed")->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_with_transfers, 8000, 5.0, "terminal", true)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
 
 // One track and its voice: time a sample. A bubble of 40 mm rings for seconds.
 void BM_Bubbles_one_track(benchmark::State& state, double radius_m) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
@@ -62,6 +63,13 @@ TEST(BubblePhysics, SurfaceTensionRaisesThePitch) {
     const double plain = bubble_oscillation(radius_m, without).undamped_frequency_hz;
     EXPECT_GT(bubble_oscillation(radius_m).undamped_frequency_hz, plain);
     EXPECT_LT(bubble_oscillation(radius_m, {}, BubbleTheory::kPaper).undamped_frequency_hz, plain);
+  }
+}
+
+TEST(BubblePhysics, FigureOneOfThePaperGivesDiametersAndHertz) {
+  const std::pair<double, double> printed[] = {{5e-3, 1300.0}, {2e-3, 3300.0}, {1e-3, 6600.0}, {5e-4, 13000.0}};
+  for (const auto& [diameter_m, hz] : printed) {
+    EXPECT_LE(relative(bubble_oscillation(0.5 * diameter_m, {}, BubbleTheory::kPaper).damped_frequency_hz, hz), 0.012) << hz;
   }
 }
 

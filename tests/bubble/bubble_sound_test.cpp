@@ -154,6 +154,38 @@ TEST(BubbleSound, BubbleOnTheLeftIsEarlierAndLouderInTheLeftEar) {
   EXPECT_GT(sound.sound.samples.col(0).norm(), 3.0 * sound.sound.samples.col(1).norm());
 }
 
+TEST(BubbleSound, ListenerWhoWalksHearsEachBubbleFromWhereHeIs) {
+  Folder folder;
+  folder.write("walk.csv", "time_s,x_m,y_m,z_m,facing_x,facing_y,facing_z\n0,0,-0.5,0.3,0,1,0\n1,0,-0.5,0.3,0,1,0\n2,0,0.5,0.3,0,-1,0\n");
+  const auto bubbles = [](double birth_s) {
+    return "[[bubble]]\nradius_m = 0.001\nbirth_s = " + std::to_string(birth_s) + "\nposition_m = [-0.3, 0, -0.01]\n";
+  };
+  const std::string walks = "[listener]\npath_csv = \"walk.csv\"\n[sound]\nduration_s = 3\n";
+  const BubbleSound sound = synthesise_bubbles(scene_of(walks + bubbles(0.1) + bubbles(2.5), folder.path));
+  const auto level = [&](int channel, Eigen::Index from) { return sound.sound.samples.col(channel).segment(from, 48000 / 4).norm(); };
+  EXPECT_GT(level(0, 4800), 1.1 * level(1, 4800));
+  // On the other side, turned: left and right are exchanged, all else is the same.
+  EXPECT_NEAR(level(1, 120000) / level(0, 4800), 1.0, 1e-3);
+  EXPECT_NEAR(level(0, 120000) / level(1, 4800), 1.0, 1e-3);
+}
+
+TEST(BubbleSound, ListenerWhoApproachesHearsTheDopplerShift) {
+  Folder folder;
+  folder.write("rush.csv", "time_s,x_m,y_m,z_m\n0,0,-11,0.5\n1,0,9,0.5\n");  // 20 m/s
+  const std::string scene = "[sound]\nduration_s = 2\nattack = \"none\"\n[pitch]\nmodel = \"constant\"\n[[bubble]]\nradius_m = 0.005\nbirth_s = 0.02\nposition_m = [0, 0, -0.01]\n";
+  const auto frequency = [&](const std::string& listener) {
+    const BubbleSound sound = synthesise_bubbles(scene_of("[listener]\npropagation_delay = true\n" + listener + scene, folder.path));
+    const auto channel = sound.sound.samples.col(0);
+    std::vector<double> crossings;
+    for (Eigen::Index i = 1; i < channel.size() && crossings.size() < 21; ++i) {
+      if (channel[i - 1] < 0.0 && channel[i] >= 0.0) crossings.push_back(static_cast<double>(i) - channel[i] / (channel[i] - channel[i - 1]));
+    }
+    return 48000.0 * static_cast<double>(crossings.size() - 1) / (crossings.back() - crossings.front());
+  };
+  const double ratio = frequency("path_csv = \"rush.csv\"\n") / frequency("position_m = [0, -10.6, 0.5]\n");
+  EXPECT_NEAR(ratio, 1.0 + 20.0 / 343.0, 0.003);
+}
+
 TEST(BubbleSound, TooHighBubblesAreLeftOutAndCounted) {
   const BubbleSound sound = synthesise_bubbles(
       scene_of("[sound]\nsample_rate_hz = 8000\n[[bubble]]\nradius_m = 0.0004\nposition_m = [0, 0, -0.01]\n" + kOneBubble));

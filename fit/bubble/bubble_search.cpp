@@ -54,6 +54,7 @@ class Search {
   }
 
   BubbleSearchResult run();
+  std::vector<RingGroup> windows(const BubbleSearchResult& result);
 
  private:
   ChirpLaw law_at(double frequency_hz, double quick_attack_per_s) const;
@@ -379,6 +380,18 @@ void Search::judge(FoundBubble& bubble) const {
   }
 }
 
+std::vector<RingGroup> Search::windows(const BubbleSearchResult& result) {
+  result_ = result;
+  residual_ = result.mono.samples.col(0) - render(result.found, result.mono.n_frames(), rate_);
+  std::vector<RingGroup> list;
+  for (auto& members : groups()) {
+    std::vector<const FoundBubble*> bubbles;
+    for (const std::size_t i : members) bubbles.push_back(&result_.found[i]);
+    list.push_back({members, std::make_shared<const ChirpWindow>(window_of(bubbles))});
+  }
+  return list;
+}
+
 BubbleSearchResult Search::run() {
   const Eigen::VectorXd samples = result_.mono.samples.col(0);
   residual_ = samples;
@@ -440,7 +453,7 @@ void BubbleSearchOptions::validate() const {
     throw InputError("bubbles", "max_bubbles", std::to_string(max_bubbles), "1 to 10000");
 }
 
-const char* to_text(BubbleVerdict verdict) {
+const char* words(BubbleVerdict verdict) {
   switch (verdict) {
     case BubbleVerdict::kBubble: return "bubble";
     case BubbleVerdict::kDriven: return "bubble, amplitude does not fall as it rings free";
@@ -502,6 +515,10 @@ Eigen::VectorXd render(const std::vector<FoundBubble>& bubbles, Eigen::Index n_s
     sum.segment(first, n) += value.head(n);
   }
   return sum;
+}
+
+std::vector<RingGroup> ring_groups(const BubbleSearchResult& result, const BubbleSearchOptions& options) {
+  return Search(result.mono, options, silent_monitor()).windows(result);
 }
 
 BubbleSearchResult find_bubbles(const audio::Signal& recording, const BubbleSearchOptions& options, Monitor& monitor) {

@@ -28,7 +28,7 @@ enum class BubbleVerdict {
   kRingsTooLong,     ///< steady pitch, and less damping than a bubble of this pitch can have: some other thing
   kDampedTooStrongly ///< ten times the damping of a bubble of this pitch: a click or a patch of noise
 };
-const char* to_text(BubbleVerdict verdict);
+const char* words(BubbleVerdict verdict);
 
 struct FoundBubble {
   Chirp chirp;
@@ -58,6 +58,13 @@ struct BubbleSearchResult {
 /// @throws InputError: options out of range, silence, less than 256 samples, samples that are not finite
 BubbleSearchResult find_bubbles(const audio::Signal& recording, const BubbleSearchOptions& options = {},
                                 Monitor& monitor = silent_monitor());
+
+/// Bubbles that overlap, with the window they are fitted in; every other sound found is taken out of it.
+struct RingGroup {
+  std::vector<std::size_t> members;  ///< numbers in BubbleSearchResult::found
+  std::shared_ptr<const ChirpWindow> window;
+};
+std::vector<RingGroup> ring_groups(const BubbleSearchResult& result, const BubbleSearchOptions& options);
 
 /// Spectral density of the noise: the lower quartile over short frames, smoothed over a sixth of an octave.
 NoiseSpectrum noise_spectrum(const Eigen::VectorXd& samples, double sample_rate_hz);

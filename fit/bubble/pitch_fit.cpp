@@ -1,0 +1,276 @@
+#include "fit/bubble/pitch_fit.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+
+#include "core/base/errors.hpp"
+#include "core/base/output_file.hpp"
+#include "core/bubble/spline.hpp"
+
+namespace klang::fit::bubble {
+namespace {
+
+constexpr double kDeterminedStd = 0.2;  // as for elastic constants
+constexpr double kNormal95 = 1.959963984540054;
+constexpr int kOwn = Chirp::kParameters - 2;
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == ',') {
+      cells.emplace_back();
+    } else if (c != ' ' && c != '\t' && c != '\r') {
+      cells.back() += c;
+    }
+  }
+  return cells;
+}
+
+double number_of(const std::string& cell, const std::string& place) {
+  double value = 0.0;
+  const auto parsed = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (parsed.ec != std::errc() || parsed.ptr != cell.data() + cell.size() || !std::isfinite(value))
+    throw InputError(place, "is not a number", cell.substr(0, 40));
+  return value;
+}
+
+std::shared_ptr<const PitchLaw> law_of(const BubbleRise& rise, double max_factor) {
+  if (rise.times_s.size() < 2) {
+    const double depth = -rise.phi_m.front(), speed = rise.speed_m_s;
+    return std::make_shared<const DepthPitch>([depth, speed](double t) { return depth - speed * t; },
+                                              [speed](double) { return speed; }, max_factor);
+  }
+  const auto spline = std::make_shared<const klang::bubble::CubicSpline>(rise.times_s, rise.phi_m);
+  return std::make_shared<const DepthPitch>([spline](double t) { return -spline->at(t).v; },
+                                            [spline](double t) { return spline->at(t).d; }, max_factor);
+}
+
+PitchNumber number(std::string name, double value, double relative_std) {
+  PitchNumber n;
+  n.name = std::move(name);
+  n.value = value;
+  n.standard_deviation = std::abs(value) * relative_std;
+  // Of the logarithm: all are positive.
+  n.low95 = value * std::exp(-kNormal95 * relative_std);
+  n.high95 = value * std::exp(kNormal95 * relative_std);
+  n.determined = relative_std <= kDeterminedStd;
+  return n;
+}
+
+PitchNumber unknown(std::string name) {
+  PitchNumber n;
+  n.name = std::move(name);
+  return n;
+}
+
+void sound_only(const BubbleSearchResult& found, PitchFitResult& result) {
+  result.status = PitchStatus::kSoundOnly;
+  result.message = "without the bubbles' rise, pitch tells each bubble's rate K v e^(eta (1 - d/|phi0|)) and growth eta v / |phi0| "
+                   "only (v: speed, d: depth at the onset); --rise FILE separates them";
+  for (const char* name : {"k_delta_per_m", "eta", "phi0_m"}) result.parameters.push_back(unknown(name));
+  for (const FoundBubble& bubble : found.found) {
+    if (!bubble.is_bubble()) continue;
+    const char* names[] = {"k_delta * speed * exp(eta (1 - depth/|phi0|)) [1/s]", "eta * speed / |phi0| [1/s]"};
+    for (int i = 0; i < 2; ++i) {
+      const double value = bubble.chirp.pitch[i], spread = std::sqrt(bubble.covariance(i, i)) / std::max(std::abs(value), 1e-12);
+      if (value > 0.0 && spread <= kDeterminedStd)
+        result.identifiable.push_back(number("bubble at " + klang::to_text(std::round(1e4 * bubble.chirp.onset_s) / 1e4) + " s: " + names[i], value, spread));
+    }
+  }
+}
+
+/// The joint problem's state: ln P, ln q and each bubble's own numbers.
+struct Joint {
+  std::array<double, 2> pitch{};
+  std::map<std::size_t, std::array<double, 2>> free_pitch;  // of bubbles without a rise
+  std::map<std::size_t, std::array<double, kOwn>> own;
+  double cost = 1e300;
+};
+
+}  // namespace
+
+std::vector<BubbleRise> read_rises(const std::filesystem::path& path) {
+  const std::string text = read_file(path), file = path.string();
+  std::vector<BubbleRise> rises;
+  std::vector<std::string> header;
+  int line_number = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    const std::string line = text.substr(at, end - at);
+    at = end + 1;
+    ++line_number;
+    const auto cells = cells_of(line);
+    if ((cells.size() == 1 && cells[0].empty()) || cells[0].starts_with('#')) continue;
+    const std::string place = file + " line " + std::to_string(line_number);
+    if (header.empty()) {
+      header = cells;
+      if (header != std::vector<std::string>{"onset_s", "phi_m", "speed_m_s"} && header != std::vector<std::string>{"onset_s", "time_s", "phi_m"})
+        throw InputError(place, "has other columns", line.substr(0, 60), "onset_s,phi_m,speed_m_s or onset_s,time_s,phi_m");
+      continue;
+    }
+    if (cells.size() != 3) throw InputError(place, "has another number of columns", std::to_string(cells.size()), "3");
+    const double onset = number_of(cells[0], place + ", onset_s"), a = number_of(cells[1], place + ", " + header[1]), b = number_of(cells[2], place + ", " + header[2]);
+    const bool even = header[1] == "phi_m";
+    checked(place, "phi_m", even ? a : b, -10.0, -1e-6);
+    if (even) {
+      rises.push_back({onset, {0.0}, {a}, checked(place, "speed_m_s", b, -10.0, 10.0)});
+    } else {
+      if (rises.empty() || rises.back().onset_s != onset) rises.push_back({onset, {}, {}, 0.0});
+      if (!rises.back().times_s.empty() && !(a > rises.back().times_s.back()))
+        throw InputError(place, "time_s does not rise", cells[1]);
+      rises.back().times_s.push_back(a);
+      rises.back().phi_m.push_back(b);
+    }
+  }
+  if (rises.empty()) throw InputError(file, "holds no rise");
+  for (const BubbleRise& rise : rises)
+    if (header[1] == "time_s" && rise.times_s.size() < 2) throw InputError(file, "has one moment only for the bubble at " + klang::to_text(rise.onset_s) + " s");
+  return rises;
+}
+
+PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<BubbleRise>& rises,
+                         const BubbleSearchOptions& search, const PitchFitOptions& options) {
+  PitchFitResult result;
+  if (options.phi0_m) checked("pitch", "phi0_m", *options.phi0_m, -1.0, -1e-5);
+  std::vector<std::shared_ptr<const PitchLaw>> along(found.found.size());
+  for (std::size_t i = 0; i < found.found.size(); ++i) {
+    if (!found.found[i].is_bubble()) continue;
+    const BubbleRise* nearest = nullptr;
+    const auto off = [&](const BubbleRise& rise) { return std::abs(rise.onset_s - found.found[i].chirp.onset_s); };
+    for (const BubbleRise& rise : rises)
+      if (off(rise) <= kRiseMatchS && (!nearest || off(rise) < off(*nearest))) nearest = &rise;
+    if (!nearest) continue;
+    along[i] = law_of(*nearest, options.max_factor);
+    ++result.n_bubbles;
+  }
+  if (result.n_bubbles == 0) {
+    sound_only(found, result);
+    if (!rises.empty()) result.message = "no bubble was found near the rises' onsets; " + result.message;
+    return result;
+  }
+
+  const auto groups = ring_groups(found, search);
+  std::vector<ChirpLaw> laws;
+  for (std::size_t i = 0; i < found.found.size(); ++i) {
+    laws.push_back(found.found[i].law);
+    if (along[i]) laws.back().pitch = along[i];
+  }
+  Joint best;
+  Eigen::MatrixXd covariance;
+  double chi_square = 0.0;
+  Eigen::Index n_data = 0;
+  std::vector<double> ratios;
+  // The published constants, and others: the problem has valleys where the chirps are weak.
+  for (const double start_q : {124.0, 50.0, 300.0}) {
+    Joint joint;
+    joint.pitch = {std::log(73.0 * std::exp(1.24) / 124.0), std::log(start_q)};
+    for (std::size_t i = 0; i < found.found.size(); ++i) {
+      const Chirp& chirp = found.found[i].chirp;
+      const Eigen::Matrix<double, Chirp::kParameters, 1> x = chirp.vector().cwiseQuotient(chirp_scale(laws[i]));
+      joint.free_pitch[i] = {x[0], x[1]};
+      std::copy(x.data() + 2, x.data() + Chirp::kParameters, joint.own[i].begin());
+    }
+    ceres::Problem problem;
+    std::vector<ceres::ResidualBlockId> ids;
+    for (const RingGroup& group : groups) {
+      if (std::none_of(group.members.begin(), group.members.end(), [&](std::size_t i) { return along[i] != nullptr; })) continue;
+      std::vector<ChirpLaw> group_laws;
+      std::vector<int> pitch_group;
+      std::vector<double*> blocks = {joint.pitch.data()};
+      for (const std::size_t i : group.members) {
+        group_laws.push_back(laws[i]);
+        pitch_group.push_back(along[i] ? 0 : static_cast<int>(blocks.size()));
+        if (!along[i]) blocks.push_back(joint.free_pitch[i].data());
+      }
+      for (const std::size_t i : group.members) blocks.push_back(joint.own[i].data());
+      ids.push_back(problem.AddResidualBlock(make_chirp_cost(group.window, group_laws, pitch_group).release(), nullptr, blocks));
+      for (const std::size_t i : group.members) {
+        for (const auto& [index, reach] : {std::pair{0, 10.0}, {1, 0.2}, {2, 3.0}}) {
+          const double middle = joint.own[i][static_cast<std::size_t>(index)];
+          problem.SetParameterLowerBound(joint.own[i].data(), index, middle - reach);
+          problem.SetParameterUpperBound(joint.own[i].data(), index, middle + reach);
+        }
+      }
+    }
+    problem.SetParameterLowerBound(joint.pitch.data(), 0, std::log(1e-3));
+    problem.SetParameterUpperBound(joint.pitch.data(), 0, std::log(1e4));
+    problem.SetParameterLowerBound(joint.pitch.data(), 1, std::log(1.0));
+    problem.SetParameterUpperBound(joint.pitch.data(), 1, std::log(1e4));
+    ceres::Solver::Options solver;
+    solver.max_num_iterations = 60;
+    solver.linear_solver_type = ceres::DENSE_QR;
+    solver.function_tolerance = 1e-9;
+    solver.logging_type = ceres::SILENT;
+    solver.num_threads = 1;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem, &summary);
+    if (!summary.IsSolutionUsable() || !(summary.final_cost < best.cost)) continue;
+    best = joint;
+    best.cost = summary.final_cost;
+    chi_square = 0.0;
+    n_data = 0;
+    ratios.clear();
+    for (const auto id : ids) {
+      double cost = 0.0;
+      problem.EvaluateResidualBlock(id, false, &cost, nullptr, nullptr);
+      const int n = problem.GetCostFunctionForResidualBlock(id)->num_residuals();
+      chi_square += 2.0 * cost;
+      n_data += n;
+      ratios.push_back(2.0 * cost / n);
+    }
+    // Shared numbers' covariance with all else free: their block of the inverse normal matrix.
+    ceres::CRSMatrix sparse;
+    ceres::Problem::EvaluateOptions at;
+    at.parameter_blocks.push_back(joint.pitch.data());
+    for (auto& [i, own] : joint.own)
+      if (problem.HasParameterBlock(own.data())) at.parameter_blocks.push_back(own.data());
+    for (auto& [i, free] : joint.free_pitch)
+      if (problem.HasParameterBlock(free.data())) at.parameter_blocks.push_back(free.data());
+    problem.Evaluate(at, nullptr, nullptr, nullptr, &sparse);
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+    for (int r = 0; r < sparse.num_rows; ++r)
+      for (int k = sparse.rows[static_cast<std::size_t>(r)]; k < sparse.rows[static_cast<std::size_t>(r) + 1]; ++k)
+        jacobian(r, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
+    const Eigen::VectorXd norm = jacobian.colwise().norm().cwiseMax(1e-300).transpose();
+    const Eigen::MatrixXd scaled = jacobian * norm.cwiseInverse().asDiagonal();
+    const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
+    covariance = inverse.topLeftCorner(2, 2).cwiseQuotient(norm.head(2) * norm.head(2).transpose());
+    // A direction that the data do not see at all has no place in a pseudo-inverse's small numbers.
+    const Eigen::Matrix2d information = covariance.inverse();
+    if (!information.allFinite()) covariance = Eigen::Matrix2d::Identity() * 1e6;
+  }
+  if (best.cost >= 1e300) {
+    result.status = PitchStatus::kFailed;
+    result.message = "the joint fit of the pitch constants did not converge";
+    return result;
+  }
+  result.status = PitchStatus::kFitted;
+  result.chi_square_ratio = ratios;
+  covariance *= std::max(1.0, chi_square / static_cast<double>(std::max<Eigen::Index>(n_data, 1)));
+  const double log_p = best.pitch[0], log_q = best.pitch[1], q = std::exp(log_q);
+  // ln(K e^eta) = ln P + ln q.
+  const Eigen::Vector2d of_q(0.0, 1.0), of_pq(1.0, 1.0);
+  result.identifiable = {number("eta / |phi0| [1/m]", q, std::sqrt(of_q.dot(covariance * of_q))),
+                         number("k_delta * exp(eta) [1/m]", std::exp(log_p + log_q), std::sqrt(of_pq.dot(covariance * of_pq)))};
+  std::erase_if(result.identifiable, [](const PitchNumber& n) { return !n.determined; });
+  if (options.phi0_m) {
+    const double eta = q * -*options.phi0_m;
+    // ln K = ln P + ln q - q |phi0|.
+    const Eigen::Vector2d of_k(1.0, 1.0 - eta);
+    result.parameters = {number("k_delta_per_m", std::exp(log_p + log_q - eta), std::sqrt(of_k.dot(covariance * of_k))),
+                         number("eta", eta, std::sqrt(of_q.dot(covariance * of_q))), unknown("phi0_m")};
+    result.parameters.back().value = *options.phi0_m;
+    result.message = "phi0 as given";
+  } else {
+    result.parameters = {unknown("k_delta_per_m"), unknown("eta"), unknown("phi0_m")};
+    result.message = "K, eta and phi0 enter as K e^eta and eta / |phi0| only; --phi0-m separates them";
+  }
+  return result;
+}
+
+}  // namespace klang::fit::bubble

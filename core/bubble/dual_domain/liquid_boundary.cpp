@@ -83,14 +83,14 @@ LiquidBoundary::LiquidBoundary(const BoundaryMesh& mesh, const BoundaryOptions& 
   if (!(size > 0.0)) throw InputError(name_, "the boundary has no size");
   surface_.vertices_m = mesh.surface.vertices_m;
   surface_.triangles.resize(n_triangles, 3);
-  const std::vector<int> target = weld(surface_.vertices_m, 1e-9 * size);
+  target_ = weld(surface_.vertices_m, 1e-9 * size);
   for (Index t = 0; t < n_triangles; ++t) {
     const std::string face = "face " + std::to_string(t);
     for (int c = 0; c < 3; ++c) {
       const int v = mesh.surface.triangles(t, c);
       if (v < 0 || v >= n_vertices)
         throw InputError(name_, face + ": vertex out of range", std::to_string(v), "0 to " + std::to_string(n_vertices - 1));
-      surface_.triangles(t, c) = target[static_cast<std::size_t>(v)];
+      surface_.triangles(t, c) = welded_vertex(v);
     }
     const int region = region_[static_cast<std::size_t>(t)];
     if (region < 0 || region > 3)

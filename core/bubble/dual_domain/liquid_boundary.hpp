@@ -50,6 +50,7 @@ class LiquidBoundary {
 
   const std::vector<BoundarySample>& samples() const { return samples_; }
   const mesh::SurfaceMesh& surface() const { return surface_; }  ///< welded and expanded; triangles as given
+  int welded_vertex(int vertex) const { return target_[static_cast<std::size_t>(vertex)]; }  ///< of a vertex as given
   const std::vector<int>& region() const { return region_; }     ///< of each triangle
   const std::string& name() const { return name_; }
   double volume_m3() const { return volume_m3_; }
@@ -80,7 +81,7 @@ class LiquidBoundary {
   void sample(double crease_angle_deg);
 
   mesh::SurfaceMesh surface_;
-  std::vector<int> region_;
+  std::vector<int> region_, target_;
   std::string name_;
   std::vector<BoundarySample> samples_;
   double volume_m3_ = 0.0, free_area_m2_ = 0.0, rigid_area_m2_ = 0.0, radius_m_ = 0.0, spacing_m_ = 0.0;

@@ -1,0 +1,215 @@
+// klang bubble transfer: a ball and a tank from files, a series, and bad input.
+#include <gtest/gtest.h>
+#include <vtkDataArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkXMLPolyDataReader.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "../bubble/dual_domain/liquid_shapes.hpp"
+#include "../bubble/dual_domain/vtp_text.hpp"
+#include "core/base/conventions.hpp"
+#include "klang_process.hpp"
+
+using namespace klang;
+using klang::test::run_klang;
+using klang::test::Scratch;
+
+namespace {
+
+const std::string kTank = "bubble transfer --boundary tank.vtp --bubble 0.13,0.10,-0.05 --frequency-hz 1500 --fluid-sources 30 --air-sources 20 "
+                          "--points pts.csv --json t.json ";
+
+void write_tank(const Scratch& scratch) {
+  scratch.write("tank.vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.02)));
+  scratch.write("pts.csv", "x_m,y_m,z_m\n0.1,0.1,0.5\n0.6,0,0.2\n");
+}
+
+nlohmann::json json_of(const Scratch& scratch, const std::string& name) {
+  std::ifstream file(scratch.path() / name);
+  return nlohmann::json::parse(file);
+}
+
+void expect_refused(const Scratch& scratch, const std::string& arguments, const std::vector<std::string>& words) {
+  const auto before = scratch.files();
+  const auto result = run_klang(arguments, scratch.path());
+  EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
+  EXPECT_EQ(result.err_lines(), 1) << result.err;
+  for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
+  EXPECT_EQ(scratch.files(), before);
+}
+
+}  // namespace
+
+TEST(BubbleTransfer, BallIsHeardAsTheExactTwoWayField) {
+  const Scratch scratch;
+  scratch.write("ball.vtp", test::vtp_text(test::ball(0.05, 10)));
+  scratch.write("pts.csv", "0.5,0,0\n0,-0.3,0.4\n");
+  const auto run = run_klang("bubble transfer --boundary ball.vtp --bubble 0,0,0 --frequency-hz 1500 --radius-m 0.002 --fluid-sources 60 "
+                             "--air-sources 60 --points pts.csv --seed 1 --json t.json", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json t = json_of(scratch, "t.json");
+  const test::Complex exact(-8.46648322272779e-05, 7.732643034122478e-05);  // reference/fluid.json: concentric_two_way_exact, S = 1
+  const double strength = 4.0 * kPi * 1000.0 * std::pow(2.0 * kPi * 1500.0 * 0.002, 2);
+  ASSERT_EQ(t["pressure"].size(), 2U);
+  for (const auto& p : t["pressure"])
+    EXPECT_LE(std::abs(test::Complex(p["re"], p["im"]) / strength - exact) / std::abs(exact), 1e-2);
+  EXPECT_LE(t["fit_error_fluid"].get<double>(), 1e-3);
+  EXPECT_LE(t["fit_error_air"].get<double>(), 1e-3);
+  EXPECT_GT(t["wall_time_s"]["total"].get<double>(), 0.0);
+}
+
+TEST(BubbleTransfer, DefaultRadiusRingsAtTheFrequency) {
+  const Scratch scratch;
+  scratch.write("ball.vtp", test::vtp_text(test::ball(0.05, 6)));
+  scratch.write("pts.csv", "0.5,0,0\n");
+  ASSERT_EQ(run_klang("bubble transfer --boundary ball.vtp --bubble 0,0,0 --frequency-hz 3286 --fluid-sources 10 --air-sources 10 --points pts.csv "
+                      "--json t.json", scratch.path()).exit_code, 0);
+  EXPECT_NEAR(json_of(scratch, "t.json")["radius_m"].get<double>(), 0.001, 5e-6);
+}
+
+TEST(BubbleTransfer, SurfaceFileHoldsTheSlopeOfTheImages) {
+  const Scratch scratch;
+  write_tank(scratch);
+  const auto run = run_klang(kTank + "-o v.vtp", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const double strength = json_of(scratch, "t.json")["source_strength_kg_m_s2"];
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName((scratch.path() / "v.vtp").c_str());
+  reader->Update();
+  vtkDataArray* slope = reader->GetOutput()->GetPointData()->GetArray("surface_normal_derivative");
+  ASSERT_NE(slope, nullptr);
+  ASSERT_EQ(slope->GetNumberOfComponents(), 2);
+  const test::TankImages images({0.30, 0.22, 0.15}, 2 * kPi * 1500 / 1497);
+  double error = 0.0, size = 0.0;
+  for (vtkIdType i = 0; i < 16 * 12; ++i) {  // the top is the first patch
+    double x[3];
+    reader->GetOutput()->GetPoint(i, x);
+    ASSERT_EQ(x[2], 0.0);
+    const double exact = images.top_slope(x[0], x[1], {0.13, 0.10, -0.05});
+    error += std::norm(test::Complex(slope->GetComponent(i, 0), slope->GetComponent(i, 1)) / strength - exact);
+    size += exact * exact;
+  }
+  EXPECT_LE(std::sqrt(error / size), 0.02);
+}
+
+TEST(BubbleTransfer, SameSeedSameBytesOtherSeedOtherSources) {
+  const Scratch scratch;
+  write_tank(scratch);
+  const auto pressure = [&](const std::string& more) {
+    EXPECT_EQ(run_klang(kTank + more, scratch.path()).exit_code, 0);
+    return json_of(scratch, "t.json")["pressure"];
+  };
+  const auto one = pressure("--seed 1 --threads 1"), two = pressure("--seed 1 --threads 2"), other = pressure("--seed 2");
+  EXPECT_EQ(one, two);
+  EXPECT_NE(one, other);
+}
+
+TEST(BubbleTransfer, PaperLeavesTheDensityRatioOut) {
+  const Scratch scratch;
+  scratch.write("ball.vtp", test::vtp_text(test::ball(0.05, 6)));
+  scratch.write("pts.csv", "0.5,0,0\n");
+  const std::string command = "bubble transfer --boundary ball.vtp --bubble 0,0,0.01 --frequency-hz 1000 --radius-m 0.003 --fluid-sources 10 "
+                              "--air-sources 10 --points pts.csv --json t.json ";
+  ASSERT_EQ(run_klang(command, scratch.path()).exit_code, 0);
+  const auto right = json_of(scratch, "t.json")["pressure"][0];
+  ASSERT_EQ(run_klang(command + "--literature paper", scratch.path()).exit_code, 0);
+  const auto paper = json_of(scratch, "t.json")["pressure"][0];
+  const test::Complex gain = test::Complex(paper["re"], paper["im"]) / test::Complex(right["re"], right["im"]);
+  EXPECT_NEAR(gain.real(), -1000.0 / 1.2041, 1e-3);
+}
+
+TEST(BubbleTransfer, ObjGroupsNameTheRegions) {
+  const Scratch scratch;
+  const bubble::BoundaryMesh tank = test::tank({0.30, 0.22, 0.15}, 0.03);
+  std::string obj;
+  for (Eigen::Index i = 0; i < tank.surface.vertices_m.rows(); ++i)
+    obj += "v " + std::to_string(tank.surface.vertices_m(i, 0)) + " " + std::to_string(tank.surface.vertices_m(i, 1)) + " " +
+           std::to_string(tank.surface.vertices_m(i, 2)) + "\n";
+  for (Eigen::Index t = 0; t < tank.surface.triangles.rows(); ++t) {
+    if (t == 0 || tank.region[static_cast<std::size_t>(t)] != tank.region[static_cast<std::size_t>(t) - 1])
+      obj += "g region_" + std::to_string(tank.region[static_cast<std::size_t>(t)]) + "\n";
+    obj += "f " + std::to_string(tank.surface.triangles(t, 0) + 1) + " " + std::to_string(tank.surface.triangles(t, 1) + 1) + " " +
+           std::to_string(tank.surface.triangles(t, 2) + 1) + "\n";
+  }
+  scratch.write("tank.obj", obj);
+  scratch.write("tank.vtp", test::vtp_text(tank));
+  scratch.write("pts.csv", "0.1,0.1,0.5\n");
+  nlohmann::json pressure[2];
+  for (int i = 0; i < 2; ++i) {
+    const auto run = run_klang(std::string("bubble transfer --boundary tank.") + (i == 0 ? "obj" : "vtp") +
+                                   " --bubble 0.13,0.10,-0.05 --frequency-hz 1500 --fluid-sources 10 --air-sources 10 --points pts.csv --json t.json",
+                               scratch.path());
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    pressure[i] = json_of(scratch, "t.json")["pressure"][0];
+  }
+  EXPECT_NEAR(pressure[0]["re"].get<double>(), pressure[1]["re"].get<double>(), 1e-3 * std::abs(pressure[1]["re"].get<double>()));
+}
+
+TEST(BubbleTransfer, SeriesWritesATransferOfGrowingStepsThatFreezesOutside) {
+  const Scratch scratch;
+  for (int i = 0; i < 12; ++i)
+    scratch.write("tank_" + std::to_string(100 + i) + ".vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.03)));
+  scratch.write("pts.csv", "0.1,0.1,0.5\n");
+  scratch.write("path.csv", "time_s,x_m,y_m,z_m\n0,0.13,0.1,-0.04\n0.01,0.13,0.1,0.01\n");
+  const auto run = run_klang("bubble transfer --boundary tank_###.vtp --frame-step-s 0.001 --path path.csv --frequency-hz 2000 --decay-per-s 50 "
+                             "--fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv --json t.json", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json t = json_of(scratch, "t.json");
+  EXPECT_EQ(t["n_frames"], 12);
+  EXPECT_LE(t["n_solves"].get<int>(), 8);  // the bubble is out after 8 frames
+  EXPECT_GE(t["n_solves"].get<int>(), 4);
+  EXPECT_TRUE(t["transfer"].back()["frozen"].get<bool>());
+  std::ifstream csv(scratch.path() / "z.csv");
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line, "time_s,re,im");
+}
+
+TEST(BubbleTransfer, BadInputIsNamed) {
+  const Scratch scratch;
+  write_tank(scratch);
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string command = kTank;
+    command.replace(command.find(from), from.size(), to);
+    return command;
+  };
+  expect_refused(scratch, with("tank.vtp", "none.vtp"), {"none.vtp"});
+  expect_refused(scratch, with("0.13,0.10,-0.05", "0.13,0.10,0.05"), {"outside the liquid"});
+  expect_refused(scratch, with("0.13,0.10,-0.05", "0.13,0.10,0"), {"on the boundary"});
+  expect_refused(scratch, with("0.13,0.10,-0.05", "-0.13,0.10,-0.05"), {"outside the liquid"});
+  expect_refused(scratch, with("0.13,0.10,-0.05", "0.13,0.10"), {"--bubble"});
+  expect_refused(scratch, with("1500", "0"), {"--frequency-hz"});
+  expect_refused(scratch, with("--fluid-sources 30", "--fluid-sources 0"), {"--fluid-sources", "1 to 400"});
+  expect_refused(scratch, kTank + "--radius-m 1", {"--radius-m"});
+  expect_refused(scratch, kTank + "--literature book", {"--literature", "right, paper"});
+  expect_refused(scratch, kTank + "-o v.png", {".vtp"});
+  scratch.write("inside.csv", "0.1,0.1,-0.05\n");
+  expect_refused(scratch, with("pts.csv", "inside.csv"), {"point 0", "inside the liquid"});
+  bubble::BoundaryMesh turned = test::tank({0.30, 0.22, 0.15}, 0.05);
+  for (Eigen::Index t = 0; t < turned.surface.triangles.rows(); ++t)
+    if (turned.region[static_cast<std::size_t>(t)] == 0) std::swap(turned.surface.triangles(t, 1), turned.surface.triangles(t, 2));
+  scratch.write("turned.vtp", test::vtp_text(turned));
+  expect_refused(scratch, with("tank.vtp", "turned.vtp"), {"turned.vtp", "inconsistent normals"});
+  scratch.write("nameless.vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.05), "colour"));
+  expect_refused(scratch, with("tank.vtp", "nameless.vtp"), {"nameless.vtp", "region"});
+  scratch.write("cut.vtp", test::vtp_text(turned).substr(0, 900));
+  expect_refused(scratch, with("tank.vtp", "cut.vtp"), {"cut.vtp"});
+}
+
+TEST(BubbleTransfer, SeriesWithAMissingFrameIsRefused) {
+  const Scratch scratch;
+  write_tank(scratch);
+  for (const int i : {0, 1, 3}) scratch.write("tank_000" + std::to_string(i) + ".vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.05)));
+  const std::string command = "bubble transfer --boundary tank_####.vtp --frame-step-s 0.001 --bubble 0.13,0.1,-0.05 --frequency-hz 1500 "
+                              "--fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv";
+  expect_refused(scratch, command, {"missing", "tank_0002.vtp"});
+  scratch.write("tanks.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"tank_0000.vtp\"/>"
+                             "<DataSet timestep=\"1\" file=\"tank_0007.vtp\"/></Collection></VTKFile>");
+  std::string collection = command;
+  collection.replace(collection.find("tank_####.vtp"), 13, "tanks.pvd");
+  expect_refused(scratch, collection, {"missing", "tank_0007.vtp"});
+}

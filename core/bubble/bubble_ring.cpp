@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/check.hpp"
+#include "core/base/errors.hpp"
 #include "core/bubble/bubble_formulas.hpp"
 
 namespace klang::bubble {
@@ -16,6 +16,7 @@ constexpr double kFadeTo = 8.006367567650246;     // ln 3000
 constexpr double kLargestPitchStep = 0.02;        // of the frequency, in a block
 constexpr double kBlockError = 3e-7;              // of Lambda, in a block
 constexpr double kShortestBlockS = 2e-5;
+constexpr double kFastestChange = 0.2;  // of the frequency and its slope, a radian: beyond, there is no slowly varying solution
 
 struct Rate {
   Complex lambda, slope;
@@ -42,6 +43,11 @@ class RateOfAge {
     const Taylor beta = bubble_damping(bubble_.medium, bubble_.theory, Taylor(bubble_.radius_m), omega0).decay_per_s;
     const Taylor w0 = sqrt(omega0 * omega0 - beta * beta);
     const double first = (w0.d - 0.5 * beta.dd / w0.v) / w0.v, second = w0.dd / w0.v;  // W'/W, W''/W
+    const double per_radian = std::max(std::abs(first) / w0.v, std::abs(second) / (w0.v * w0.v));
+    if (!(per_radian <= kFastestChange)) {
+      throw InputError("bubble", "its distance to the surface changes too fast for a pitch, at the age of " + to_text(age_s) + " s",
+                       to_text(per_radian) + " of the frequency a radian", "up to " + to_text(kFastestChange));
+    }
     const double w = w0.v - 0.5 * beta.d / w0.v + 0.5 * (0.75 * first * first - 0.5 * second) / w0.v;
     Rate rate;
     rate.lambda = {-beta.v - 0.5 * first, w};

@@ -51,7 +51,9 @@ struct RingOptions {
 /// (adiabatic of order 3): exact at constant pitch, and without damping the energy over omega0 stays, as it must. Where the
 /// motion has a corner (the bubble comes to rest), q and q' are carried over exactly, which gives the small reflected wave.
 /// Blocks are as short as their error needs, and the pitch changes by 2 % at most in each. Against an order-8 implicit integration the level
-/// stays within 0.01 dB and the phase within 1e-4 rad (tests/bubble/bubble_ring_test.cpp).
+/// stays within 0.01 dB and the phase within 1e-4 rad (tests/bubble/bubble_ring_test.cpp) while |omega'| < 0.05 omega^2; drops
+/// have 0.005.
+/// @throws InputError where |omega'| > 0.2 omega^2: a bubble that jumps
 RingTrack ring_track(const RingingBubble& bubble, const RingOptions& options = {});
 
 }  // namespace klang::bubble

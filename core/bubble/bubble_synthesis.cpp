@@ -103,7 +103,11 @@ JobSound render_job(const Listener& listener, const BubbleScene& scene, std::spa
   std::vector<std::array<BubbleVoice, 2>> voices;
   FrameRange all{std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()};
   for (const std::size_t i : members) {
-    heard.push_back(listener.hear(scene.bubbles[i]));
+    try {
+      heard.push_back(listener.hear(scene.bubbles[i]));
+    } catch (const InputError& error) {
+      throw InputError(scene.name + ", number " + std::to_string(i + 1), error.what());
+    }
     const Heard& one = heard.back();
     summaries[i] = one.summary;
     too_high[i] = one.too_high ? 1 : 0;

@@ -29,6 +29,7 @@ int run_dataset(const DatasetOptions& options, const CommonOptions& common) {
     say(common, "%s: %.2f s at %g Hz, %zu true %s\n", file.c_str(), recording.signal.duration_s(), recording.signal.sample_rate_hz,
         drops ? recording.strikes_s.size() : recording.frequency_hz.size(), drops ? "bubbles" : "partials");
   }
+  for (const auto& [name, text] : dataset.files) write_file(out.staging() / name, text);
   if (!dataset.specimen_toml.empty()) write_file(out.staging() / "specimen.toml", dataset.specimen_toml);
   write_file(out.staging() / "truth.json", json_text(json));
   out.commit();

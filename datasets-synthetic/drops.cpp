@@ -76,9 +76,21 @@ json drop_json(const Drop& drop, const DropSound& sound, double scale, double no
           {"track", {{"time_s", sound.time_s}, {"frequency_hz", sound.frequency_hz}, {"decay_per_s", sound.decay_per_s}, {"phi_m", sound.phi_m}}}};
 }
 
+// How each bubble of a recording rose, as klang bubble fit reads it.
+std::string rise_csv(const DropRecording& recording, const std::vector<DropSound>& sounds) {
+  std::string text = "onset_s,time_s,phi_m\n";
+  for (std::size_t i = 0; i < sounds.size(); ++i) {
+    for (std::size_t k = 0; k < sounds[i].time_s.size(); ++k) {
+      text += to_text(recording.drops[i].onset_s) + "," + to_text(sounds[i].time_s[k]) + "," + to_text(sounds[i].phi_m[k]) + "\n";
+    }
+  }
+  return text;
+}
+
 struct Made {
   SyntheticRecording recording;
   json truth;
+  std::string rise;
 };
 
 Made make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t seed) {
@@ -121,7 +133,8 @@ Made make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t s
     made.recording.strikes_s.push_back(wanted.drops[i].onset_s);
     bubbles.push_back(drop_json(wanted.drops[i], sounds[i], scale, noise_rms));
   }
-  made.truth = {{"name", wanted.name}, {"recording", wanted.name + ".wav"}, {"noise_rms", noise_rms}, {"bubbles", std::move(bubbles)}};
+  made.rise = rise_csv(wanted, sounds);
+  made.truth = {{"name", wanted.name}, {"recording", wanted.name + ".wav"}, {"rise", wanted.name + "-rise.csv"}, {"noise_rms", noise_rms}, {"bubbles", std::move(bubbles)}};
   return made;
 }
 
@@ -199,6 +212,7 @@ Dataset make_drops(std::string_view toml, const std::string& name, std::uint64_t
                 {"recordings", json::array()}};
   Dataset dataset;
   for (Made& one : made) {
+    dataset.files.emplace_back(one.recording.name + "-rise.csv", std::move(one.rise));
     dataset.recordings.push_back(std::move(one.recording));
     truth["recordings"].push_back(std::move(one.truth));
   }

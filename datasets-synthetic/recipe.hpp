@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/audio/signal.hpp"
@@ -23,6 +24,7 @@ struct Dataset {
   std::vector<SyntheticRecording> recordings;
   std::string truth_json;     ///< material, dimensions, damping, partials, noise level, seed, version
   std::string specimen_toml;  ///< ready for klang fit, with the paths of the recordings as written; empty for drops
+  std::vector<std::pair<std::string, std::string>> files;  ///< more text files, name and content: of drops, how each bubble rose
 };
 
 /// Makes the recordings of a recipe (docs/recipes.md). Same recipe and seed: same bits, on any number of

@@ -374,6 +374,6 @@ TEST(GoodBubble, SceneAndDropsAreWritten) {
   scratch.write("d.toml", "kind = \"drops\"\n[sound]\nduration_s = 0.3\n[[recording]]\nname = \"a\"\ndrop = [{ onset_s = 0.1, radius_m = 0.001 }]\n");
   const auto drops = run_klang("dataset d.toml -o out", scratch.path());
   EXPECT_EQ(drops.exit_code, 0) << drops.err;
-  const std::vector<std::string> wanted = {"d.toml", "out", "out/a.wav", "out/truth.json", "s.json", "s.wav", "scene.toml"};
+  const std::vector<std::string> wanted = {"d.toml", "out", "out/a-rise.csv", "out/a.wav", "out/truth.json", "s.json", "s.wav", "scene.toml"};
   EXPECT_EQ(scratch.files(), wanted);
 }

@@ -22,8 +22,10 @@ bubble::BubbleTheory theory_of(const InfoOptions& options) {
   if (options.thermal != "leighton" && options.thermal != "prosperetti")
     throw InputError("--thermal", "unknown choice", options.thermal, "leighton, prosperetti");
   const bool exact = options.thermal == "prosperetti";
-  if (options.literature == "right") return exact ? bubble::BubbleTheory::kProsperetti : bubble::BubbleTheory::kLeighton;
-  if (exact) throw InputError("--thermal", "the printed forms have no exact thermal theory", options.thermal, "leighton");
+  if (options.literature == "right")
+    return exact ? bubble::BubbleTheory::kProsperetti : bubble::BubbleTheory::kLeighton;
+  if (exact)
+    throw InputError("--thermal", "the printed forms have no exact thermal theory", options.thermal, "leighton");
   return bubble::BubbleTheory::kPaper;
 }
 
@@ -50,8 +52,9 @@ int run_info(const InfoOptions& options, const CommonOptions& common) {
                {"delta_thermal", found.delta_thermal},
                {"polytropic_index", found.polytropic_index}});
   write_json(common, json);
-  say(common, "radius %g mm: %.6g Hz undamped, %.6g Hz heard, decay %.5g per s (-60 dB in %.3g ms)\n", 1e3 * options.radius_m,
-      found.undamped_frequency_hz, found.damped_frequency_hz, found.decay_per_s, 6907.755 / found.decay_per_s);
+  say(common, "radius %g mm: %.6g Hz undamped, %.6g Hz heard, decay %.5g per s (-60 dB in %.3g ms)\n",
+      1e3 * options.radius_m, found.undamped_frequency_hz, found.damped_frequency_hz, found.decay_per_s,
+      6907.755 / found.decay_per_s);
   say(common, "damping: radiation %.5g, viscosity %.5g, heat %.5g; polytropic index %.5g\n", found.delta_radiation,
       found.delta_viscous, found.delta_thermal, found.polytropic_index);
   return kDone;
@@ -64,13 +67,16 @@ Subcommand add_bubble_info(CLI::App& group, CommonOptions& common) {
   CLI::App* app = group.add_subcommand("info", "Frequency and damping of one bubble");
   bubble::BubbleMedium& medium = options->medium;
   app->add_option("--radius-m", options->radius_m, "Radius of the bubble, 1e-5 to 0.05")->required();
-  app->add_option("--literature", options->literature, "right, or paper: the forms as printed by Zheng and James 2009 (docs/errata.md)")
+  app->add_option("--literature", options->literature,
+                  "right, or paper: the forms as printed by Zheng and James 2009 (docs/errata.md)")
       ->capture_default_str();
   app->add_option("--thermal", options->thermal, "Loss by heat: leighton, or prosperetti for the exact theory")
       ->capture_default_str();
-  app->add_option("--liquid-density-kg-m3", medium.liquid_density_kg_m3, "Density of the liquid")->capture_default_str();
+  app->add_option("--liquid-density-kg-m3", medium.liquid_density_kg_m3, "Density of the liquid")
+      ->capture_default_str();
   app->add_option("--liquid-sound-speed-m-s", medium.liquid_sound_speed_m_s, "Its sound speed")->capture_default_str();
-  app->add_option("--liquid-viscosity-pa-s", medium.liquid_viscosity_pa_s, "Its shear viscosity")->capture_default_str();
+  app->add_option("--liquid-viscosity-pa-s", medium.liquid_viscosity_pa_s, "Its shear viscosity")
+      ->capture_default_str();
   app->add_option("--surface-tension-n-m", medium.surface_tension_n_m, "Surface tension")->capture_default_str();
   app->add_option("--static-pressure-pa", medium.static_pressure_pa, "Pressure in the liquid")->capture_default_str();
   app->add_option("--heat-capacity-ratio", medium.heat_capacity_ratio, "Of the gas")->capture_default_str();

@@ -26,14 +26,16 @@ int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
   if (result.n_too_high > 0) {
     warn(std::to_string(result.n_too_high) + " bubble(s) are left out: their pitch reaches half of the sample rate");
   }
-  if (result.status != bubble::BubbleSoundStatus::kDone) throw NumericalError("bubble synth: no bubble is heard in this scene");
+  if (result.status != bubble::BubbleSoundStatus::kDone)
+    throw NumericalError("bubble synth: no bubble is heard in this scene");
   const double peak = result.sound.samples.cwiseAbs().maxCoeff();
   const double gain = std::pow(10.0, scene.peak_db_re_full_scale / 20.0) / peak;
   result.sound.samples *= gain;
   audio::write_sound(options.output, result.sound);
 
   const bool unit = scene.transfer == bubble::SceneTransfer::kUnit;
-  const nlohmann::json used = {{"unit_transfer", unit}, {"constant_pitch", scene.pitch.kind == bubble::PitchKind::kConstant}};
+  const nlohmann::json used = {{"unit_transfer", unit},
+                               {"constant_pitch", scene.pitch.kind == bubble::PitchKind::kConstant}};
   nlohmann::json json = result_header("bubble_synth", "done", common, used, {options.scene});
   json["n_bubbles"] = scene.bubbles.size();
   json["n_too_high"] = result.n_too_high;
@@ -56,8 +58,8 @@ int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
                                {unit ? "peak_displacement_m" : "peak_pressure_pa", b.peak}});
   }
   write_json(common, json);
-  say(common, "%s: %.2f s, %zu bubbles, made in %.2f s\n", options.output.c_str(), result.sound.duration_s(), scene.bubbles.size(),
-      result.wall_time_s);
+  say(common, "%s: %.2f s, %zu bubbles, made in %.2f s\n", options.output.c_str(), result.sound.duration_s(),
+      scene.bubbles.size(), result.wall_time_s);
   return kDone;
 }
 

@@ -34,7 +34,8 @@ const TomlField kSchema[] = {
     {"sound", "sample_rate_hz", TomlType::kNumber, "48000", 8000, 768000, "sample rate"},
     {"sound", "duration_s", TomlType::kNumber, "2", 0.05, 120, "length of each recording"},
     {"sound", "peak", TomlType::kNumber, "0.5", 1e-6, 10, "largest value of the drops' sound, before room and noise"},
-    {"sound", "theory", TomlType::kText, "`leighton`", -kInf, kInf, "`leighton`, `prosperetti` or `paper`: frequency and damping"},
+    {"sound", "theory", TomlType::kText, "`leighton`", -kInf, kInf,
+     "`leighton`, `prosperetti` or `paper`: frequency and damping"},
     {"sound", "attack", TomlType::kText, "`none`", -kInf, kInf, "`none`, or `soft` (Zheng and James 2009, eq. 39)"},
 
     {"pitch", "model", TomlType::kText, "`harmonic_fluids`", -kInf, kInf,
@@ -46,7 +47,8 @@ const TomlField kSchema[] = {
 
     {"noise", "snr_db", TomlType::kNumber, "required", -60, 200, "mean square of the sound by that of the noise"},
     {"noise", "of", TomlType::kText, "`drop`", -kInf, kInf,
-     "the sound meant: `drop`, the loudest drop from its onset until its amplitude is a tenth; or the whole `recording`"},
+     "the sound meant: `drop`, the loudest drop from its onset until its amplitude is a tenth; or the whole "
+     "`recording`"},
     {"noise", "colour", TomlType::kText, "`white`", -kInf, kInf, "`white` or `pink` (3 dB an octave, above 20 Hz)"},
 
     {"room", "rt60_s", TomlType::kNumber, "required", 0.01, 20, "time in which the tail falls by 60 dB"},
@@ -59,17 +61,22 @@ const TomlField kSchema[] = {
     {"recording.drop", "radius_m", TomlType::kNumber, "required", kSmallestRadiusM, kLargestRadiusM, "of the bubble"},
     {"recording.drop", "depth_m", TomlType::kNumber, "0.01", 1e-5, 100, "of its centre at the onset"},
     {"recording.drop", "strength", TomlType::kNumber, "1", 1e-6, 1e6, "times the excitation by its surface tension"},
-    {"recording.drop", "rise", TomlType::kText, "`constant`", -kInf, kInf, "`fixed`, `constant` speed or `terminal` (buoyancy, drag, added mass)"},
-    {"recording.drop", "rise_speed_m_s", TomlType::kNumber, "0.2", -100, 100, "upwards: the constant speed, or that at the onset"},
-    {"recording.drop", "stop_depth_radii", TomlType::kNumber, "1.05", 1, 100, "depth at which it comes to rest, in radii"},
+    {"recording.drop", "rise", TomlType::kText, "`constant`", -kInf, kInf,
+     "`fixed`, `constant` speed or `terminal` (buoyancy, drag, added mass)"},
+    {"recording.drop", "rise_speed_m_s", TomlType::kNumber, "0.2", -100, 100,
+     "upwards: the constant speed, or that at the onset"},
+    {"recording.drop", "stop_depth_radii", TomlType::kNumber, "1.05", 1, 100,
+     "depth at which it comes to rest, in radii"},
     {"recording.drop", "phi0_m", TomlType::kNumber, "the recipe's", -1, -1e-5, "φ0 of eq. (6) for this drop"},
 
     {"random", "name", TomlType::kText, "required", -kInf, kInf, "recordings are NAME-1.wav, NAME-2.wav, ..."},
     {"random", "recordings", TomlType::kNumber, "1", 1, 1000, "their number"},
     {"random", "drops", TomlType::kNumber, "required", 1, 1000, "in each"},
-    {"random", "smallest_radius_m", TomlType::kNumber, "0.0007", kSmallestRadiusM, kLargestRadiusM, "radii are uniform in their logarithm from here"},
+    {"random", "smallest_radius_m", TomlType::kNumber, "0.0007", kSmallestRadiusM, kLargestRadiusM,
+     "radii are uniform in their logarithm from here"},
     {"random", "largest_radius_m", TomlType::kNumber, "0.003", kSmallestRadiusM, kLargestRadiusM, "to here"},
-    {"random", "shortest_gap_s", TomlType::kNumber, "0.05", 0, 60, "onsets are uniform, but never closer than this; 0: drops overlap as they fall"},
+    {"random", "shortest_gap_s", TomlType::kNumber, "0.05", 0, 60,
+     "onsets are uniform, but never closer than this; 0: drops overlap as they fall"},
     {"random", "smallest_depth_m", TomlType::kNumber, "0.006", 1e-5, 100, "depths are uniform from here"},
     {"random", "largest_depth_m", TomlType::kNumber, "0.015", 1e-5, 100, "to here"},
     {"random", "rise", TomlType::kText, "`constant`", -kInf, kInf, "as in `recording.drop`"},
@@ -83,18 +90,22 @@ std::string checked_name(const TomlTable& table) {
   const bool fits = !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
     return std::isalnum(c) || c == '_' || c == '-' || c == '+' || c == '#';
   });
-  if (!fits) throw InputError(table.place("name"), "cannot be a file name", name, "1 to 64 letters, digits and _ - + #");
+  if (!fits)
+    throw InputError(table.place("name"), "cannot be a file name", name, "1 to 64 letters, digits and _ - + #");
   return name;
 }
 
 bubble::RiseKind read_rise_kind(const TomlTable& table) {
   const std::string kind = table.choice("rise", {"constant", "fixed", "terminal"});
-  return kind == "fixed" ? bubble::RiseKind::kFixed : kind == "terminal" ? bubble::RiseKind::kTerminal : bubble::RiseKind::kConstantSpeed;
+  return kind == "fixed"      ? bubble::RiseKind::kFixed
+         : kind == "terminal" ? bubble::RiseKind::kTerminal
+                              : bubble::RiseKind::kConstantSpeed;
 }
 
 bubble::PitchModel read_pitch(const TomlTable& table) {
   bubble::PitchModel pitch;
-  const std::string model = table.choice("model", {"harmonic_fluids", "harmonic_fluids_frozen", "strasberg", "two_sphere", "constant"});
+  const std::string model =
+      table.choice("model", {"harmonic_fluids", "harmonic_fluids_frozen", "strasberg", "two_sphere", "constant"});
   pitch.kind = model == "harmonic_fluids"          ? bubble::PitchKind::kHarmonicFluids
                : model == "harmonic_fluids_frozen" ? bubble::PitchKind::kHarmonicFluidsFrozen
                : model == "strasberg"              ? bubble::PitchKind::kStrasberg
@@ -111,7 +122,8 @@ Drop read_drop(const TomlTable& table, const bubble::PitchModel& pitch, double d
   Drop drop;
   drop.onset_s = table.number("onset_s");
   if (!(drop.onset_s < duration_s))
-    throw InputError(table.place("onset_s"), "lies after the recording's end", to_text(drop.onset_s), "below " + to_text(duration_s));
+    throw InputError(table.place("onset_s"), "lies after the recording's end", to_text(drop.onset_s),
+                     "below " + to_text(duration_s));
   drop.radius_m = table.number("radius_m");
   drop.depth_m = table.number("depth_m", drop.depth_m);
   drop.strength = table.number("strength", 1.0);
@@ -130,7 +142,8 @@ struct Range {
 Range read_range(const TomlTable& table, std::string_view low_key, std::string_view high_key, double low, double high) {
   const Range range{table.number(low_key, low), table.number(high_key, high)};
   if (!(range.low <= range.high))
-    throw InputError(table.place(high_key), "lies below " + std::string(low_key), to_text(range.high), "from " + to_text(range.low));
+    throw InputError(table.place(high_key), "lies below " + std::string(low_key), to_text(range.high),
+                     "from " + to_text(range.low));
   return range;
 }
 
@@ -144,7 +157,8 @@ std::vector<double> draw_onsets(std::size_t n, double gap_s, double from_s, doub
   return onsets;
 }
 
-void add_random(const TomlTable& table, const bubble::PitchModel& pitch, std::uint64_t seed, std::uint64_t set, DropRecipe& recipe) {
+void add_random(const TomlTable& table, const bubble::PitchModel& pitch, std::uint64_t seed, std::uint64_t set,
+                DropRecipe& recipe) {
   const std::string name = checked_name(table);
   const auto n_recordings = static_cast<std::size_t>(std::llround(table.number("recordings", 1.0)));
   const auto n_drops = static_cast<std::size_t>(std::llround(table.number("drops")));
@@ -154,14 +168,15 @@ void add_random(const TomlTable& table, const bubble::PitchModel& pitch, std::ui
   const double gap = table.number("shortest_gap_s", 0.05), std_db = table.number("strength_std_db", 3.0);
   const double from = std::min(0.05, 0.1 * recipe.duration_s), until = 0.9 * recipe.duration_s;
   if (gap * static_cast<double>(n_drops - 1) > until - from) {
-    throw InputError(table.place("drops"), "do not fit into the recording with their shortest gap", std::to_string(n_drops),
-                     "up to " + std::to_string(static_cast<int>((until - from) / gap) + 1));
+    throw InputError(table.place("drops"), "do not fit into the recording with their shortest gap",
+                     std::to_string(n_drops), "up to " + std::to_string(static_cast<int>((until - from) / gap) + 1));
   }
   std::size_t n_before = 0;
   for (const DropRecording& recording : recipe.recordings) n_before += recording.drops.size();
   if (recipe.recordings.size() + n_recordings > kMaxRecordings || n_before + n_recordings * n_drops > kMaxDropsInAll) {
-    throw InputError(table.place("recordings"), "makes too many drops", std::to_string(n_recordings * n_drops),
-                     std::to_string(kMaxRecordings) + " recordings and " + std::to_string(kMaxDropsInAll) + " drops in all");
+    throw InputError(
+        table.place("recordings"), "makes too many drops", std::to_string(n_recordings * n_drops),
+        std::to_string(kMaxRecordings) + " recordings and " + std::to_string(kMaxDropsInAll) + " drops in all");
   }
   const bubble::RiseKind rise = read_rise_kind(table);
   for (std::size_t r = 0; r < n_recordings; ++r) {
@@ -221,7 +236,8 @@ DropRecipe parse_drop_recipe(std::string_view text, const std::string& name, std
   }
   std::set<std::string> names;
   const auto check_unique = [&](const TomlTable& table) {
-    if (!names.insert(table.text("name")).second) throw InputError(table.place("name"), "is used twice", table.text("name"));
+    if (!names.insert(table.text("name")).second)
+      throw InputError(table.place("name"), "is used twice", table.text("name"));
   };
   for (const TomlTable& table : root.tables("recording", kMaxRecordings)) {
     DropRecording recording{checked_name(table), {}};
@@ -235,7 +251,8 @@ DropRecipe parse_drop_recipe(std::string_view text, const std::string& name, std
       }
     }
     if (recording.drops.empty()) throw InputError(table.place("drop"), "is missing");
-    std::stable_sort(recording.drops.begin(), recording.drops.end(), [](const Drop& a, const Drop& b) { return a.onset_s < b.onset_s; });
+    std::stable_sort(recording.drops.begin(), recording.drops.end(),
+                     [](const Drop& a, const Drop& b) { return a.onset_s < b.onset_s; });
     recipe.recordings.push_back(std::move(recording));
   }
   std::uint64_t set = 0;

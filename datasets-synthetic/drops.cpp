@@ -18,8 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kAudibleFall = 6.907755278982137;   // ln 1000
-constexpr double kSilentFall = 13.815510557964274;   // ln 1e6
+constexpr double kAudibleFall = 6.907755278982137;  // ln 1000
+constexpr double kSilentFall = 13.815510557964274;  // ln 1e6
 constexpr double kLongestLifeS = 20.0;
 constexpr double kTrackStepS = 1e-3;
 constexpr double kHighestOfSampleRate = 0.499;
@@ -33,7 +33,9 @@ RandomStream stream(std::uint64_t seed, std::size_t recording, Purpose purpose) 
 class DropCoefficients {
  public:
   DropCoefficients(const Drop& drop, const DropRecipe& recipe)
-      : drop_(drop), recipe_(recipe), motion_(bubble::analytic_rise({0, 0, -drop.depth_m}, drop.radius_m, drop.rise, recipe.medium)),
+      : drop_(drop),
+        recipe_(recipe),
+        motion_(bubble::analytic_rise({0, 0, -drop.depth_m}, drop.radius_m, drop.rise, recipe.medium)),
         omega_inf_(bubble::undamped_angular_frequency_rad_s(recipe.medium, recipe.theory, drop.radius_m)) {}
   bubble::RingRate<double> rate(double age_s) const {
     const double factor = bubble::pitch_factor(drop_.pitch, drop_.radius_m, motion_->phi_m(age_s).v, -drop_.depth_m);
@@ -72,8 +74,13 @@ json drop_json(const Drop& drop, const DropSound& sound, double scale, double no
           {"decay_per_s", sound.decay_per_s.front()},
           {"amplitude", scale * sound.amplitude},
           {"life_s", sound.life_s},
-          {"snr_db", has_noise ? json(10.0 * std::log10(sound.ring_mean_square) + 20.0 * std::log10(scale / noise_rms)) : json(nullptr)},
-          {"track", {{"time_s", sound.time_s}, {"frequency_hz", sound.frequency_hz}, {"decay_per_s", sound.decay_per_s}, {"phi_m", sound.phi_m}}}};
+          {"snr_db", has_noise ? json(10.0 * std::log10(sound.ring_mean_square) + 20.0 * std::log10(scale / noise_rms))
+                               : json(nullptr)},
+          {"track",
+           {{"time_s", sound.time_s},
+            {"frequency_hz", sound.frequency_hz},
+            {"decay_per_s", sound.decay_per_s},
+            {"phi_m", sound.phi_m}}}};
 }
 
 // How each bubble of a recording rose, as klang bubble fit reads it.
@@ -81,7 +88,8 @@ std::string rise_csv(const DropRecording& recording, const std::vector<DropSound
   std::string text = "onset_s,time_s,phi_m\n";
   for (std::size_t i = 0; i < sounds.size(); ++i) {
     for (std::size_t k = 0; k < sounds[i].time_s.size(); ++k) {
-      text += to_text(recording.drops[i].onset_s) + "," + to_text(sounds[i].time_s[k]) + "," + to_text(sounds[i].phi_m[k]) + "\n";
+      text += to_text(recording.drops[i].onset_s) + "," + to_text(sounds[i].time_s[k]) + "," +
+              to_text(sounds[i].phi_m[k]) + "\n";
     }
   }
   return text;
@@ -121,7 +129,8 @@ Made make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t s
         recipe.snr_of == DropSnr::kDrop ? scale * scale * loudest : sound.squaredNorm() / static_cast<double>(n_frames);
     noise_rms = std::sqrt(mean_square) * std::pow(10.0, -*recipe.snr_db / 20.0);
     RandomStream random = stream(seed, index, Purpose::kNoise);
-    sound += noise_rms * (recipe.pink ? pink_noise(n_frames, recipe.sample_rate_hz, random) : white_noise(n_frames, random));
+    sound +=
+        noise_rms * (recipe.pink ? pink_noise(n_frames, recipe.sample_rate_hz, random) : white_noise(n_frames, random));
   }
   Made made;
   made.recording.name = wanted.name;
@@ -134,7 +143,11 @@ Made make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t s
     bubbles.push_back(drop_json(wanted.drops[i], sounds[i], scale, noise_rms));
   }
   made.rise = rise_csv(wanted, sounds);
-  made.truth = {{"name", wanted.name}, {"recording", wanted.name + ".wav"}, {"rise", wanted.name + "-rise.csv"}, {"noise_rms", noise_rms}, {"bubbles", std::move(bubbles)}};
+  made.truth = {{"name", wanted.name},
+                {"recording", wanted.name + ".wav"},
+                {"rise", wanted.name + "-rise.csv"},
+                {"noise_rms", noise_rms},
+                {"bubbles", std::move(bubbles)}};
   return made;
 }
 
@@ -175,7 +188,8 @@ DropSound drop_sound(const Drop& drop, const DropRecipe& recipe) {
   const auto n = static_cast<Eigen::Index>(std::max(1.0, std::ceil(shown_s * recipe.sample_rate_hz)));
   const double gain = drop.strength * drop.radius_m * drop.radius_m *
                       bubble::entrainment_velocity_m_s(drop.radius_m, recipe.medium, recipe.theory);
-  const Eigen::MatrixXd rows = integrate_oscillator([&](double t) { return coefficients(t); }, 1.0, first_s, h, n, coefficients.corners_s());
+  const Eigen::MatrixXd rows =
+      integrate_oscillator([&](double t) { return coefficients(t); }, 1.0, first_s, h, n, coefficients.corners_s());
   sound.samples = gain * rows.col(2);
   if (recipe.soft_attack) {
     for (Eigen::Index i = 0; i < n; ++i)
@@ -197,19 +211,20 @@ Dataset make_drops(std::string_view toml, const std::string& name, std::uint64_t
   provenance.seed = seed;
   provenance.options_json = json{{"recipe_toml", toml}}.dump();
   const bubble::PitchModel pitch = recipe.recordings.front().drops.front().pitch;
-  json truth = {{"schema_version", 1},
-                {"kind", "drops"},
-                {"status", "made"},
-                {"name", recipe.name},
-                {"provenance", to_json(provenance)},
-                {"method", "implicit Gauss-Legendre, order 8, of q'' + 2 beta q' + omega0^2 q = 0; pressure ~ r^2 q''"},
-                {"sample_rate_hz", recipe.sample_rate_hz},
-                {"duration_s", recipe.duration_s},
-                {"snr_db", json_number(recipe.snr_db)},
-                {"noise_colour", recipe.pink ? "pink" : "white"},
-                {"room", {{"rt60_s", json_number(recipe.room_rt60_s)}, {"level_db", recipe.room_level_db}}},
-                {"pitch", {{"k_delta_per_m", pitch.k_delta_per_m}, {"eta", pitch.eta}, {"largest_factor", pitch.largest_factor}}},
-                {"recordings", json::array()}};
+  json truth = {
+      {"schema_version", 1},
+      {"kind", "drops"},
+      {"status", "made"},
+      {"name", recipe.name},
+      {"provenance", to_json(provenance)},
+      {"method", "implicit Gauss-Legendre, order 8, of q'' + 2 beta q' + omega0^2 q = 0; pressure ~ r^2 q''"},
+      {"sample_rate_hz", recipe.sample_rate_hz},
+      {"duration_s", recipe.duration_s},
+      {"snr_db", json_number(recipe.snr_db)},
+      {"noise_colour", recipe.pink ? "pink" : "white"},
+      {"room", {{"rt60_s", json_number(recipe.room_rt60_s)}, {"level_db", recipe.room_level_db}}},
+      {"pitch", {{"k_delta_per_m", pitch.k_delta_per_m}, {"eta", pitch.eta}, {"largest_factor", pitch.largest_factor}}},
+      {"recordings", json::array()}};
   Dataset dataset;
   for (Made& one : made) {
     dataset.files.emplace_back(one.recording.name + "-rise.csv", std::move(one.rise));

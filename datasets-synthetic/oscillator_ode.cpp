@@ -13,7 +13,8 @@ constexpr double kStepTimesOmega = 0.4;
 using Stages = Eigen::Vector4d;
 using Table = Eigen::Matrix4d;
 
-// Butcher's table of the Gauss-Legendre method: c the roots of P_4 on [0, 1], a_ij = int_0^{c_i} L_j, b_j = int_0^1 L_j.
+// Butcher's table of the Gauss-Legendre method: c the roots of P_4 on [0, 1], a_ij = int_0^{c_i} L_j, b_j = int_0^1
+// L_j.
 struct GaussTable {
   Stages c, b;
   Table a;
@@ -40,7 +41,8 @@ const GaussTable& gauss() {
 }
 
 // One step for the accelerations at the stages: q_i' = v + h a q'', q_i = q + h c_i v + h^2 a a q''.
-void step(const std::function<OscillatorCoefficients(double)>& coefficients, double from_s, double h, double& q, double& v) {
+void step(const std::function<OscillatorCoefficients(double)>& coefficients, double from_s, double h, double& q,
+          double& v) {
   const GaussTable& g = gauss();
   static const Table twice = g.a * g.a;
   Table system;
@@ -59,8 +61,9 @@ void step(const std::function<OscillatorCoefficients(double)>& coefficients, dou
 
 }  // namespace
 
-Eigen::MatrixXd integrate_oscillator(const std::function<OscillatorCoefficients(double)>& coefficients, double start_velocity,
-                                     double first_s, double step_s, Eigen::Index n, const std::vector<double>& corners_s) {
+Eigen::MatrixXd integrate_oscillator(const std::function<OscillatorCoefficients(double)>& coefficients,
+                                     double start_velocity, double first_s, double step_s, Eigen::Index n,
+                                     const std::vector<double>& corners_s) {
   Eigen::MatrixXd rows(n, 3);
   double q = 0.0, v = start_velocity, now = 0.0;
   std::size_t corner = 0;

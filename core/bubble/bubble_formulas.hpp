@@ -32,7 +32,8 @@ GasResponse<T> gas_response(const BubbleMedium& medium, const T& radius_m, const
   using std::sqrt;
   const double gamma = medium.heat_capacity_ratio;
   const T chi = medium.gas_diffusivity_m2_s / (angular_frequency_rad_s * radius_m * radius_m);
-  // (i/chi)^(1/2) = (1 + i) a. coth((1 + i) a) = (sinh 2a - i sin 2a) / (cosh 2a - cos 2a), over cosh 2a against overflow.
+  // (i/chi)^(1/2) = (1 + i) a. coth((1 + i) a) = (sinh 2a - i sin 2a) / (cosh 2a - cos 2a), over cosh 2a against
+  // overflow.
   const T a = sqrt(T(0.5) / chi);
   const T fall = exp(T(-2.0) * a);
   const T below = T(1.0) + fall * fall - T(2.0) * fall * cos(T(2.0) * a);
@@ -70,14 +71,16 @@ T undamped_angular_frequency_rad_s(const BubbleMedium& medium, BubbleTheory theo
 }
 
 /// Damping of a bubble that breathes at omega0, which may be raised by a surface nearby.
-///   delta_radiation = omega0 r / c_f, delta_viscous = 4 mu / (rho omega0 r^2), decay = omega0 delta / sqrt(delta^2 + 4)
+///   decay = omega0 delta / sqrt(delta^2 + 4), delta the sum of
+///   delta_radiation = omega0 r / c_f, delta_viscous = 4 mu / (rho omega0 r^2),
 ///   delta_thermal   = 2 [sqrt(psi - 3) - (3 gamma - 1) / (3 (gamma - 1))] / (psi - 4)
 ///   psi = 16 / (9 (gamma - 1)^2) G g / f0, f0 = omega0 / 2 pi, G = 3 gamma p0 / (4 pi rho D),
 ///   g = 1 + 2 sigma / (p0 r) (1 - 1 / (3 gamma))
 /// Prosperetti: delta_thermal = Im Phi / [Re Phi - 2 sigma / (r (p0 + 2 sigma/r))] at omega0, decay = omega0 delta / 2.
 /// Paper: g = 9.8 and omega0 for f0, as printed.
 template <class T>
-BubbleDamping<T> bubble_damping(const BubbleMedium& medium, BubbleTheory theory, const T& radius_m, const T& omega0_rad_s) {
+BubbleDamping<T> bubble_damping(const BubbleMedium& medium, BubbleTheory theory, const T& radius_m,
+                                const T& omega0_rad_s) {
   using std::sqrt;
   const double gamma = medium.heat_capacity_ratio, p0 = medium.static_pressure_pa;
   const T tension = T(2.0 * medium.surface_tension_n_m) / radius_m;
@@ -90,7 +93,8 @@ BubbleDamping<T> bubble_damping(const BubbleMedium& medium, BubbleTheory theory,
     damping.delta_thermal = gas.imaginary / (gas.real - tension / (T(p0) + tension));
   } else {
     constexpr double kPrintedG = 9.8;
-    const double conduction = 3.0 * gamma * p0 / (4.0 * kPi * medium.liquid_density_kg_m3 * medium.gas_diffusivity_m2_s);
+    const double conduction =
+        3.0 * gamma * p0 / (4.0 * kPi * medium.liquid_density_kg_m3 * medium.gas_diffusivity_m2_s);
     const double factor = 16.0 / (9.0 * (gamma - 1.0) * (gamma - 1.0)) * conduction;
     const T psi = theory == BubbleTheory::kPaper
                       ? T(factor * kPrintedG) / omega0_rad_s

@@ -70,11 +70,13 @@ class Sampled final : public BubbleMotion {
       std::vector<double> values;
       for (const Eigen::Vector3d& p : samples.positions_m) values.push_back(p[axis]);
       const bool moves = samples.positions_m.size() > 1;
-      place_[static_cast<std::size_t>(axis)] = CubicSpline(moves ? samples.times_s : std::vector<double>{0.0}, std::move(values));
+      place_[static_cast<std::size_t>(axis)] =
+          CubicSpline(moves ? samples.times_s : std::vector<double>{0.0}, std::move(values));
     }
     if (samples.phi_m.empty()) {
       for (std::ptrdiff_t i = 0; i < n; ++i)
-        samples.phi_m.push_back(samples.positions_m[samples.positions_m.size() > 1 ? static_cast<std::size_t>(i) : 0].z());
+        samples.phi_m.push_back(
+            samples.positions_m[samples.positions_m.size() > 1 ? static_cast<std::size_t>(i) : 0].z());
     }
     phi_ = CubicSpline(samples.times_s, low_passed(samples.times_s, samples.phi_m, samples.cutoff_hz));
     if (n > 1) scale_ = (samples.times_s.back() - samples.times_s.front()) / static_cast<double>(n - 1);
@@ -116,7 +118,8 @@ std::shared_ptr<const BubbleMotion> analytic_rise(const Eigen::Vector3d& positio
 
 std::shared_ptr<const BubbleMotion> sampled_motion(SampledMotion samples) {
   const std::size_t n = samples.times_s.size();
-  KLANG_CHECK(n > 0 && (samples.positions_m.size() == n || samples.positions_m.size() == 1), "a position a time, or one");
+  KLANG_CHECK(n > 0 && (samples.positions_m.size() == n || samples.positions_m.size() == 1),
+              "a position a time, or one");
   KLANG_CHECK(samples.phi_m.empty() || samples.phi_m.size() == n, "a phi a time, or none");
   return std::make_shared<Sampled>(std::move(samples));
 }

@@ -27,10 +27,10 @@ enum class RiseKind { kFixed, kConstantSpeed, kTerminal };
 
 struct RiseOptions {
   RiseKind kind = RiseKind::kFixed;
-  double speed_m_s = 0.0;         ///< upwards: the constant speed, or that at birth; -100 to 100
-  double drag_coefficient = 0.2;  ///< on 4 pi r^2; 1e-3 to 100
-  double stop_depth_radii = 1.05; ///< the bubble rests when its centre is this many radii below the surface; 1 to 100
-  void validate() const;          ///< InputError
+  double speed_m_s = 0.0;          ///< upwards: the constant speed, or that at birth; -100 to 100
+  double drag_coefficient = 0.2;   ///< on 4 pi r^2; 1e-3 to 100
+  double stop_depth_radii = 1.05;  ///< the bubble rests when its centre is this many radii below the surface; 1 to 100
+  void validate() const;           ///< InputError
 };
 
 /// A bubble that rises straight up, by the closed forms of rise_formulas.hpp, and rests below the surface.
@@ -41,10 +41,10 @@ std::shared_ptr<const BubbleMotion> analytic_rise(const Eigen::Vector3d& positio
 
 /// A path by samples, splined; rests after its last sample.
 struct SampledMotion {
-  std::vector<double> times_s;                ///< ages, ascending; the first at 0 or before
-  std::vector<Eigen::Vector3d> positions_m;   ///< as many, or one for all times
-  std::vector<double> phi_m;                  ///< as many, or empty: z of the position
-  double cutoff_hz = 200.0;                   ///< low-pass of phi against noise of a computed surface; infinite: none
+  std::vector<double> times_s;               ///< ages, ascending; the first at 0 or before
+  std::vector<Eigen::Vector3d> positions_m;  ///< as many, or one for all times
+  std::vector<double> phi_m;                 ///< as many, or empty: z of the position
+  double cutoff_hz = 200.0;                  ///< low-pass of phi against noise of a computed surface; infinite: none
 };
 std::shared_ptr<const BubbleMotion> sampled_motion(SampledMotion samples);
 

@@ -24,8 +24,8 @@ BubbleOscillation bubble_oscillation(double radius_m, const BubbleMedium& medium
   const double damped_sq = (omega0 - damping.decay_per_s) * (omega0 + damping.decay_per_s);
   const bool oscillates = omega0 > 0.0 && damping.decay_per_s >= 0.0 && damping.delta_thermal >= 0.0 && damped_sq > 0.0;
   if (!oscillates) {  // also where a root was not real
-    throw InputError("bubble", "does not ring, or the formulas do not hold for it", "radius " + to_text(radius_m) + " m",
-                     "a larger radius, or Prosperetti's thermal theory");
+    throw InputError("bubble", "does not ring, or the formulas do not hold for it",
+                     "radius " + to_text(radius_m) + " m", "a larger radius, or Prosperetti's thermal theory");
   }
   BubbleOscillation result;
   result.undamped_frequency_hz = omega0 / (2.0 * kPi);

@@ -9,12 +9,13 @@ struct BubbleOscillation {
   double damped_frequency_hz = 0.0;  ///< what is heard: sqrt(omega0^2 - decay^2) / 2 pi
   double decay_per_s = 0.0;          ///< of the amplitude
   double delta_radiation = 0.0, delta_viscous = 0.0, delta_thermal = 0.0;
-  double polytropic_index = 0.0;     ///< of the gas at that frequency; the heat capacity ratio unless Prosperetti's theory is used
+  double polytropic_index =
+      0.0;  ///< of the gas at that frequency; the heat capacity ratio unless Prosperetti's theory is used
 };
 
 /// @param radius_m  1e-5 to 0.05
-/// @throws InputError: a radius or medium out of range; a bubble so small that the chosen formulas have no real solution
-/// Source: Leighton 1994, The Acoustic Bubble; Zheng and James 2009, appendix A, corrected (docs/errata.md).
+/// @throws InputError: a radius or medium out of range; a bubble so small that the chosen formulas have no real
+/// solution Source: Leighton 1994, The Acoustic Bubble; Zheng and James 2009, appendix A, corrected (docs/errata.md).
 BubbleOscillation bubble_oscillation(double radius_m, const BubbleMedium& medium = {},
                                      BubbleTheory theory = BubbleTheory::kLeighton);
 
@@ -24,8 +25,8 @@ BubbleOscillation bubble_oscillation(double radius_m, const BubbleMedium& medium
 double entrainment_velocity_m_s(double radius_m, const BubbleMedium& medium = {},
                                 BubbleTheory theory = BubbleTheory::kLeighton);
 
-/// The same as Zheng and James 2009 print it, p / (4 pi rho r^3): its unit is 1/(m s) times that of a velocity, so that only
-/// ratios between bubbles mean anything, and small bubbles are too loud by r^-3.
+/// The same as Zheng and James 2009 print it, p / (4 pi rho r^3): its unit is 1/(m s) times that of a velocity, so that
+/// only ratios between bubbles mean anything, and small bubbles are too loud by r^-3.
 double printed_entrainment(double radius_m, const BubbleMedium& medium = {});
 
 }  // namespace klang::bubble

@@ -11,12 +11,13 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kFadeFrom = 6.907755278982137;   // ln 1000
-constexpr double kFadeTo = 8.006367567650246;     // ln 3000
-constexpr double kLargestPitchStep = 0.02;        // of the frequency, in a block
-constexpr double kBlockError = 3e-7;              // of Lambda, in a block
+constexpr double kFadeFrom = 6.907755278982137;  // ln 1000
+constexpr double kFadeTo = 8.006367567650246;    // ln 3000
+constexpr double kLargestPitchStep = 0.02;       // of the frequency, in a block
+constexpr double kBlockError = 3e-7;             // of Lambda, in a block
 constexpr double kShortestBlockS = 2e-5;
-constexpr double kFastestChange = 0.2;  // of the frequency and its slope, a radian: beyond, there is no slowly varying solution
+constexpr double kFastestChange =
+    0.2;  // of the frequency and its slope, a radian: beyond, there is no slowly varying solution
 
 struct Rate {
   Complex lambda, slope;
@@ -45,8 +46,9 @@ class RateOfAge {
     const double first = (w0.d - 0.5 * beta.dd / w0.v) / w0.v, second = w0.dd / w0.v;  // W'/W, W''/W
     const double per_radian = std::max(std::abs(first) / w0.v, std::abs(second) / (w0.v * w0.v));
     if (!(per_radian <= kFastestChange)) {
-      throw InputError("bubble", "its distance to the surface changes too fast for a pitch, at the age of " + to_text(age_s) + " s",
-                       to_text(per_radian) + " of the frequency a radian", "up to " + to_text(kFastestChange));
+      throw InputError(
+          "bubble", "its distance to the surface changes too fast for a pitch, at the age of " + to_text(age_s) + " s",
+          to_text(per_radian) + " of the frequency a radian", "up to " + to_text(kFastestChange));
     }
     const double w = w0.v - 0.5 * beta.d / w0.v + 0.5 * (0.75 * first * first - 0.5 * second) / w0.v;
     Rate rate;
@@ -101,13 +103,25 @@ Complex carried_over(Complex log_z, Complex before, Complex after) {
 
 }  // namespace
 
+void RingOptions::validate() const {
+  checked("ring", "longest_block_s", longest_block_s, 1e-5, 1.0);
+  checked("ring", "longest_life_s", longest_life_s, 1e-3, 3600.0);
+}
+
 RingTrack ring_track(const RingingBubble& bubble, const RingOptions& options) {
+  options.validate();
+  bubble.medium.validate();
+  bubble.pitch.validate();
+  checked("bubble", "radius_m", bubble.radius_m, kSmallestRadiusM, kLargestRadiusM);
+  if (!std::isfinite(bubble.onset_velocity_m_s) || bubble.onset_velocity_m_s == 0.0)
+    throw InputError("bubble", "is not hit", to_text(bubble.onset_velocity_m_s) + " m/s", "finite, not 0");
   const RateOfAge rates(bubble);
   std::vector<double> corners = rates.constant() ? std::vector<double>{} : bubble.motion->breaks_s();
   corners.push_back(options.longest_life_s);
   // Data may turn within a sample of theirs.
   const double longest =
-      rates.constant() ? options.longest_block_s : std::min(options.longest_block_s, std::max(bubble.motion->time_scale_s(), kShortestBlockS));
+      rates.constant() ? options.longest_block_s
+                       : std::min(options.longest_block_s, std::max(bubble.motion->time_scale_s(), kShortestBlockS));
 
   RingTrack track;
   Rate now = rates.at(0.0);
@@ -131,7 +145,8 @@ RingTrack ring_track(const RingingBubble& bubble, const RingOptions& options) {
       next = rates.at(to_corner ? std::nextafter(corners[corner], 0.0) : age + length);
       if (rates.constant()) break;
       error = block_error(now, rates.at(age + 0.5 * length), next, length);
-      const bool fine = std::abs(next.omega0.v - now.omega0.v) <= kLargestPitchStep * now.omega0.v && error <= kBlockError;
+      const bool fine =
+          std::abs(next.omega0.v - now.omega0.v) <= kLargestPitchStep * now.omega0.v && error <= kBlockError;
       if (fine || length <= kShortestBlockS) break;
       length *= 0.5;
     }

@@ -36,10 +36,10 @@ struct BubbleScene {
   bool soft_attack = true;
   SceneTransfer transfer = SceneTransfer::kHalfSpace;
   double air_density_kg_m3 = 1.2041, air_sound_speed_m_s = 343.0;
-  HeadModel head;                 ///< of the listener; its centre alone counts in mono
-  HeadPath head_path;             ///< of a listener who moves
+  HeadModel head;      ///< of the listener; its centre alone counts in mono
+  HeadPath head_path;  ///< of a listener who moves
   bool stereo = true;
-  bool propagation_delay = false; ///< sound arrives distance / c later
+  bool propagation_delay = false;  ///< sound arrives distance / c later
   double sample_rate_hz = 48000.0;
   std::optional<double> duration_s;  ///< none: until the last bubble has ended
   double peak_db_re_full_scale = -3.0;
@@ -54,11 +54,12 @@ BubbleScene parse_bubble_scene(std::string_view toml, const std::string& name, c
 /// The keys of a scene as Markdown tables: part of docs/bubbles.md.
 std::string bubble_scene_schema_markdown();
 
-/// Pressure in the air for unit vibration amplitude of a bubble below a wide plane surface: the one-way (dual-domain) solution
-/// in closed form. The source under the pressure-release plane moves the plane; the plane radiates as a piston in a wall:
+/// Pressure in the air for unit vibration amplitude of a bubble below a wide plane surface: the one-way (dual-domain)
+/// solution in closed form. The source under the pressure-release plane moves the plane; the plane radiates as a piston
+/// in a wall:
 ///   P = 2 rho_a r^2 lambda^2 / R * exp(-depth sqrt(k_a^2 sin^2 theta - k_f^2)), far from the bubble (k_a R > 1)
-/// with lambda the complex rate of the oscillation (about i omega), theta the angle from the vertical. e^{-i k_a R} is left
-/// out: sound takes its time by the scene's propagation_delay.
+/// with lambda the complex rate of the oscillation (about i omega), theta the angle from the vertical. e^{-i k_a R} is
+/// left out: sound takes its time by the scene's propagation_delay.
 std::complex<double> half_space_transfer(const BubbleScene& scene, double radius_m, const Eigen::Vector3d& bubble_m,
                                          const Eigen::Vector3d& listener_m, std::complex<double> rate);
 
@@ -79,10 +80,10 @@ struct BubbleSound {
   double wall_time_s = 0.0;
 };
 
-/// Sum over bubbles of |P| Re Z (mono, eq. 11) or Re(H_ear P Z) (stereo, eq. 35), each ear with its own arrival time. A bubble
-/// is heard from where it and the listener were at its birth as far as time goes, and from where they are as far as level and
-/// phase go (which gives the Doppler shift with propagation_delay).
-/// Same scene, same bits on any number of threads.
+/// Sum over bubbles of |P| Re Z (mono, eq. 11) or Re(H_ear P Z) (stereo, eq. 35), each ear with its own arrival time. A
+/// bubble is heard from where it and the listener were at its birth as far as time goes, and from where they are as far
+/// as level and phase go (which gives the Doppler shift with propagation_delay). Same scene, same bits on any number of
+/// threads.
 BubbleSound synthesise_bubbles(const BubbleScene& scene, Monitor& monitor = silent_monitor());
 
 }  // namespace klang::bubble

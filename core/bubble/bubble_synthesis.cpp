@@ -36,8 +36,9 @@ class Listener {
 
   Heard hear(const SceneBubble& bubble) const {
     RingingBubble ringing{bubble.radius_m, 0.0, scene_.medium, scene_.theory, scene_.pitch, bubble.motion};
-    const double unit = scene_.printed_excitation ? printed_entrainment(bubble.radius_m, scene_.medium)
-                                                  : entrainment_velocity_m_s(bubble.radius_m, scene_.medium, scene_.theory);
+    const double unit = scene_.printed_excitation
+                            ? printed_entrainment(bubble.radius_m, scene_.medium)
+                            : entrainment_velocity_m_s(bubble.radius_m, scene_.medium, scene_.theory);
     ringing.onset_velocity_m_s = bubble.strength * unit;
     RingOptions options;
     if (bubble.transfer && scene_.transfer != SceneTransfer::kUnit) options.longest_block_s = kSeriesBlockS;
@@ -55,7 +56,8 @@ class Listener {
     const HeadModel birth_head = scene_.head_path.at(scene_.head, bubble.birth_s);
     for (int c = 0; c < n_channels(); ++c) {
       // Against the earliest sound that a head could hear, so that nothing comes before its birth.
-      const double delay = way_s(birth_head, c, birth_place) + (scene_.stereo ? scene_.head.radius_m / scene_.head.sound_speed_m_s : 0.0);
+      const double delay = way_s(birth_head, c, birth_place) +
+                           (scene_.stereo ? scene_.head.radius_m / scene_.head.sound_speed_m_s : 0.0);
       const auto channel = static_cast<std::size_t>(c);
       heard.onset_s[channel] = bubble.birth_s + delay;
       for (const RingBlock& block : blocks) {
@@ -125,7 +127,8 @@ JobSound render_job(const Listener& listener, const BubbleScene& scene, std::spa
   if (voices.empty()) return job;
   // Nothing before time 0 or after the scene's end is kept, so nothing is made.
   all.first = std::max<std::int64_t>(all.first, 0);
-  if (scene.duration_s) all.end = std::min(all.end, static_cast<std::int64_t>(std::llround(*scene.duration_s * scene.sample_rate_hz)));
+  if (scene.duration_s)
+    all.end = std::min(all.end, static_cast<std::int64_t>(std::llround(*scene.duration_s * scene.sample_rate_hz)));
   if (all.first >= all.end) return job;
   job.first = all.first;
   for (int c = 0; c < listener.n_channels(); ++c) {
@@ -163,7 +166,8 @@ BubbleSound synthesise_bubbles(const BubbleScene& scene, Monitor& monitor) {
   std::vector<char> too_high(n, 0);
   std::array<std::vector<double>, 2> sound;
   if (scene.duration_s) {
-    for (auto& channel : sound) channel.assign(static_cast<std::size_t>(std::llround(*scene.duration_s * scene.sample_rate_hz)), 0.0);
+    for (auto& channel : sound)
+      channel.assign(static_cast<std::size_t>(std::llround(*scene.duration_s * scene.sample_rate_hz)), 0.0);
   }
   const std::size_t n_jobs = (n + kBubblesAJob - 1) / kBubblesAJob;
   for (std::size_t batch = 0; batch < n_jobs; batch += kJobsABatch) {

@@ -16,7 +16,9 @@ using detail::kRingLanes;
 
 constexpr std::size_t kMostFrames = 256;  // of a lane: the ratios' round-off grows with the fourth power
 
-Complex product(Complex a, Complex b) { return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()}; }
+Complex product(Complex a, Complex b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
 
 // e^x, for the small exponents of the higher ratios by its series.
 Complex exponential(Complex x) {
@@ -94,7 +96,9 @@ void add_voice(const BubbleVoice& voice, double sample_rate_hz, std::int64_t fir
   };
   for (std::size_t b = 0; b < track.blocks.size(); ++b) {
     const RingBlock& block = track.blocks[b];
-    const auto frame_at = [&](double age) { return static_cast<std::int64_t>(std::ceil((voice.onset_s + age) * sample_rate_hz)); };
+    const auto frame_at = [&](double age) {
+      return static_cast<std::int64_t>(std::ceil((voice.onset_s + age) * sample_rate_hz));
+    };
     std::int64_t frame = std::max(from, frame_at(block.start_s));
     const bool is_last = b + 1 == track.blocks.size();
     const std::int64_t end = std::min(until, is_last ? range.end : frame_at(track.blocks[b + 1].start_s));

@@ -13,14 +13,14 @@ void HeadModel::validate() const {
   checked("head", "radius_m", radius_m, 0.01, 0.5);
   checked("head", "ear_azimuth_deg", ear_azimuth_deg, 0.0, 180.0);
   checked("head", "sound_speed_m_s", sound_speed_m_s, 10.0, 1e4);
-  if (!(facing.head<2>().norm() > 0.0) || !facing.allFinite()) throw InputError("head", "faces no horizontal direction");
+  if (!(facing.head<2>().norm() > 0.0) || !facing.allFinite())
+    throw InputError("head", "faces no horizontal direction");
 }
 
 double HeadModel::angle_rad(int ear, const Eigen::Vector3d& source_m) const {
   const double side = ear == 0 ? 1.0 : -1.0;  // left is counter-clockwise from the nose, seen from above
   const Eigen::Vector3d nose = Eigen::Vector3d(facing.x(), facing.y(), 0.0).normalized();
-  const Eigen::Vector3d axis =
-      Eigen::AngleAxisd(side * ear_azimuth_deg * kPi / 180.0, Eigen::Vector3d::UnitZ()) * nose;
+  const Eigen::Vector3d axis = Eigen::AngleAxisd(side * ear_azimuth_deg * kPi / 180.0, Eigen::Vector3d::UnitZ()) * nose;
   const Eigen::Vector3d way = source_m - centre_m;
   return std::atan2(axis.cross(way).norm(), axis.dot(way));
 }
@@ -46,7 +46,8 @@ HeadModel HeadPath::at(const HeadModel& head, double time_s) const {
   const double part = before < i ? (time_s - times_s[before]) / (times_s[i] - times_s[before]) : 0.0;
   moved.centre_m = centres_m[before] + part * (centres_m[i] - centres_m[before]);
   if (facings.empty()) return moved;
-  const Eigen::Vector3d turned = facings[before].normalized() + part * (facings[i].normalized() - facings[before].normalized());
+  const Eigen::Vector3d turned =
+      facings[before].normalized() + part * (facings[i].normalized() - facings[before].normalized());
   if (turned.head<2>().norm() > 1e-6) moved.facing = turned;  // half way between opposite directions there is none
   return moved;
 }

@@ -5,9 +5,9 @@
 
 namespace klang::bubble {
 
-/// Sound at the two ears of a spherical head: arrival times and head shadow of the structural model of Brown and Duda 1998,
-/// IEEE Trans. Speech Audio Process. 6, 476-488. Their echoes of pinna, shoulders and room are left out, so that front and
-/// back, and up and down, differ only as far as the angle to the ears does.
+/// Sound at the two ears of a spherical head: arrival times and head shadow of the structural model of Brown and Duda
+/// 1998, IEEE Trans. Speech Audio Process. 6, 476-488. Their echoes of pinna, shoulders and room are left out, so that
+/// front and back, and up and down, differ only as far as the angle to the ears does.
 ///   delay    T(a) = -(R/c) cos a for a < 90 deg, else (R/c) (a - 90 deg), against the head's centre
 ///   shadow   H(omega, a) = (1 + i alpha omega R / 2c) / (1 + i omega R / 2c)
 ///            alpha(a) = (1 + 0.1/2) + (1 - 0.1/2) cos(a / 150 deg * 180 deg)

@@ -1,6 +1,7 @@
 #pragma once
 /// How the pitch of a bubble rises as it nears the free surface, as plain functions of any scalar (double, Ceres Jets,
-/// Taylor series). phi is the signed distance of the bubble's centre to the surface: negative in the liquid, 0 at the surface.
+/// Taylor series). phi is the signed distance of the bubble's centre to the surface: negative in the liquid, 0 at the
+/// surface.
 #include <array>
 #include <cmath>
 
@@ -14,7 +15,8 @@ enum class PitchKind {
   kTwoSphere              ///< plane surface, exact: the bubble and its mirror image (bispherical series)
 };
 
-/// Eq. (6) has no limit of its own: from depth it multiplies the pitch by 5 (phi0 = -8 mm) to 161 (-25 mm), hence the clamp.
+/// Eq. (6) has no limit of its own: from depth it multiplies the pitch by 5 (phi0 = -8 mm) to 161 (-25 mm), hence the
+/// clamp.
 struct PitchModel {
   PitchKind kind = PitchKind::kHarmonicFluids;
   double k_delta_per_m = 72.95;  ///< K, 0 to 1e4
@@ -34,8 +36,9 @@ T pitch_integral(const T& phi_m, const T& phi_start_m, const T& k_delta_per_m, c
   return k_delta_per_m * exp(eta) * (-phi0_m) / eta * (exp(-eta * phi_m / phi0_m) - exp(-eta * phi_start_m / phi0_m));
 }
 
-/// Pitch over that at phi_start by eq. (6) of Zheng and James 2009, before any clamp: exp(I), or 1 + I when frozen, with
-/// I = pitch_integral. (The paper has the damped frequency in the increment; with a damping of 0.04 that is 0.02 % of I.)
+/// Pitch over that at phi_start by eq. (6) of Zheng and James 2009, before any clamp: exp(I), or 1 + I when frozen,
+/// with I = pitch_integral. (The paper has the damped frequency in the increment; with a damping of 0.04 that is 0.02 %
+/// of I.)
 template <class T>
 T harmonic_fluids_factor(const T& phi_m, const T& phi_start_m, const T& k_delta_per_m, const T& eta, const T& phi0_m,
                          bool frozen = false) {
@@ -44,8 +47,8 @@ T harmonic_fluids_factor(const T& phi_m, const T& phi_start_m, const T& k_delta_
   return frozen ? T(1.0) + integral : T(exp(integral));
 }
 
-/// Strasberg's formula for a plane free surface: (1 - r/2d - (r/2d)^4)^(-1/2); 1.512 at touch, 0.03 % low at d = 2 r and
-/// 7 % low at d = 1.05 r. Source: Strasberg 1953, J. Acoust. Soc. Am. 25, 536-537.
+/// Strasberg's formula for a plane free surface: (1 - r/2d - (r/2d)^4)^(-1/2); 1.512 at touch, 0.03 % low at d = 2 r
+/// and 7 % low at d = 1.05 r. Source: Strasberg 1953, J. Acoust. Soc. Am. 25, 536-537.
 template <class T>
 T strasberg_factor(const T& depth_over_radius) {
   using std::sqrt;
@@ -55,7 +58,8 @@ T strasberg_factor(const T& depth_over_radius) {
 
 namespace detail {
 
-/// sum_{n >= 1} 1 / sinh(n a), a > 0, to round-off: the series, or for small a (where it converges slowly) its Mellin expansion
+/// sum_{n >= 1} 1 / sinh(n a), a > 0, to round-off: the series, or for small a (where it converges slowly) its Mellin
+/// expansion
 ///   [ln(2/a) + Euler's gamma] / a - sum_k 2 (1 - 2^k) zeta(-k)^2 / k! a^k,  k = 1, 3, 5, ...
 template <class T>
 T sinh_series(const T& a) {
@@ -63,8 +67,8 @@ T sinh_series(const T& a) {
   using std::log;
   if (a < T(0.5)) {
     constexpr double kEulerGamma = 0.57721566490153286061;
-    constexpr std::array<double, 8> kZeta = {-1.0 / 12,      1.0 / 120,          -1.0 / 252, 1.0 / 240,
-                                             -1.0 / 132,     691.0 / 32760,      -1.0 / 12,  3617.0 / 8160};  // at -1, -3, ..., -15
+    constexpr std::array<double, 8> kZeta = {-1.0 / 12,     1.0 / 120, -1.0 / 252,   1.0 / 240, -1.0 / 132,
+                                             691.0 / 32760, -1.0 / 12, 3617.0 / 8160};  // at -1, -3, ..., -15
     T sum = (log(T(2.0) / a) + T(kEulerGamma)) / a;
     T power = a;
     double factorial = 1.0, two_to_k = 2.0;
@@ -112,7 +116,7 @@ T rigid_wall_factor(const T& depth_over_radius) {
   return sqrt(sinh_a * (detail::sinh_series(a) - T(2.0) * detail::sinh_series(T(2.0) * a)));
 }
 
-/// Pitch factor of a model, clamped to 1 ... largest_factor for the models of eq. (6) and to at most largest_factor for all.
+/// Pitch factor of a model, clamped to 1 / largest_factor ... largest_factor (a bubble that sinks falls in pitch).
 /// Against the frequency of the unbounded liquid; eq. (6) takes that as the frequency at phi_start.
 /// @param phi_m  the plane models take the depth as -phi, at least 1.001 r
 template <class T>

@@ -8,9 +8,9 @@ namespace klang::bubble {
 
 inline constexpr double kGravityMS2 = 9.80665;
 
-/// Rise of a round bubble from rest or with a start: M v' = (rho - rho_g) V g - c v |v| with inertia M = rho_g V + rho V / 2
-/// (the liquid it has to move aside) and drag c = C_d rho 4 pi r^2 / 2.
-/// Zheng and James 2009 take the liquid's mass for the bubble's, so that theirs sinks (docs/errata.md).
+/// Rise of a round bubble from rest or with a start: M v' = (rho - rho_g) V g - c v |v| with inertia M = rho_g V + rho
+/// V / 2 (the liquid it has to move aside) and drag c = C_d rho 4 pi r^2 / 2. Zheng and James 2009 take the liquid's
+/// mass for the bubble's, so that theirs sinks (docs/errata.md).
 template <class T>
 struct RiseLaw {
   T terminal_speed_m_s;
@@ -27,7 +27,8 @@ RiseLaw<T> rise_law(const BubbleMedium& medium, const T& radius_m, const T& drag
 }
 
 /// Way upwards after a time, from the start's speed upwards (negative: it sinks at first). Closed form:
-///   v_t tau ln(cosh(t/tau) + (v0/v_t) sinh(t/tau)) for v0 >= 0; while it sinks -v_t tau ln(cos(t/tau) - (v0/v_t) sin(t/tau))
+///   v_t tau ln(cosh(t/tau) + (v0/v_t) sinh(t/tau)) for v0 >= 0;
+///   while it sinks -v_t tau ln(cos(t/tau) - (v0/v_t) sin(t/tau))
 template <class T>
 T risen_m(const RiseLaw<T>& law, const T& start_speed_m_s, const T& time_s) {
   using std::atan;

@@ -14,13 +14,6 @@ namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxBubbles = 1'000'000;
 
-#define RISE_FIELDS(table)                                                                                                  \
-  {table, "rise", TomlType::kText, "`fixed`", -kInf, kInf,                                                                  \
-   "`fixed`, `constant` speed, or `terminal`: buoyancy, drag and the added mass of the liquid"},                            \
-      {table, "rise_speed_m_s", TomlType::kNumber, "0", -100, 100, "upwards: the constant speed, or that at birth"},        \
-      {table, "drag_coefficient", TomlType::kNumber, "0.2", 1e-3, 100, "of the rise, on the area 4 π r²"},                  \
-  {table, "stop_depth_radii", TomlType::kNumber, "1.05", 1, 100, "depth at which a rising bubble comes to rest, in radii"}
-
 const TomlField kSchema[] = {
     {"", "name", TomlType::kText, "the file's name", -kInf, kInf, "title"},
     {"", "liquid", TomlType::kTable, "water", -kInf, kInf, "the liquid"},
@@ -48,23 +41,29 @@ const TomlField kSchema[] = {
     {"sound", "sample_rate_hz", TomlType::kNumber, "48000", 4000, 768000, "sample rate"},
     {"sound", "duration_s", TomlType::kNumber, "until the last bubble has ended", 0.001, 3600, "length"},
     {"sound", "peak_db_re_full_scale", TomlType::kNumber, "-3", -120, 0, "level of the highest peak in the file"},
-    {"sound", "theory", TomlType::kText, "`leighton`", -kInf, kInf, "`leighton`, `prosperetti` (exact thermal damping) or `paper` (as printed)"},
+    {"sound", "theory", TomlType::kText, "`leighton`", -kInf, kInf,
+     "`leighton`, `prosperetti` (exact thermal damping) or `paper` (as printed)"},
     {"sound", "excitation", TomlType::kText, "`pressure_step`", -kInf, kInf, "`pressure_step` or `paper` (as printed)"},
     {"sound", "attack", TomlType::kText, "`soft`", -kInf, kInf, "`soft` (eq. 39) or `none`"},
-    {"sound", "transfer", TomlType::kText, "`half_space`", -kInf, kInf, "`half_space`: below a wide plane surface; `unit`: |P| = 1, for comparison"},
+    {"sound", "transfer", TomlType::kText, "`half_space`", -kInf, kInf,
+     "`half_space`: below a wide plane surface; `unit`: |P| = 1, for comparison"},
 
     {"pitch", "model", TomlType::kText, "`harmonic_fluids`", -kInf, kInf,
-     "`harmonic_fluids` (eq. 6), `harmonic_fluids_frozen` (ω of the start in the increment), `strasberg`, `two_sphere` (exact plane), `constant`"},
+     "`harmonic_fluids` (eq. 6), `harmonic_fluids_frozen` (ω of the start in the increment), `strasberg`, "
+     "`two_sphere` (exact plane), `constant`"},
     {"pitch", "k_delta_per_m", TomlType::kNumber, "72.95", 0, 1e4, "K_Δ of eq. (6)"},
     {"pitch", "eta", TomlType::kNumber, "1.24", 0.01, 100, "η of eq. (6)"},
     {"pitch", "phi0_m", TomlType::kNumber, "-0.008", -1, -1e-5, "φ0 of eq. (6), negative"},
     {"pitch", "largest_factor", TomlType::kNumber, "3", 1, 1000, "no model raises the pitch above this"},
 
     {"listener", "position_m", TomlType::kVector, "[0, -1, 0.5]", -1e4, 1e4, "centre of the head, z above 0"},
-    {"listener", "facing", TomlType::kVector, "[0, 1, 0]", -1e4, 1e4, "direction of the nose; its horizontal part counts"},
+    {"listener", "facing", TomlType::kVector, "[0, 1, 0]", -1e4, 1e4,
+     "direction of the nose; its horizontal part counts"},
     {"listener", "path_csv", TomlType::kText, "none", -kInf, kInf,
-     "of a listener who moves, instead of the position: `time_s,x_m,y_m,z_m` and, where it turns, `facing_x,facing_y,facing_z`"},
-    {"listener", "mode", TomlType::kText, "`stereo`", -kInf, kInf, "`stereo` (two ears of a spherical head) or `mono` (modulus of the transfer)"},
+     "of a listener who moves, instead of the position: `time_s,x_m,y_m,z_m` and, where it turns, "
+     "`facing_x,facing_y,facing_z`"},
+    {"listener", "mode", TomlType::kText, "`stereo`", -kInf, kInf,
+     "`stereo` (two ears of a spherical head) or `mono` (modulus of the transfer)"},
     {"listener", "head_radius_m", TomlType::kNumber, "0.0875", 0.01, 0.5, "radius of the head"},
     {"listener", "ear_azimuth_deg", TomlType::kNumber, "100", 0, 180, "of each ear from the nose"},
     {"listener", "propagation_delay", TomlType::kBoolean, "false", -kInf, kInf, "sound arrives distance / c later"},
@@ -72,36 +71,55 @@ const TomlField kSchema[] = {
     {"bubble", "radius_m", TomlType::kNumber, "required", kSmallestRadiusM, kLargestRadiusM, "radius"},
     {"bubble", "birth_s", TomlType::kNumber, "0", 0, 3600, "when it is hit"},
     {"bubble", "strength", TomlType::kNumber, "1", -1e6, 1e6, "times the excitation by its surface tension"},
-    {"bubble", "position_m", TomlType::kVector, "with path_csv: from there", -1e4, 1e4, "centre at birth; the surface is z = 0, the liquid below"},
-    RISE_FIELDS("bubble"),
+    {"bubble", "position_m", TomlType::kVector, "with path_csv: from there", -1e4, 1e4,
+     "centre at birth; the surface is z = 0, the liquid below"},
+    {"bubble", "rise", TomlType::kText, "`fixed`", -kInf, kInf,
+     "`fixed`, `constant` speed, or `terminal`: buoyancy, drag and the added mass of the liquid"},
+    {"bubble", "rise_speed_m_s", TomlType::kNumber, "0", -100, 100, "upwards: the constant speed, or that at birth"},
+    {"bubble", "drag_coefficient", TomlType::kNumber, "0.2", 1e-3, 100, "of the rise, on the area 4 π r²"},
+    {"bubble", "stop_depth_radii", TomlType::kNumber, "1.05", 1, 100,
+     "depth at which a rising bubble comes to rest, in radii"},
     {"bubble", "path_csv", TomlType::kText, "none", -kInf, kInf,
-     "instead of position and rise: `time_s,x_m,y_m,z_m` and, where the surface is not plane, `phi_m`; even time steps"},
-    {"bubble", "phi_csv", TomlType::kText, "none", -kInf, kInf, "with a position, instead of a rise: `time_s,phi_m`; even time steps"},
+     "instead of position and rise: `time_s,x_m,y_m,z_m` and, where the surface is not plane, `phi_m`; even time "
+     "steps"},
+    {"bubble", "phi_csv", TomlType::kText, "none", -kInf, kInf,
+     "with a position, instead of a rise: `time_s,phi_m`; even time steps"},
     {"bubble", "phi_lowpass_hz", TomlType::kNumber, "200", 1e-3, 1e9, "low-pass of the φ of a file"},
     {"bubble", "transfer_file", TomlType::kText, "none", -kInf, kInf,
-     "pressure at the listener for unit vibration amplitude: CSV `time_s,re,im`, or JSON with `transfer[]`: {time_s, re, im}"},
+     "pressure at the listener for unit vibration amplitude: CSV `time_s,re,im`, or JSON with `transfer[]`: {time_s, "
+     "re, im}"},
 
     {"population", "count", TomlType::kNumber, "required", 1, 1e6, "number of bubbles"},
-    {"population", "distribution", TomlType::kText, "`lognormal`", -kInf, kInf, "of the radii: `lognormal`, `gaussian` or `uniform`; drawn again outside the limits"},
-    {"population", "radius_m", TomlType::kNumber, "0.001", kSmallestRadiusM, kLargestRadiusM, "median (lognormal) or mean (gaussian)"},
+    {"population", "distribution", TomlType::kText, "`lognormal`", -kInf, kInf,
+     "of the radii: `lognormal`, `gaussian` or `uniform`; drawn again outside the limits"},
+    {"population", "radius_m", TomlType::kNumber, "0.001", kSmallestRadiusM, kLargestRadiusM,
+     "median (lognormal) or mean (gaussian)"},
     {"population", "spread", TomlType::kNumber, "0.4", 0, 10, "standard deviation over `radius_m`, or of ln radius"},
-    {"population", "smallest_radius_m", TomlType::kNumber, "0.0003", kSmallestRadiusM, kLargestRadiusM, "limit of the radii"},
-    {"population", "largest_radius_m", TomlType::kNumber, "0.005", kSmallestRadiusM, kLargestRadiusM, "limit of the radii"},
+    {"population", "smallest_radius_m", TomlType::kNumber, "0.0003", kSmallestRadiusM, kLargestRadiusM,
+     "limit of the radii"},
+    {"population", "largest_radius_m", TomlType::kNumber, "0.005", kSmallestRadiusM, kLargestRadiusM,
+     "limit of the radii"},
     {"population", "time_start_s", TomlType::kNumber, "0", 0, 3600, "births are uniform from here"},
     {"population", "time_end_s", TomlType::kNumber, "required", 0, 3600, "to here"},
     {"population", "box_low_m", TomlType::kVector, "required", -1e4, 1e4, "births are uniform in this box"},
     {"population", "box_high_m", TomlType::kVector, "required", -1e4, 1e4, "its other corner; z below 0"},
     {"population", "strength_std_db", TomlType::kNumber, "0", 0, 40, "scatter of the strength (normal in dB)"},
-    RISE_FIELDS("population"),
+    {"population", "rise", TomlType::kText, "`fixed`", -kInf, kInf,
+     "`fixed`, `constant` speed, or `terminal`: buoyancy, drag and the added mass of the liquid"},
+    {"population", "rise_speed_m_s", TomlType::kNumber, "0", -100, 100,
+     "upwards: the constant speed, or that at birth"},
+    {"population", "drag_coefficient", TomlType::kNumber, "0.2", 1e-3, 100, "of the rise, on the area 4 π r²"},
+    {"population", "stop_depth_radii", TomlType::kNumber, "1.05", 1, 100,
+     "depth at which a rising bubble comes to rest, in radii"},
 };
-#undef RISE_FIELDS
 
 RiseOptions read_rise(const TomlTable& table) {
   RiseOptions rise;
   const std::string kind = table.choice("rise", {"fixed", "constant", "terminal"});
   rise.kind = kind == "fixed" ? RiseKind::kFixed : kind == "constant" ? RiseKind::kConstantSpeed : RiseKind::kTerminal;
   if (rise.kind == RiseKind::kFixed && table.has("rise_speed_m_s"))
-    throw InputError(table.place("rise_speed_m_s"), "has no meaning without a rise", "", "rise = \"constant\" or \"terminal\"");
+    throw InputError(table.place("rise_speed_m_s"), "has no meaning without a rise", "",
+                     "rise = \"constant\" or \"terminal\"");
   rise.speed_m_s = table.number("rise_speed_m_s", 0.0);
   rise.drag_coefficient = table.number("drag_coefficient", rise.drag_coefficient);
   rise.stop_depth_radii = table.number("stop_depth_radii", rise.stop_depth_radii);
@@ -118,7 +136,8 @@ auto located(const std::string& place, Function&& function) {
   }
 }
 
-std::shared_ptr<const BubbleMotion> read_path(const TomlTable& table, const std::filesystem::path& base, double birth_s) {
+std::shared_ptr<const BubbleMotion> read_path(const TomlTable& table, const std::filesystem::path& base,
+                                              double birth_s) {
   const bool path = table.has("path_csv");
   const std::string_view key = path ? "path_csv" : "phi_csv";
   for (const std::string_view other : {"rise", "rise_speed_m_s", "drag_coefficient", "stop_depth_radii"}) {
@@ -132,8 +151,8 @@ std::shared_ptr<const BubbleMotion> read_path(const TomlTable& table, const std:
     return path ? read_time_series(file, kPlaces, kPhi, true) : read_time_series(file, kPhi, {}, true);
   });
   if (series.times_s.front() > birth_s) {
-    throw InputError(table.place(key), file.string() + " starts after the bubble's birth", to_text(series.times_s.front()) + " s",
-                     "up to " + to_text(birth_s) + " s");
+    throw InputError(table.place(key), file.string() + " starts after the bubble's birth",
+                     to_text(series.times_s.front()) + " s", "up to " + to_text(birth_s) + " s");
   }
   SampledMotion samples;
   samples.cutoff_hz = table.number("phi_lowpass_hz", samples.cutoff_hz);
@@ -153,18 +172,20 @@ std::shared_ptr<const BubbleMotion> read_path(const TomlTable& table, const std:
 
 using TransferFiles = std::map<std::filesystem::path, std::shared_ptr<const TransferSeries>>;
 
-SceneBubble read_bubble(const TomlTable& table, const std::filesystem::path& base, const BubbleScene& scene, TransferFiles& files) {
+SceneBubble read_bubble(const TomlTable& table, const std::filesystem::path& base, const BubbleScene& scene,
+                        TransferFiles& files) {
   SceneBubble bubble;
   bubble.radius_m = table.number("radius_m");
   bubble.birth_s = table.number("birth_s", 0.0);
   bubble.strength = table.number("strength", 1.0);
+  if (bubble.strength == 0.0) throw InputError(table.place("strength"), "hits no bubble", "0", "not 0");
   if (table.has("path_csv") || table.has("phi_csv")) {
     bubble.motion = read_path(table, base, bubble.birth_s);
   } else {
     const RiseOptions rise = read_rise(table);
     const Eigen::Vector3d position = table.vector("position_m");
-    bubble.motion =
-        located(table.place("position_m"), [&] { return analytic_rise(position, bubble.radius_m, rise, scene.medium); });
+    bubble.motion = located(table.place("position_m"),
+                            [&] { return analytic_rise(position, bubble.radius_m, rise, scene.medium); });
   }
   if (table.has("transfer_file")) {
     const std::filesystem::path file = base / table.text("transfer_file");
@@ -181,7 +202,8 @@ SceneBubble read_bubble(const TomlTable& table, const std::filesystem::path& bas
 
 void add_population(const TomlTable& table, std::uint64_t seed, std::uint64_t number, BubbleScene& scene) {
   const auto count = static_cast<std::size_t>(std::llround(table.number("count")));
-  if (scene.bubbles.size() + count > kMaxBubbles) throw InputError(table.place("count"), "makes too many bubbles", "", std::to_string(kMaxBubbles));
+  if (scene.bubbles.size() + count > kMaxBubbles)
+    throw InputError(table.place("count"), "makes too many bubbles", "", std::to_string(kMaxBubbles));
   const std::string distribution = table.choice("distribution", {"lognormal", "gaussian", "uniform"});
   const double middle = table.number("radius_m", 1e-3), spread = table.number("spread", 0.4);
   const double smallest = table.number("smallest_radius_m", 3e-4), largest = table.number("largest_radius_m", 5e-3);
@@ -190,10 +212,12 @@ void add_population(const TomlTable& table, std::uint64_t seed, std::uint64_t nu
                      to_text(smallest) + " to " + to_text(largest));
   }
   const double from = table.number("time_start_s", 0.0), until = table.number("time_end_s");
-  if (!(until >= from)) throw InputError(table.place("time_end_s"), "lies before the start", to_text(until), "from " + to_text(from));
+  if (!(until >= from))
+    throw InputError(table.place("time_end_s"), "lies before the start", to_text(until), "from " + to_text(from));
   const Eigen::Vector3d low = table.vector("box_low_m"), high = table.vector("box_high_m");
   if (!(low.array() <= high.array()).all() || !(high.z() < 0.0))
-    throw InputError(table.place("box_high_m"), "is no box below the surface", "z = " + to_text(high.z()), "box_low_m up to z below 0");
+    throw InputError(table.place("box_high_m"), "is no box below the surface", "z = " + to_text(high.z()),
+                     "box_low_m up to z below 0");
   const double strength_std_db = table.number("strength_std_db", 0.0);
   const RiseOptions rise = read_rise(table);
   located(table.place("smallest_radius_m"), [&] { return bubble_oscillation(smallest, scene.medium, scene.theory); });
@@ -201,7 +225,7 @@ void add_population(const TomlTable& table, std::uint64_t seed, std::uint64_t nu
     RandomStream random(seed, (number << 32) | i);
     SceneBubble bubble;
     for (int turn = 0; turn < 1000; ++turn) {  // a spread of any size finds its way into the limits
-      const double draw = distribution == "uniform" ? random.uniform(smallest, largest)
+      const double draw = distribution == "uniform"    ? random.uniform(smallest, largest)
                           : distribution == "gaussian" ? middle * (1.0 + spread * random.normal())
                                                        : middle * std::exp(spread * random.normal());
       bubble.radius_m = middle;
@@ -239,14 +263,18 @@ void read_sound(const TomlTable& sound, BubbleScene& scene) {
   scene.duration_s = sound.optional_number("duration_s");
   scene.peak_db_re_full_scale = sound.number("peak_db_re_full_scale", scene.peak_db_re_full_scale);
   const std::string theory = sound.choice("theory", {"leighton", "prosperetti", "paper"});
-  scene.theory = theory == "leighton" ? BubbleTheory::kLeighton : theory == "paper" ? BubbleTheory::kPaper : BubbleTheory::kProsperetti;
+  scene.theory = theory == "leighton" ? BubbleTheory::kLeighton
+                 : theory == "paper"  ? BubbleTheory::kPaper
+                                      : BubbleTheory::kProsperetti;
   scene.printed_excitation = sound.choice("excitation", {"pressure_step", "paper"}) == "paper";
   scene.soft_attack = sound.choice("attack", {"soft", "none"}) == "soft";
-  scene.transfer = sound.choice("transfer", {"half_space", "unit"}) == "unit" ? SceneTransfer::kUnit : SceneTransfer::kHalfSpace;
+  scene.transfer =
+      sound.choice("transfer", {"half_space", "unit"}) == "unit" ? SceneTransfer::kUnit : SceneTransfer::kHalfSpace;
 }
 
 void read_pitch(const TomlTable& pitch, BubbleScene& scene) {
-  const std::string model = pitch.choice("model", {"harmonic_fluids", "harmonic_fluids_frozen", "strasberg", "two_sphere", "constant"});
+  const std::string model =
+      pitch.choice("model", {"harmonic_fluids", "harmonic_fluids_frozen", "strasberg", "two_sphere", "constant"});
   PitchModel& p = scene.pitch;
   p.kind = model == "harmonic_fluids"          ? PitchKind::kHarmonicFluids
            : model == "harmonic_fluids_frozen" ? PitchKind::kHarmonicFluidsFrozen
@@ -260,21 +288,26 @@ void read_pitch(const TomlTable& pitch, BubbleScene& scene) {
 }
 
 HeadPath read_head_path(const TomlTable& listener, const std::filesystem::path& base) {
-  if (listener.has("position_m")) throw InputError(listener.place("path_csv"), "says the position itself", "", "no position_m");
+  if (listener.has("position_m"))
+    throw InputError(listener.place("path_csv"), "says the position itself", "", "no position_m");
   const std::filesystem::path file = base / listener.text("path_csv");
   static constexpr std::string_view kPlaces[] = {"x_m", "y_m", "z_m"}, kFacing[] = {"facing_x", "facing_y", "facing_z"};
-  const TimeSeries series = located(listener.place("path_csv"), [&] { return read_time_series(file, kPlaces, kFacing, false); });
+  const TimeSeries series =
+      located(listener.place("path_csv"), [&] { return read_time_series(file, kPlaces, kFacing, false); });
   const bool turns = !series.columns[3].empty();
   if (turns != !series.columns[4].empty() || turns != !series.columns[5].empty())
-    throw InputError(listener.place("path_csv"), file.string() + " has a part of the columns of the direction", "", "facing_x, facing_y, facing_z");
+    throw InputError(listener.place("path_csv"), file.string() + " has a part of the columns of the direction", "",
+                     "facing_x, facing_y, facing_z");
   HeadPath path{series.times_s, {}, {}};
   for (std::size_t i = 0; i < series.times_s.size(); ++i) {
     const std::string at = file.string() + ", at " + to_text(series.times_s[i]) + " s";
     path.centres_m.emplace_back(series.columns[0][i], series.columns[1][i], series.columns[2][i]);
-    if (!(path.centres_m.back().z() > 0.0)) throw InputError(at, "the listener is not in the air", "z = " + to_text(series.columns[2][i]), "above 0");
+    if (!(path.centres_m.back().z() > 0.0))
+      throw InputError(at, "the listener is not in the air", "z = " + to_text(series.columns[2][i]), "above 0");
     if (!turns) continue;
     path.facings.emplace_back(series.columns[3][i], series.columns[4][i], series.columns[5][i]);
-    if (!(path.facings.back().head<2>().norm() > 0.0)) throw InputError(at, "the listener faces no horizontal direction");
+    if (!(path.facings.back().head<2>().norm() > 0.0))
+      throw InputError(at, "the listener faces no horizontal direction");
   }
   return path;
 }
@@ -284,7 +317,8 @@ void read_listener(const TomlTable& listener, const std::filesystem::path& base,
   if (listener.has("path_csv")) scene.head_path = read_head_path(listener, base);
   head.centre_m = listener.vector("position_m", head.centre_m);
   if (!(head.centre_m.z() > 0.0))
-    throw InputError(listener.place("position_m"), "is not in the air", "z = " + to_text(head.centre_m.z()) + " m", "above 0");
+    throw InputError(listener.place("position_m"), "is not in the air", "z = " + to_text(head.centre_m.z()) + " m",
+                     "above 0");
   head.facing = listener.vector("facing", head.facing);
   head.radius_m = listener.number("head_radius_m", head.radius_m);
   head.ear_azimuth_deg = listener.number("ear_azimuth_deg", head.ear_azimuth_deg);

@@ -55,12 +55,15 @@ Taylor CubicSpline::at(double time_s) const {
   const double secant = (values_[i + 1] - values_[i]) / width;
   const double c2 = (3.0 * secant - 2.0 * slopes_[i] - slopes_[i + 1]) / width;
   const double c3 = (slopes_[i] + slopes_[i + 1] - 2.0 * secant) / (width * width);
-  return {values_[i] + x * (slopes_[i] + x * (c2 + x * c3)), slopes_[i] + x * (2.0 * c2 + 3.0 * x * c3), 2.0 * c2 + 6.0 * x * c3};
+  return {values_[i] + x * (slopes_[i] + x * (c2 + x * c3)), slopes_[i] + x * (2.0 * c2 + 3.0 * x * c3),
+          2.0 * c2 + 6.0 * x * c3};
 }
 
-std::vector<double> low_passed(const std::vector<double>& times_s, const std::vector<double>& values, double cutoff_hz) {
+std::vector<double> low_passed(const std::vector<double>& times_s, const std::vector<double>& values,
+                               double cutoff_hz) {
   if (!std::isfinite(cutoff_hz)) return values;
-  const double sigma_s = std::sqrt(std::log(2.0)) / (2.0 * kPi * cutoff_hz);  // the Gaussian's response is -3 dB at the cut-off
+  const double sigma_s =
+      std::sqrt(std::log(2.0)) / (2.0 * kPi * cutoff_hz);  // the Gaussian's response is -3 dB at the cut-off
   std::vector<double> smooth(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0 = 0.0, y1 = 0.0;

@@ -3,7 +3,8 @@
 
 namespace klang::bubble {
 
-/// A value with its first and second derivative by time: the scalar that the oscillator puts into the formulas. Enough operations for the formulas of this folder.
+/// A value with its first and second derivative by time: the scalar that the oscillator puts into the formulas. Enough
+/// operations for the formulas of this folder.
 struct Taylor {
   double v = 0.0, d = 0.0, dd = 0.0;
   Taylor() = default;

@@ -93,11 +93,13 @@ TimeSeries read_time_series(const std::filesystem::path& path, std::span<const s
       continue;
     }
     if (cells.size() != target.size())
-      throw InputError(place, "has a wrong number of columns", std::to_string(cells.size()), std::to_string(target.size()));
+      throw InputError(place, "has a wrong number of columns", std::to_string(cells.size()),
+                       std::to_string(target.size()));
     for (std::size_t i = 0; i < cells.size(); ++i) columns[target[i]].push_back(number_of(cells[i], place));
     const auto& times = columns[0];
     if (times.size() > 1 && !(times.back() > times[times.size() - 2]))
-      throw InputError(place, "time_s does not rise", to_text(times.back()), "above " + to_text(times[times.size() - 2]));
+      throw InputError(place, "time_s does not rise", to_text(times.back()),
+                       "above " + to_text(times[times.size() - 2]));
     if (times.size() > kMaxRows) throw InputError(file, "has too many rows", "", std::to_string(kMaxRows));
   }
   if (columns[0].empty()) throw InputError(file, "has no rows");

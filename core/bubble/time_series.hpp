@@ -10,8 +10,8 @@ namespace klang::bubble {
 
 /// Columns of a CSV file over its column time_s.
 struct TimeSeries {
-  std::vector<double> times_s;                ///< ascending
-  std::vector<std::vector<double>> columns;   ///< in the order asked for; empty where an optional one is absent
+  std::vector<double> times_s;               ///< ascending
+  std::vector<std::vector<double>> columns;  ///< in the order asked for; empty where an optional one is absent
 };
 
 /// Reads a CSV whose first line names its columns. Lines that are empty or begin with # do not count.

@@ -67,7 +67,8 @@ TomlTable TomlTable::parse(std::string_view text, std::string name, std::span<co
   return {std::move(document), root, "", ""};
 }
 
-TomlTable::TomlTable(std::shared_ptr<const Document> document, const void* node, std::string schema_table, std::string shown)
+TomlTable::TomlTable(std::shared_ptr<const Document> document, const void* node, std::string schema_table,
+                     std::string shown)
     : document_(std::move(document)), node_(node), schema_table_(std::move(schema_table)), shown_(std::move(shown)) {
   for (const auto& [key, value] : table_of(node_)) {
     if (!document_->find(schema_table_, key.str()))

@@ -17,14 +17,14 @@ struct TomlField {
   std::string_view table;  ///< "", "listener", "bubble", ...; of a table in a table "bubble.rise"
   std::string_view key;
   TomlType type = TomlType::kText;
-  std::string_view presence;  ///< "required", or the default in words
+  std::string_view presence;                              ///< "required", or the default in words
   double low = -std::numeric_limits<double>::infinity();  ///< numbers and vectors: low <= value <= high
   double high = std::numeric_limits<double>::infinity();
   std::string_view meaning;
 };
 
-/// A table of a TOML file, read by a schema. Unknown keys, wrong types and values out of range are InputErrors that name file,
-/// line, key, value and what is allowed.
+/// A table of a TOML file, read by a schema. Unknown keys, wrong types and values out of range are InputErrors that
+/// name file, line, key, value and what is allowed.
 class TomlTable {
  public:
   /// @param schema  must outlive the table

@@ -10,12 +10,13 @@ namespace {
 using namespace klang::bubble;
 
 BubbleScene scene_of(int count, double seconds, const char* rise) {
-  return parse_bubble_scene("[sound]\nduration_s = " + std::to_string(seconds) +
-                                "\n[pitch]\nphi0_m = -0.012\n[[population]]\ncount = " + std::to_string(count) +
-                                "\ntime_end_s = " + std::to_string(seconds) +
-                                "\nradius_m = 0.0012\nspread = 0.45\nsmallest_radius_m = 0.0005\nlargest_radius_m = 0.006\n"
-                                "box_low_m = [-0.08, -0.08, -0.06]\nbox_high_m = [0.08, 0.08, -0.01]\nrise = \"" + rise + "\"\n",
-                            "bench", ".", 1);
+  return parse_bubble_scene(
+      "[sound]\nduration_s = " + std::to_string(seconds) + "\n[pitch]\nphi0_m = -0.012\n[[population]]\ncount = " +
+          std::to_string(count) + "\ntime_end_s = " + std::to_string(seconds) +
+          "\nradius_m = 0.0012\nspread = 0.45\nsmallest_radius_m = 0.0005\nlargest_radius_m = 0.006\n"
+          "box_low_m = [-0.08, -0.08, -0.06]\nbox_high_m = [0.08, 0.08, -0.01]\nrise = \"" +
+          rise + "\"\n",
+      "bench", ".", 1);
 }
 
 // A transfer for each bubble, a value a millisecond, as a solver would give it.
@@ -25,7 +26,8 @@ void add_transfers(BubbleScene& scene) {
     auto series = std::make_shared<TransferSeries>();
     for (int k = 0; k < 300; ++k) {
       series->times_s.push_back(bubble.birth_s + 1e-3 * k);
-      series->pressure_pa_per_m.push_back(std::polar(1e3 * (1.0 + 0.3 * std::sin(0.1 * k)), 0.05 * k + static_cast<double>(i)));
+      series->pressure_pa_per_m.push_back(
+          std::polar(1e3 * (1.0 + 0.3 * std::sin(0.1 * k)), 0.05 * k + static_cast<double>(i)));
     }
     bubble.transfer = series;
     ++i;
@@ -40,12 +42,25 @@ void BM_Bubbles_sound(benchmark::State& state, int count, double seconds, const 
     if (sound.status != BubbleSoundStatus::kDone) state.SkipWithError("silent");
     benchmark::DoNotOptimize(sound.sound.samples.data());
   }
-  state.counters["times_real_time"] = benchmark::Counter(seconds * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  state.counters["times_real_time"] =
+      benchmark::Counter(seconds * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
-BENCHMARK_CAPTURE(BM_Bubbles_sound, 100_bubbles, 100, 0.1, "terminal")->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_rising, 8000, 5.0, "terminal")->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_fixed, 8000, 5.0, "fixed")->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_with_transfers, 8000, 5.0, "terminal", true)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(BM_Bubbles_sound, 100_bubbles, 100, 0.1, "terminal")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_rising, 8000, 5.0, "terminal")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_fixed, 8000, 5.0, "fixed")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_with_transfers, 8000, 5.0, "terminal", true)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 
 // One track and its voice: time a sample. A bubble of 40 mm rings for seconds.
 void BM_Bubbles_one_track(benchmark::State& state, double radius_m) {

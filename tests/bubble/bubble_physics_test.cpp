@@ -7,10 +7,10 @@
 #include <limits>
 #include <utility>
 
+#include "bubble_reference.hpp"
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 #include "core/bubble/bubble_formulas.hpp"
-#include "bubble_reference.hpp"
 
 namespace klang::bubble {
 namespace {
@@ -21,14 +21,16 @@ using test::BubbleReference;
 double relative(double value, double reference) { return std::abs(value / reference - 1.0); }
 
 double worst_of(const BubbleOscillation& found, const test::Reading& wanted) {
-  return std::max({relative(found.delta_radiation, wanted.delta_radiation), relative(found.delta_viscous, wanted.delta_viscous),
+  return std::max({relative(found.delta_radiation, wanted.delta_radiation),
+                   relative(found.delta_viscous, wanted.delta_viscous),
                    relative(found.delta_thermal, wanted.delta_thermal), relative(found.decay_per_s, wanted.decay_per_s),
                    relative(found.damped_frequency_hz, wanted.damped_frequency_hz)});
 }
 
 TEST(BubblePhysics, FrequencyIsTheReferencesToTenDigits) {
   for (const BubbleReference& r : bubble_references()) {
-    EXPECT_LE(relative(2 * kPi * bubble_oscillation(r.radius_m).undamped_frequency_hz, r.omega0_leighton), 1e-10) << r.radius_m;
+    EXPECT_LE(relative(2 * kPi * bubble_oscillation(r.radius_m).undamped_frequency_hz, r.omega0_leighton), 1e-10)
+        << r.radius_m;
   }
 }
 
@@ -69,7 +71,8 @@ TEST(BubblePhysics, SurfaceTensionRaisesThePitch) {
 TEST(BubblePhysics, FigureOneOfThePaperGivesDiametersAndHertz) {
   const std::pair<double, double> printed[] = {{5e-3, 1300.0}, {2e-3, 3300.0}, {1e-3, 6600.0}, {5e-4, 13000.0}};
   for (const auto& [diameter_m, hz] : printed) {
-    EXPECT_LE(relative(bubble_oscillation(0.5 * diameter_m, {}, BubbleTheory::kPaper).damped_frequency_hz, hz), 0.012) << hz;
+    EXPECT_LE(relative(bubble_oscillation(0.5 * diameter_m, {}, BubbleTheory::kPaper).damped_frequency_hz, hz), 0.012)
+        << hz;
   }
 }
 
@@ -85,7 +88,8 @@ TEST(BubblePhysics, EntrainmentStepHasTheReferencesAmplitude) {
   for (const BubbleReference& r : bubble_references()) {
     const double omega0 = 2 * kPi * bubble_oscillation(r.radius_m).undamped_frequency_hz;
     EXPECT_LE(relative(entrainment_velocity_m_s(r.radius_m) / omega0, r.step_amplitude_m), 1e-10);
-    EXPECT_LE(relative(printed_entrainment(r.radius_m) / r.omega0_printed, r.printed_amplitude), 1e-3);  // printed over omega_d
+    EXPECT_LE(relative(printed_entrainment(r.radius_m) / r.omega0_printed, r.printed_amplitude),
+              1e-3);  // printed over omega_d
   }
 }
 

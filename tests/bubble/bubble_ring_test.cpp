@@ -38,8 +38,8 @@ LifeError life_error(const RingingBubble& bubble, std::vector<double> corners = 
     for (const double corner : bubble.motion->breaks_s()) corners.push_back(corner);
   }
   std::sort(corners.begin(), corners.end());
-  const Eigen::MatrixXd truth = datasets::integrate_oscillator(
-      [&](double t) { return coefficients_at(bubble, t); }, bubble.onset_velocity_m_s, step, step, n, corners);
+  const Eigen::MatrixXd truth = datasets::integrate_oscillator([&](double t) { return coefficients_at(bubble, t); },
+                                                               bubble.onset_velocity_m_s, step, step, n, corners);
   LifeError error;
   error.n = static_cast<int>(n);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -50,7 +50,8 @@ LifeError life_error(const RingingBubble& bubble, std::vector<double> corners = 
     const auto block = std::prev(std::upper_bound(track.blocks.begin(), track.blocks.end(), t,
                                                   [](double age, const RingBlock& b) { return age < b.start_s; }));
     const double s = t - block->start_s;
-    const std::complex<double> z = track.value(t), rate = block->c1 + s * (2.0 * block->c2 + s * (3.0 * block->c3 + s * 4.0 * block->c4));
+    const std::complex<double> z = track.value(t),
+                               rate = block->c1 + s * (2.0 * block->c2 + s * (3.0 * block->c3 + s * 4.0 * block->c4));
     const auto rotating = [&](double q, double v) { return std::complex<double>(q, -(v + at.decay_per_s * q) / wd); };
     const std::complex<double> ratio = rotating(z.real(), (rate * z).real()) / rotating(truth(i, 0), truth(i, 1));
     error.level_db = std::max(error.level_db, std::abs(20 * std::log10(std::abs(ratio))));
@@ -64,8 +65,10 @@ void expect_within_the_bar(const LifeError& error, const std::string& what) {
   EXPECT_GT(error.n, 300);
   EXPECT_LE(error.level_db, 0.01) << what;
   EXPECT_LE(error.phase_rad, 1e-4) << what;
-  ::testing::Test::RecordProperty(what, std::to_string(error.level_db) + " dB, " + std::to_string(error.phase_rad) + " rad");
-  std::printf("  %-40s rise x%.3f: %.2e dB, %.2e rad\n", what.c_str(), error.pitch_rise, error.level_db, error.phase_rad);
+  ::testing::Test::RecordProperty(what,
+                                  std::to_string(error.level_db) + " dB, " + std::to_string(error.phase_rad) + " rad");
+  std::printf("  %-40s rise x%.3f: %.2e dB, %.2e rad\n", what.c_str(), error.pitch_rise, error.level_db,
+              error.phase_rad);
 }
 
 TEST(BubbleRing, ConstantPitchIsTheExactExponential) {
@@ -80,7 +83,8 @@ TEST(BubbleRing, ConstantPitchIsTheExactExponential) {
 
 TEST(BubbleRing, RisingPitchStaysWithinAHundredthOfADecibelAndATenThousandthOfARadian) {
   for (const double radius_m : {5e-4, 1e-3, 2e-3, 5e-3}) {
-    for (const PitchKind kind : {PitchKind::kHarmonicFluids, PitchKind::kHarmonicFluidsFrozen, PitchKind::kStrasberg, PitchKind::kTwoSphere}) {
+    for (const PitchKind kind :
+         {PitchKind::kHarmonicFluids, PitchKind::kHarmonicFluidsFrozen, PitchKind::kStrasberg, PitchKind::kTwoSphere}) {
       for (const RiseKind rise : {RiseKind::kConstantSpeed, RiseKind::kTerminal}) {
         RingingBubble bubble;
         bubble.radius_m = radius_m;
@@ -90,7 +94,8 @@ TEST(BubbleRing, RisingPitchStaysWithinAHundredthOfADecibelAndATenThousandthOfAR
         options.speed_m_s = 0.3;
         bubble.motion = analytic_rise({0, 0, -std::max(0.012, 1.5 * radius_m)}, radius_m, options);
         expect_within_the_bar(life_error(bubble), "r " + std::to_string(1e3 * radius_m) + " mm, model " +
-                                                      std::to_string(static_cast<int>(kind)) + ", rise " + std::to_string(static_cast<int>(rise)));
+                                                      std::to_string(static_cast<int>(kind)) + ", rise " +
+                                                      std::to_string(static_cast<int>(rise)));
       }
     }
   }
@@ -147,7 +152,7 @@ TEST(BubbleRing, WithoutDampingEnergyOverFrequencyStaysAlongARise) {
   bubble.medium.liquid_viscosity_pa_s = 0.0;
   bubble.medium.liquid_sound_speed_m_s = 1e4;
   bubble.medium.gas_diffusivity_m2_s = 1e-8;  // losses of about 1e-3
-  bubble.pitch.largest_factor = 100.0;  // a clamp would be a corner, which reflects 1e-4
+  bubble.pitch.largest_factor = 100.0;        // a clamp would be a corner, which reflects 1e-4
   RiseOptions options;
   options.kind = RiseKind::kConstantSpeed;
   options.speed_m_s = 0.3;
@@ -208,17 +213,22 @@ TEST(RingdownFormulas, FirstOrderSolutionIsWithinItsStatedErrors) {
   const double radius = 1.5e-3, omega = undamped_angular_frequency_rad_s(medium, BubbleTheory::kLeighton, radius);
   PitchModel pitch;
   const auto rate = [&](double t) {
-    return ring_rate(medium, BubbleTheory::kLeighton, radius, omega, pitch_factor(pitch, radius, -0.012 + 0.3 * t, -0.012));
+    return ring_rate(medium, BubbleTheory::kLeighton, radius, omega,
+                     pitch_factor(pitch, radius, -0.012 + 0.3 * t, -0.012));
   };
   std::vector<double> times, phase(30), decay(30);
   for (int i = 1; i <= 30; ++i) times.push_back(1e-3 * i);
   integrate_rates<double>(times, rate, phase, decay);
   const Eigen::MatrixXd truth = datasets::integrate_oscillator(
-      [&](double t) { return OscillatorCoefficients{rate(t).omega0_rad_s, rate(t).decay_per_s}; }, rate(0.0).omega_d_rad_s, 1e-3, 1e-3, 30);
+      [&](double t) {
+        return OscillatorCoefficients{rate(t).omega0_rad_s, rate(t).decay_per_s};
+      },
+      rate(0.0).omega_d_rad_s, 1e-3, 1e-3, 30);
   double worst = 0.0, rise = 0.0;
   for (int i = 0; i < 30; ++i) {
     const auto now = rate(times[static_cast<std::size_t>(i)]);
-    const double envelope = std::sqrt(rate(0.0).omega_d_rad_s / now.omega_d_rad_s) * std::exp(-decay[static_cast<std::size_t>(i)]);
+    const double envelope =
+        std::sqrt(rate(0.0).omega_d_rad_s / now.omega_d_rad_s) * std::exp(-decay[static_cast<std::size_t>(i)]);
     worst = std::max(worst, std::abs(truth(i, 0) - envelope * std::sin(phase[static_cast<std::size_t>(i)])) / envelope);
     rise = now.omega0_rad_s / omega;
   }
@@ -237,7 +247,8 @@ TEST(CubicSpline, ErrorFallsAtOrderFour) {
     }
     const CubicSpline spline(t, y);
     double worst = 0.0;
-    for (int i = 0; i < 1000; ++i) worst = std::max(worst, std::abs(spline.at(i / 1000.0).v - std::sin(5 * i / 1000.0)));
+    for (int i = 0; i < 1000; ++i)
+      worst = std::max(worst, std::abs(spline.at(i / 1000.0).v - std::sin(5 * i / 1000.0)));
     errors.push_back(worst);
   }
   for (std::size_t i = 1; i < errors.size(); ++i) {

@@ -41,7 +41,8 @@ BubbleScene scene_of(const std::string& toml, const std::filesystem::path& folde
   return parse_bubble_scene(toml, "scene.toml", folder, seed);
 }
 
-const std::string kOneBubble = "[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\nposition_m = [0.1, 0, -0.012]\nrise = \"terminal\"\n";
+const std::string kOneBubble =
+    "[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\nposition_m = [0.1, 0, -0.012]\nrise = \"terminal\"\n";
 
 TEST(BubbleVoice, IsTheTracksExponentialTimesGainAndWindows) {
   const RingTrack track = ring_track(rising_bubble());
@@ -98,7 +99,9 @@ TEST(BubbleVoice, LongConstantToneDoesNotDrift) {
 TEST(BubbleSound, MonoIsTheModulusOfTheTransferTimesTheOscillation) {
   Folder folder;
   folder.write("p.csv", "time_s,re,im\n0,3,4\n10,3,4\n");
-  const BubbleScene scene = scene_of("[listener]\nmode = \"mono\"\n[sound]\nattack = \"none\"\n" + kOneBubble + "transfer_file = \"p.csv\"\n", folder.path);
+  const BubbleScene scene =
+      scene_of("[listener]\nmode = \"mono\"\n[sound]\nattack = \"none\"\n" + kOneBubble + "transfer_file = \"p.csv\"\n",
+               folder.path);
   const BubbleSound result = synthesise_bubbles(scene);
   ASSERT_EQ(result.status, BubbleSoundStatus::kDone);
   ASSERT_EQ(result.sound.n_channels(), 1);
@@ -114,7 +117,8 @@ TEST(BubbleSound, MonoIsTheModulusOfTheTransferTimesTheOscillation) {
 
 TEST(BubbleSound, SameBitsOnAnyNumberOfThreads) {
   const std::string toml =
-      "[[population]]\ncount = 150\ntime_end_s = 0.2\nbox_low_m = [-0.1, -0.1, -0.05]\nbox_high_m = [0.1, 0.1, -0.01]\nrise = \"terminal\"\n";
+      "[[population]]\ncount = 150\ntime_end_s = 0.2\nbox_low_m = [-0.1, -0.1, -0.05]\nbox_high_m = [0.1, 0.1, "
+      "-0.01]\nrise = \"terminal\"\n";
   set_thread_count(1);
   const BubbleSound one = synthesise_bubbles(scene_of(toml));
   set_thread_count(0);
@@ -140,7 +144,8 @@ TEST(BubbleSound, ConstantPitchAndUnitTransferAreComparisonsOfTheSameBubbles) {
 
 TEST(BubbleSound, BubbleOnTheLeftIsEarlierAndLouderInTheLeftEar) {
   const BubbleSound sound = synthesise_bubbles(
-      scene_of("[listener]\nposition_m = [0, -0.5, 0.1]\n[sound]\nattack = \"none\"\n[[bubble]]\nradius_m = 0.001\nbirth_s = 0.01\nposition_m = [-2, -0.5, -0.01]\n"));
+      scene_of("[listener]\nposition_m = [0, -0.5, 0.1]\n[sound]\nattack = \"none\"\n[[bubble]]\nradius_m = "
+               "0.001\nbirth_s = 0.01\nposition_m = [-2, -0.5, -0.01]\n"));
   const auto onset = [&](int channel) {
     Eigen::Index i = 0;
     while (sound.sound.samples(i, channel) == 0.0) ++i;
@@ -148,7 +153,8 @@ TEST(BubbleSound, BubbleOnTheLeftIsEarlierAndLouderInTheLeftEar) {
   };
   HeadModel head;
   head.centre_m = {0, -0.5, 0.1};
-  const double left = head.delay_s(head.angle_rad(0, {-2, -0.5, -0.01})), right = head.delay_s(head.angle_rad(1, {-2, -0.5, -0.01}));
+  const double left = head.delay_s(head.angle_rad(0, {-2, -0.5, -0.01})),
+               right = head.delay_s(head.angle_rad(1, {-2, -0.5, -0.01}));
   EXPECT_NEAR(onset(1) - onset(0), right - left, 2.0 / 48000);
   EXPECT_GT(right - left, 5e-4);
   EXPECT_GT(sound.sound.samples.col(0).norm(), 3.0 * sound.sound.samples.col(1).norm());
@@ -156,13 +162,17 @@ TEST(BubbleSound, BubbleOnTheLeftIsEarlierAndLouderInTheLeftEar) {
 
 TEST(BubbleSound, ListenerWhoWalksHearsEachBubbleFromWhereHeIs) {
   Folder folder;
-  folder.write("walk.csv", "time_s,x_m,y_m,z_m,facing_x,facing_y,facing_z\n0,0,-0.5,0.3,0,1,0\n1,0,-0.5,0.3,0,1,0\n2,0,0.5,0.3,0,-1,0\n");
+  folder.write(
+      "walk.csv",
+      "time_s,x_m,y_m,z_m,facing_x,facing_y,facing_z\n0,0,-0.5,0.3,0,1,0\n1,0,-0.5,0.3,0,1,0\n2,0,0.5,0.3,0,-1,0\n");
   const auto bubbles = [](double birth_s) {
     return "[[bubble]]\nradius_m = 0.001\nbirth_s = " + std::to_string(birth_s) + "\nposition_m = [-0.3, 0, -0.01]\n";
   };
   const std::string walks = "[listener]\npath_csv = \"walk.csv\"\n[sound]\nduration_s = 3\n";
   const BubbleSound sound = synthesise_bubbles(scene_of(walks + bubbles(0.1) + bubbles(2.5), folder.path));
-  const auto level = [&](int channel, Eigen::Index from) { return sound.sound.samples.col(channel).segment(from, 48000 / 4).norm(); };
+  const auto level = [&](int channel, Eigen::Index from) {
+    return sound.sound.samples.col(channel).segment(from, 48000 / 4).norm();
+  };
   EXPECT_GT(level(0, 4800), 1.1 * level(1, 4800));
   // On the other side, turned: left and right are exchanged, all else is the same.
   EXPECT_NEAR(level(1, 120000) / level(0, 4800), 1.0, 1e-3);
@@ -172,13 +182,17 @@ TEST(BubbleSound, ListenerWhoWalksHearsEachBubbleFromWhereHeIs) {
 TEST(BubbleSound, ListenerWhoApproachesHearsTheDopplerShift) {
   Folder folder;
   folder.write("rush.csv", "time_s,x_m,y_m,z_m\n0,0,-11,0.5\n1,0,9,0.5\n");  // 20 m/s
-  const std::string scene = "[sound]\nduration_s = 2\nattack = \"none\"\n[pitch]\nmodel = \"constant\"\n[[bubble]]\nradius_m = 0.005\nbirth_s = 0.02\nposition_m = [0, 0, -0.01]\n";
+  const std::string scene =
+      "[sound]\nduration_s = 2\nattack = \"none\"\n[pitch]\nmodel = \"constant\"\n[[bubble]]\nradius_m = "
+      "0.005\nbirth_s = 0.02\nposition_m = [0, 0, -0.01]\n";
   const auto frequency = [&](const std::string& listener) {
-    const BubbleSound sound = synthesise_bubbles(scene_of("[listener]\npropagation_delay = true\n" + listener + scene, folder.path));
+    const BubbleSound sound =
+        synthesise_bubbles(scene_of("[listener]\npropagation_delay = true\n" + listener + scene, folder.path));
     const auto channel = sound.sound.samples.col(0);
     std::vector<double> crossings;
     for (Eigen::Index i = 1; i < channel.size() && crossings.size() < 21; ++i) {
-      if (channel[i - 1] < 0.0 && channel[i] >= 0.0) crossings.push_back(static_cast<double>(i) - channel[i] / (channel[i] - channel[i - 1]));
+      if (channel[i - 1] < 0.0 && channel[i] >= 0.0)
+        crossings.push_back(static_cast<double>(i) - channel[i] / (channel[i] - channel[i - 1]));
     }
     return 48000.0 * static_cast<double>(crossings.size() - 1) / (crossings.back() - crossings.front());
   };
@@ -187,8 +201,8 @@ TEST(BubbleSound, ListenerWhoApproachesHearsTheDopplerShift) {
 }
 
 TEST(BubbleSound, TooHighBubblesAreLeftOutAndCounted) {
-  const BubbleSound sound = synthesise_bubbles(
-      scene_of("[sound]\nsample_rate_hz = 8000\n[[bubble]]\nradius_m = 0.0004\nposition_m = [0, 0, -0.01]\n" + kOneBubble));
+  const BubbleSound sound = synthesise_bubbles(scene_of(
+      "[sound]\nsample_rate_hz = 8000\n[[bubble]]\nradius_m = 0.0004\nposition_m = [0, 0, -0.01]\n" + kOneBubble));
   EXPECT_EQ(sound.n_too_high, 1u);
   EXPECT_EQ(sound.status, BubbleSoundStatus::kDone);
 }
@@ -199,8 +213,8 @@ TEST(HalfSpace, IsTheRayleighIntegralOfTheFlowThroughTheSurface) {
   const double k_a = omega / scene.air_sound_speed_m_s, k_f = omega / scene.medium.liquid_sound_speed_m_s;
   for (const double theta : {0.05, 0.7, 1.3}) {
     const Eigen::Vector3d listener(far * std::sin(theta), 0.0, far * std::cos(theta));
-    // P = -rho_a omega^2 r^2 (d / pi) int (1 + i k_f s) e^{-i k_f s} / s^3 e^{-i k_a R} / R dS, s^2 = rho^2 + d^2; the outer part is
-    // faded out, where it oscillates to nothing.
+    // P = -rho_a omega^2 r^2 (d / pi) int (1 + i k_f s) e^{-i k_f s} / s^3 e^{-i k_a R} / R dS, s^2 = rho^2 + d^2; the
+    // outer part is faded out, where it oscillates to nothing.
     Complex integral = 0.0;
     const int n_u = 4000, n_phi = 720;
     const double u_end = std::asinh(9.0 / depth);
@@ -230,8 +244,8 @@ TEST(Head, DelayIsContinuousAndShadowIsTheModels) {
   EXPECT_NEAR(head.delay_s(0.0), -0.0875 / 343.0, 1e-15);
   EXPECT_NEAR(head.delay_s(kPi), 0.0875 / 343.0 * 0.5 * kPi, 1e-15);
   EXPECT_NEAR(std::abs(head.shadow(2.0, 0.0)), 1.0, 1e-15);
-  EXPECT_NEAR(std::abs(head.shadow(0.0, 1e9)), 2.0, 1e-6);                    // +6 dB towards the source
-  EXPECT_NEAR(std::abs(head.shadow(150.0 * kPi / 180, 1e9)), 0.1, 1e-6);      // -20 dB in the deepest shadow
+  EXPECT_NEAR(std::abs(head.shadow(0.0, 1e9)), 2.0, 1e-6);                // +6 dB towards the source
+  EXPECT_NEAR(std::abs(head.shadow(150.0 * kPi / 180, 1e9)), 0.1, 1e-6);  // -20 dB in the deepest shadow
   head.centre_m.setZero();
   EXPECT_NEAR(head.angle_rad(0, {0, 1, 0}), head.angle_rad(1, {0, 1, 0}), 1e-12);
   EXPECT_NEAR(head.angle_rad(0, {0, 1, 0}), 100.0 * kPi / 180, 1e-12);
@@ -248,13 +262,17 @@ TEST(Scene, PathAndPhiOfFilesMoveTheBubble) {
   }
   folder.write("path.csv", path);
   folder.write("phi.csv", phi);
-  const BubbleScene a = scene_of("[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\npath_csv = \"path.csv\"\n", folder.path);
-  const BubbleScene b = scene_of("[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\nposition_m = [0.1, 0, -0.01]\nphi_csv = \"phi.csv\"\n", folder.path);
+  const BubbleScene a =
+      scene_of("[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\npath_csv = \"path.csv\"\n", folder.path);
+  const BubbleScene b =
+      scene_of("[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\nposition_m = [0.1, 0, -0.01]\nphi_csv = \"phi.csv\"\n",
+               folder.path);
   EXPECT_NEAR(a.bubbles[0].motion->phi_m(0.0).v, -0.0105, 1e-6);
   EXPECT_NEAR(a.bubbles[0].motion->phi_m(0.02).v, -0.0075, 1e-6);
   EXPECT_NEAR(a.bubbles[0].motion->phi_m(1.0).v, -0.0045, 1e-6);  // at rest after the last frame
   EXPECT_NEAR(b.bubbles[0].motion->phi_m(0.02).d, 0.15, 1e-4);
-  EXPECT_NEAR(synthesise_bubbles(a).bubbles[0].frequency_end_hz / synthesise_bubbles(b).bubbles[0].frequency_end_hz, 1.0, 1e-6);
+  EXPECT_NEAR(synthesise_bubbles(a).bubbles[0].frequency_end_hz / synthesise_bubbles(b).bubbles[0].frequency_end_hz,
+              1.0, 1e-6);
 }
 
 TEST(Scene, BadFilesAndKeysAreNamed) {
@@ -264,7 +282,8 @@ TEST(Scene, BadFilesAndKeysAreNamed) {
       scene_of(toml, folder.path);
       ADD_FAILURE() << toml;
     } catch (const InputError& error) {
-      for (const std::string& word : words) EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in " << error.what();
+      for (const std::string& word : words)
+        EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in " << error.what();
     }
   };
   const std::string head = "[[bubble]]\nradius_m = 0.002\n";
@@ -303,7 +322,8 @@ TEST(Scene, TransferOfJsonIsThatOfCsv) {
 
 TEST(Scene, EveryCommittedSceneParses) {
   int n = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes")) {
     if (entry.path().extension() != ".toml") continue;
     EXPECT_NO_THROW(read_bubble_scene(entry.path(), 1)) << entry.path();
     ++n;

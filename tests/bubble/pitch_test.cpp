@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "core/base/errors.hpp"
-#include "core/bubble/taylor.hpp"
 #include "core/bubble/pitch_formulas.hpp"
 #include "core/bubble/ringdown_formulas.hpp"
 #include "core/bubble/rise_formulas.hpp"
+#include "core/bubble/taylor.hpp"
 #include "pitch_reference.hpp"
 
 namespace klang::bubble {
@@ -37,7 +37,8 @@ TEST(PlanePitch, SeriesAndExpansionMeetWhereTheyChange) {
 TEST(Equation6, ClosedFormIsTheReferences) {
   for (const auto& row : test::equation6_pitches()) {
     EXPECT_LE(relative(harmonic_fluids_factor(0.0, row.phi_start_m, 72.95, 1.24, row.phi0_m), row.factor), 1e-12);
-    EXPECT_LE(relative(harmonic_fluids_factor(0.0, row.phi_start_m, 72.95, 1.24, row.phi0_m, true), row.frozen_factor), 1e-12);
+    EXPECT_LE(relative(harmonic_fluids_factor(0.0, row.phi_start_m, 72.95, 1.24, row.phi0_m, true), row.frozen_factor),
+              1e-12);
   }
 }
 
@@ -47,7 +48,8 @@ TEST(Equation6, IncrementsAddUpToTheClosedForm) {
   const int n = 20000;
   for (int i = 0; i < n; ++i) {
     const double step = -start / n, middle = start + (i + 0.5) * step;
-    omega += k * omega * (1.0 + 0.5 * k * std::exp(-eta * (middle / phi0 - 1)) * step) * std::exp(-eta * (middle / phi0 - 1)) * step;
+    omega += k * omega * (1.0 + 0.5 * k * std::exp(-eta * (middle / phi0 - 1)) * step) *
+             std::exp(-eta * (middle / phi0 - 1)) * step;
   }
   EXPECT_LE(relative(omega, harmonic_fluids_factor(0.0, start, k, eta, phi0)), 1e-6);
 }
@@ -67,14 +69,16 @@ TEST(Equation6, OnlyTwoCombinationsOfItsThreeConstantsMatter) {
   // eta and phi0 scaled together, K so that K e^eta phi0 / eta stays
   const double k2 = k * std::exp(eta - c * eta);
   for (const double phi : {-0.02, -0.01, -0.003, 0.0}) {
-    EXPECT_NEAR(harmonic_fluids_factor(phi, -0.03, k, eta, phi0), harmonic_fluids_factor(phi, -0.03, k2, c * eta, c * phi0), 1e-12);
+    EXPECT_NEAR(harmonic_fluids_factor(phi, -0.03, k, eta, phi0),
+                harmonic_fluids_factor(phi, -0.03, k2, c * eta, c * phi0), 1e-12);
   }
 }
 
 TEST(Taylor, DerivativesOfThePitchAreThoseOfFiniteDifferences) {
   const BubbleMedium medium;
   const double omega = undamped_angular_frequency_rad_s(medium, BubbleTheory::kLeighton, 1e-3);
-  for (const PitchKind kind : {PitchKind::kHarmonicFluids, PitchKind::kHarmonicFluidsFrozen, PitchKind::kStrasberg, PitchKind::kTwoSphere}) {
+  for (const PitchKind kind :
+       {PitchKind::kHarmonicFluids, PitchKind::kHarmonicFluidsFrozen, PitchKind::kStrasberg, PitchKind::kTwoSphere}) {
     for (const BubbleTheory theory : {BubbleTheory::kLeighton, BubbleTheory::kProsperetti}) {
       PitchModel model;
       model.kind = kind;
@@ -82,14 +86,16 @@ TEST(Taylor, DerivativesOfThePitchAreThoseOfFiniteDifferences) {
         using T = decltype(t);
         const auto law = rise_law(medium, T(1e-3), T(0.2));
         const T phi = T(-0.006) + risen_m(law, T(-0.05), t);
-        return bubble_damping(medium, theory, T(1e-3), T(T(omega) * pitch_factor(model, T(1e-3), phi, T(-0.006)))).decay_per_s;
+        return bubble_damping(medium, theory, T(1e-3), T(T(omega) * pitch_factor(model, T(1e-3), phi, T(-0.006))))
+            .decay_per_s;
       };
       for (const double t : {0.001, 0.02}) {  // while it sinks, while it rises
         const Taylor exact = decay(Taylor(t, 1.0, 0.0));
         const double h = 1e-4;
         const double first = (decay(t - 2 * h) - 8 * decay(t - h) + 8 * decay(t + h) - decay(t + 2 * h)) / (12 * h);
         const double second =
-            (-decay(t - 2 * h) + 16 * decay(t - h) - 30 * decay(t) + 16 * decay(t + h) - decay(t + 2 * h)) / (12 * h * h);
+            (-decay(t - 2 * h) + 16 * decay(t - h) - 30 * decay(t) + 16 * decay(t + h) - decay(t + 2 * h)) /
+            (12 * h * h);
         ASSERT_GT(std::abs(first), 0.1);
         EXPECT_LE(std::abs(exact.d - first), 1e-5 * std::abs(first)) << t;
         EXPECT_LE(std::abs(exact.dd - second), 1e-4 * std::abs(second)) << t;
@@ -105,7 +111,8 @@ TEST(Rise, ObeysItsEquationOfMotionFromSinkingToTerminalSpeed) {
   for (const double start : {-0.2, 0.0, 0.1, 0.6}) {
     for (const double t : {0.001, 0.008, 0.03, 0.2}) {
       const Taylor way = risen_m(rise_law(medium, Taylor(radius), Taylor(0.2)), Taylor(start), Taylor(t, 1.0, 0.0));
-      const double force = (rho - gas) * volume * kGravityMS2 - 0.5 * 0.2 * rho * 4 * kPi * radius * radius * way.d * std::abs(way.d);
+      const double force =
+          (rho - gas) * volume * kGravityMS2 - 0.5 * 0.2 * rho * 4 * kPi * radius * radius * way.d * std::abs(way.d);
       EXPECT_NEAR((gas + 0.5 * rho) * volume * way.dd, force, 1e-9 * rho * volume * kGravityMS2) << start << " " << t;
     }
   }

@@ -19,13 +19,18 @@ namespace {
 using nlohmann::json;
 
 std::string recipe(const std::string& drops, const std::string& more = "") {
-  return "kind = \"drops\"\n[sound]\nduration_s = 0.5\n" + more + "[[recording]]\nname = \"tap\"\ndrop = [" + drops + "]\n";
+  return "kind = \"drops\"\n[sound]\nduration_s = 0.5\n" + more + "[[recording]]\nname = \"tap\"\ndrop = [" + drops +
+         "]\n";
 }
 const std::string kDrop = "{ onset_s = 0.1003, radius_m = 0.0021, depth_m = 0.01, rise_speed_m_s = 0.25 }";
 
 TEST(OscillatorOde, ConstantCoefficientsGiveTheExactRing) {
   const double omega = 6000.0, decay = 200.0, damped = std::sqrt(omega * omega - decay * decay);
-  const Eigen::MatrixXd rows = integrate_oscillator([&](double) { return OscillatorCoefficients{omega, decay}; }, damped, 1e-5, 1.0 / 48000, 1500);
+  const Eigen::MatrixXd rows = integrate_oscillator(
+      [&](double) {
+        return OscillatorCoefficients{omega, decay};
+      },
+      damped, 1e-5, 1.0 / 48000, 1500);
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     const double t = 1e-5 + static_cast<double>(i) / 48000;
     ASSERT_NEAR(rows(i, 0), std::exp(-decay * t) * std::sin(damped * t), 1e-9 * std::exp(-decay * t));
@@ -33,11 +38,15 @@ TEST(OscillatorOde, ConstantCoefficientsGiveTheExactRing) {
 }
 
 TEST(OscillatorOde, ErrorFallsAtOrderEight) {
-  // One step of Gauss's 4 stages is the (4,4) Pade approximation of e^z: its phase error goes as the ninth power of the step.
+  // One step of Gauss's 4 stages is the (4,4) Pade approximation of e^z: its phase error goes as the ninth power of the
+  // step.
   std::vector<double> errors;
   for (const double step : {0.39, 0.312, 0.2496, 0.19968}) {  // below the longest step, so that each row is one step
-    const Eigen::MatrixXd rows =
-        integrate_oscillator([](double) { return OscillatorCoefficients{1.0, 0.0}; }, 1.0, 0.0, step, static_cast<Eigen::Index>(3000.0 / step) + 1);
+    const Eigen::MatrixXd rows = integrate_oscillator(
+        [](double) {
+          return OscillatorCoefficients{1.0, 0.0};
+        },
+        1.0, 0.0, step, static_cast<Eigen::Index>(3000.0 / step) + 1);
     const Eigen::Index last = rows.rows() - 1;
     const double t = static_cast<double>(last) * step;
     errors.push_back(std::abs(std::remainder(std::atan2(rows(last, 0), rows(last, 1)) - t, 2 * kPi)));
@@ -109,14 +118,19 @@ TEST(Drops, NoiseLiesBelowTheLoudestDropByTheStatedRatio) {
   std::size_t k = 1;
   for (; k < track["time_s"].size(); ++k) {
     fall += 1e-3 * 0.5 * (track["decay_per_s"][k].get<double>() + track["decay_per_s"][k - 1].get<double>());
-    if (fall - 1.5 * std::log(track["frequency_hz"][k].get<double>() / track["frequency_hz"][0].get<double>()) > std::log(10.0)) break;
+    if (fall - 1.5 * std::log(track["frequency_hz"][k].get<double>() / track["frequency_hz"][0].get<double>()) >
+        std::log(10.0))
+      break;
   }
-  const auto ring = clean.recordings[0].signal.samples.col(0).segment(static_cast<Eigen::Index>(0.1003 * 48000) + 1, static_cast<Eigen::Index>(k) * 48);
+  const auto ring = clean.recordings[0].signal.samples.col(0).segment(static_cast<Eigen::Index>(0.1003 * 48000) + 1,
+                                                                      static_cast<Eigen::Index>(k) * 48);
   EXPECT_NEAR(10 * std::log10(ring.squaredNorm() / static_cast<double>(ring.size()) / noise_ms), 30.0, 0.5);
 }
 
 TEST(Drops, SeededSetsAreTheSameOnAnyNumberOfThreadsAndKeepTheirGap) {
-  const std::string text = "kind = \"drops\"\n[noise]\nsnr_db = 20\n[room]\nrt60_s = 0.3\n[[random]]\nname = \"a\"\nrecordings = 3\ndrops = 8\nshortest_gap_s = 0.15\n";
+  const std::string text =
+      "kind = \"drops\"\n[noise]\nsnr_db = 20\n[room]\nrt60_s = 0.3\n[[random]]\nname = \"a\"\nrecordings = 3\ndrops = "
+      "8\nshortest_gap_s = 0.15\n";
   set_thread_count(1);
   const Dataset one = make_dataset_from_text(text, "r", 5);
   set_thread_count(0);
@@ -137,7 +151,8 @@ TEST(Drops, BadRecipesAreNamed) {
       make_dataset_from_text(text, "r.toml", 1);
       ADD_FAILURE() << text;
     } catch (const InputError& error) {
-      for (const std::string& word : words) EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in " << error.what();
+      for (const std::string& word : words)
+        EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in " << error.what();
     }
   };
   refused(recipe("{ onset_s = 0.1, radius_m = 0 }"), {"radius_m", "drop[1]"});

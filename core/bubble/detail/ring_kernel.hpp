@@ -5,8 +5,9 @@ namespace klang::bubble::detail {
 
 inline constexpr std::size_t kRingLanes = 8;  ///< blocks of a voice that run side by side
 
-/// For each lane: Z at a first sample, the ratio of the next sample to it, that ratio's own ratio, and so on: a polynomial of
-/// degree 4 in the exponent needs four complex products a sample and no exponential. The gain changes in even steps.
+/// For each lane: Z at a first sample, the ratio of the next sample to it, that ratio's own ratio, and so on: a
+/// polynomial of degree 4 in the exponent needs four complex products a sample and no exponential. The gain changes in
+/// even steps.
 struct RingLanes {
   double z_re[kRingLanes], z_im[kRingLanes];
   double ratio_re[4][kRingLanes], ratio_im[4][kRingLanes];

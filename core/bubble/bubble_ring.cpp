@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/check.hpp"
 #include "core/base/errors.hpp"
 #include "core/bubble/bubble_formulas.hpp"
 
@@ -183,11 +184,16 @@ RingTrack ring_track(const RingingBubble& bubble, const RingOptions& options) {
   return track;
 }
 
-std::complex<double> RingTrack::value(double age_s) const {
-  if (!(age_s >= 0.0) || age_s > end_s || blocks.empty()) return {};
-  const auto after = std::upper_bound(blocks.begin(), blocks.end(), age_s,
+const RingBlock& RingTrack::block_at(double age_s) const {
+  KLANG_CHECK(!blocks.empty(), "a track has blocks");
+  const auto after = std::upper_bound(blocks.begin() + 1, blocks.end(), age_s,
                                       [](double age, const RingBlock& block) { return age < block.start_s; });
-  return std::exp(std::prev(after)->log_at(age_s));
+  return *std::prev(after);
+}
+
+std::complex<double> RingTrack::value(double age_s) const {
+  if (!(age_s >= 0.0) || age_s > end_s) return {};
+  return std::exp(block_at(age_s).log_at(age_s));
 }
 
 }  // namespace klang::bubble

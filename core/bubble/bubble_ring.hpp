@@ -29,6 +29,10 @@ struct RingBlock {
     const double s = age_s - start_s;
     return log_start + s * (c1 + s * (c2 + s * (c3 + s * c4)));
   }
+  std::complex<double> rate_at(double age_s) const {
+    const double s = age_s - start_s;
+    return c1 + s * (2.0 * c2 + s * (3.0 * c3 + s * 4.0 * c4));
+  }
 };
 
 /// A whole life, from birth until the amplitude has fallen to 1/3000 of that at birth.
@@ -39,6 +43,7 @@ struct RingTrack {
   double faded_from_s = 0.0;       ///< age at which the amplitude has fallen to 1/1000; a sound is faded out from here
   double end_s = 0.0;              ///< and has ended here
   std::complex<double> value(double age_s) const;  ///< Z; 0 before birth and after the end
+  const RingBlock& block_at(double age_s) const;   ///< the last block outside
 };
 
 struct RingOptions {

@@ -47,8 +47,10 @@ class Listener {
     const auto& blocks = heard.track.blocks;
     double highest = 0.0;
     for (const RingBlock& block : blocks) highest = std::max({highest, block.rate_start.imag(), block.rate_end.imag()});
-    heard.summary = {blocks.front().rate_start.imag() / (2 * kPi), blocks.back().rate_end.imag() / (2 * kPi),
-                     heard.track.decay_start_per_s, heard.track.amplitude_m, 0.0};
+    const double faded_s = heard.track.faded_from_s;
+    heard.summary = {blocks.front().rate_start.imag() / (2 * kPi),
+                     heard.track.block_at(faded_s).rate_at(faded_s).imag() / (2 * kPi), heard.track.decay_start_per_s,
+                     heard.track.amplitude_m, 0.0};
     heard.too_high = !(highest < 2 * kPi * kHighestOfSampleRate * scene_.sample_rate_hz);
     if (heard.too_high) return heard;
 

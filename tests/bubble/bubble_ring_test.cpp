@@ -47,11 +47,7 @@ LifeError life_error(const RingingBubble& bubble, std::vector<double> corners = 
     // The same reading of (q, q') as a rotating number for both, so that only the solutions are compared.
     const OscillatorCoefficients at = coefficients_at(bubble, t);
     const double wd = std::sqrt(at.omega0_rad_s * at.omega0_rad_s - at.decay_per_s * at.decay_per_s);
-    const auto block = std::prev(std::upper_bound(track.blocks.begin(), track.blocks.end(), t,
-                                                  [](double age, const RingBlock& b) { return age < b.start_s; }));
-    const double s = t - block->start_s;
-    const std::complex<double> z = track.value(t),
-                               rate = block->c1 + s * (2.0 * block->c2 + s * (3.0 * block->c3 + s * 4.0 * block->c4));
+    const std::complex<double> z = track.value(t), rate = track.block_at(t).rate_at(t);
     const auto rotating = [&](double q, double v) { return std::complex<double>(q, -(v + at.decay_per_s * q) / wd); };
     const std::complex<double> ratio = rotating(z.real(), (rate * z).real()) / rotating(truth(i, 0), truth(i, 1));
     error.level_db = std::max(error.level_db, std::abs(20 * std::log10(std::abs(ratio))));

@@ -73,11 +73,9 @@ TEST(Drops, SoundIsTheAccelerationOfTheAdiabaticSolution) {
   for (Eigen::Index i = 0; i < sound.samples.size(); i += 5) {
     const double age = static_cast<double>(sound.first_frame + i) / 48000.0 - drop.onset_s;
     if (age > sound.life_s) break;
-    std::size_t b = 0;
-    while (b + 1 < track.blocks.size() && track.blocks[b + 1].start_s <= age) ++b;
-    const auto& block = track.blocks[b];
+    const auto& block = track.block_at(age);
     const double s = age - block.start_s;
-    const std::complex<double> rate = block.c1 + s * (2.0 * block.c2 + s * (3.0 * block.c3 + s * 4.0 * block.c4));
+    const std::complex<double> rate = block.rate_at(age);
     const std::complex<double> slope = 2.0 * block.c2 + s * (6.0 * block.c3 + s * 12.0 * block.c4);
     const std::complex<double> acceleration = (rate * rate + slope) * track.value(age);
     ASSERT_NEAR(sound.samples[i], acceleration.real(), 2e-4 * std::abs(acceleration)) << age;

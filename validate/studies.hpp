@@ -16,4 +16,7 @@ Study multipole_study(const StudyOptions& options, Monitor& monitor);
 /// The oscillator bank against closed forms, and beside step-by-step integrators.
 Study synthesis_study(const StudyOptions& options, Monitor& monitor);
 
+/// Bubbles in liquids: both passes of the dual-domain solver over their sources, and what the one-way coupling leaves out.
+Study dual_domain_study(const StudyOptions& options, Monitor& monitor);
+
 }  // namespace klang::validate

@@ -108,6 +108,10 @@ nlohmann::json series_json(const Series& series) {
                           {"wall_time_s", level.wall_time_s},
                           {"pairwise_order", json_number(series.order.pairwise[i])},
                           {"excluded", series.order.excluded[i]}};
+    if (level.error_ci95) {
+      row["error_low"] = json_number((*level.error_ci95)[0]);
+      row["error_high"] = json_number((*level.error_ci95)[1]);
+    }
     if (level.h_m) row["h_m"] = *level.h_m;
     if (level.n) row["n"] = *level.n;
     json["levels"].push_back(std::move(row));
@@ -242,7 +246,7 @@ nlohmann::json to_json(const Study& study) {
 }
 
 std::string levels_csv(const Study& study) {
-  std::string csv = "series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns\n";
+  std::string csv = "series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns,error_low,error_high\n";
   const auto cell = [](const std::optional<double>& value) {
     return value && std::isfinite(*value) ? to_text(*value) : std::string();
   };
@@ -251,7 +255,8 @@ std::string levels_csv(const Study& study) {
       const Level& level = series.levels[i];
       csv += csv_text(series.id) + "," + std::to_string(i) + "," + cell(level.h_m) + "," + cell(level.n) + "," +
              cell(level.error) + "," + cell(level.value) + "," + cell(series.order.pairwise[i]) + "," +
-             csv_text(series.order.excluded[i]) + "," + cell(level.n_unknowns) + "\n";
+             csv_text(series.order.excluded[i]) + "," + cell(level.n_unknowns) + "," +
+             (level.error_ci95 ? cell((*level.error_ci95)[0]) + "," + cell((*level.error_ci95)[1]) : std::string(",")) + "\n";
     }
   }
   return csv;
@@ -264,7 +269,7 @@ struct KnownStudy {
 };
 const std::vector<KnownStudy>& known_studies() {
   static const std::vector<KnownStudy> known = {
-      {"fem", fem_study}, {"bem", bem_study}, {"multipole", multipole_study}, {"synthesis", synthesis_study}};
+      {"fem", fem_study}, {"bem", bem_study}, {"multipole", multipole_study}, {"synthesis", synthesis_study}, {"dual-domain", dual_domain_study}};
   return known;
 }
 }  // namespace

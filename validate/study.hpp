@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@ struct Level {
   std::optional<double> h_m;    ///< element size [m]; studies in space have it
   std::optional<double> n;      ///< samples per second, order of an expansion; the others have it
   double error = 0.0;           ///< against the series' reference, >= 0
+  std::optional<std::array<double, 2>> error_ci95;  ///< of the error, where it is a mean over random repeats
   std::optional<double> value;  ///< a number that converges, for the grid convergence index
   double n_unknowns = 0.0;      ///< cost that does not depend on the machine
   double wall_time_s = 0.0;
@@ -93,7 +95,7 @@ std::vector<Claim> all_claims(const Study& study);
 /// "fields": {"surfaces": [{"name", "title", "caption", "quantity", "file"}], ...}}; docs/validation.md lists the keys.
 nlohmann::json to_json(const Study& study);
 
-/// One row a level: series,level,h_m,n,error,value,pairwise_order,used,excluded,n_unknowns.
+/// One row a level: series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns,error_low,error_high.
 std::string levels_csv(const Study& study);
 
 }  // namespace klang::validate

@@ -3,8 +3,10 @@
 #include <cmath>
 
 #include "core/base/errors.hpp"
+#include "core/acoustics/radiating_surface.hpp"
 #include "core/base/parallel.hpp"
 #include "validate/study.hpp"
+#include "validate/two_medium.hpp"
 
 namespace klang::validate {
 namespace {
@@ -81,6 +83,48 @@ TEST(BemStudy, FieldsAgreeWithTheExactPressure) {
   EXPECT_LE(worst, 0.01 * largest);
   EXPECT_GE(worst, 1e-5 * largest) << "an error of nothing would be no comparison";
   EXPECT_LE(study.fields.surfaces.at(0).values.maxCoeff(), 0.03);
+}
+
+// reference/fluid.json: concentric_two_way_exact.
+TEST(TwoMedia, SeriesOfTheBallIsTheReferenceAndOneWayLacksWhatItSays) {
+  const struct {
+    double frequency_hz;
+    std::complex<double> exact, one_way;
+  } rows[] = {{500, {2.8036253487840175e-05, -0.00017229111284443492}, {2.803643943774248e-05, -0.00017229043606423864}},
+              {1500, {-8.46648322272779e-05, 7.732643034122478e-05}, {-8.466513133651332e-05, 7.732374532454078e-05}},
+              {4000, {5.469712482068791e-05, 1.5735696951745025e-05}, {5.4694810712449445e-05, 1.5739500460791365e-05}}};
+  for (const auto& row : rows) {
+    const LiquidBall ball{0.05, row.frequency_hz, 0.0, {1000.0, 1497.0}, {}};
+    EXPECT_LE(std::abs(ball_pressure(ball, Coupling::kTwoWay, {0.3, 0, 0.4}) - row.exact) / std::abs(row.exact), 1e-10);
+    EXPECT_LE(std::abs(ball_pressure(ball, Coupling::kOneWay, {0, 0.5, 0}) - row.one_way) / std::abs(row.one_way), 1e-10);
+  }
+}
+
+TEST(TwoMedia, ElementsInTurnsComeToTheTwoWaySeriesOfAnEccentricBubble) {
+  mesh::SurfaceMesh sphere = acoustics::geodesic_sphere(0.05, 6);
+  bubble::BoundaryMesh mesh{sphere, std::vector<int>(static_cast<std::size_t>(sphere.triangles.rows()), 0), "ball"};
+  const bubble::LiquidBoundary boundary(mesh);
+  const std::vector<Eigen::Vector3d> points = {{0.2, 0, 0}, {0, 0, 0.3}, {0.1, -0.1, -0.2}};
+  const LiquidBall ball{0.05, 4000.0, 0.02, {1000.0, 1497.0}, {}};
+  const TwoWayResult result = two_way_pressure(boundary, 4000.0, {0, 0, 0.02}, points, 8);
+  EXPECT_TRUE(result.converged);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::complex<double> exact = ball_pressure(ball, Coupling::kTwoWay, points[i]);
+    EXPECT_LE(std::abs(result.pressure[i] / result.liquid.source_strength - exact) / std::abs(exact), 0.02);
+  }
+}
+
+TEST(DualDomainStudy, ErrorOfPassOneFallsAndRandomSetsHaveIntervals) {
+  const Study study = run_study("dual-domain", {.levels = 3, .only = "fluid-", .fields = false});
+  ASSERT_GE(study.series.size(), 2U);
+  const Series& flat = study.series[0];
+  for (std::size_t i = 1; i < flat.levels.size(); ++i) EXPECT_LE(flat.levels[i].error, flat.levels[i - 1].error);
+  const Series& printed = study.series[1];
+  for (const Level& level : printed.levels) {
+    ASSERT_TRUE(level.error_ci95.has_value());
+    EXPECT_LT((*level.error_ci95)[0], level.error);
+    EXPECT_GT((*level.error_ci95)[1], level.error);
+  }
 }
 
 TEST(Studies, GiveTheSameNumbersOnAnyNumberOfThreads) {

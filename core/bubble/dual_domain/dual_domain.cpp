@@ -186,6 +186,8 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   }
   const auto start = Clock::now();
   const std::vector<BoundarySample>& samples = boundary.samples();
+  KLANG_CHECK(options.surface_pressure.size() == 0 || options.surface_pressure.size() == static_cast<Index>(samples.size()),
+              "a surface pressure has one value a sample");
   const auto n_samples = static_cast<Index>(samples.size()), n_bubbles = static_cast<Index>(bubbles_m.size());
   const bool paper = options.literature == Literature::kPaper;
   const double kf = options.liquid.wavenumber_per_m(frequency_hz), ka = options.air.wavenumber_per_m(frequency_hz);
@@ -225,7 +227,8 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     if (options.images) add_images(boundary, r.fluid);
     for (Index i = 0; i < n_samples; ++i) {
       const BoundarySample& s = samples[static_cast<std::size_t>(i)];
-      const Complex value = weights[i] == 0.0 ? 0.0 : incident(r.fluid, s.point_m, s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal);
+      Complex value = weights[i] == 0.0 ? 0.0 : incident(r.fluid, s.point_m, s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal);
+      if (s.region == BoundaryRegion::kFreeSurface && options.surface_pressure.size() != 0) value -= options.surface_pressure[i];
       data(i, 2 * static_cast<Index>(b)) = -weights[i] * value.real();
       data(i, 2 * static_cast<Index>(b) + 1) = -weights[i] * value.imag();
     }

@@ -44,6 +44,9 @@ struct DualDomainOptions {
   bool scale_columns = true;         ///< functions scaled to length 1 on the boundary before the ridge is put on
   bool images = true;                ///< pass 1 starts from the bubble and its images in surfaces that are close
   std::optional<double> wall_length_m;  ///< the length in alpha = length * rigid area / free area; default radius / sqrt(unknowns)
+  /// Pressure on the free surface for a unit source, one a sample (others count 0); empty: none, the one-way answer. With the
+  /// air's own pressure there, found in turn, pass 1 is the two-way one.
+  Eigen::VectorXcd surface_pressure;
   void validate() const;             ///< InputError
   /// Everything as HF prints it: sources, ridge on unscaled coefficients, no images, printed formulas.
   static DualDomainOptions as_printed();

@@ -11,6 +11,7 @@ Subcommand add_bubble(CLI::App& program, CommonOptions& common) {
   auto children = std::make_shared<std::vector<Subcommand>>();
   children->push_back(add_bubble_info(*group, common));
   children->push_back(add_bubble_synth(*group, common));
+  children->push_back(add_bubble_fit(*group, common));
   children->push_back(add_bubble_transfer(*group, common));
   for (const Subcommand& child : *children) add_common_options(*child.app, common);
   return {group, [children] {

@@ -12,6 +12,7 @@
 #include "reports/detail/page.hpp"
 #include "reports/detail/raster.hpp"
 #include "reports/detail/spectrogram.hpp"
+#include "reports/detail/bubble_page.hpp"
 #include "reports/detail/study_figures.hpp"
 #include "reports/detail/study_pictures.hpp"
 #include "reports/detail/text.hpp"
@@ -163,7 +164,11 @@ class ReportWriter {
       }
       parts_.residuals = residual_figure(data_);
     }
-    if (data_.kind != "modes") parts_.decays = decay_figure(data_);
+    if (data_.kind == "bubbles") {
+      parts_.decays = bubble_decay_figure(data_.bubbles);
+    } else if (data_.kind != "modes") {
+      parts_.decays = decay_figure(data_);
+    }
     if (data_.kind == "analysis") parts_.spectrum = spectrum_figure(data_.specimens.front());
     if (data_.kind == "modes") parts_.modes = modes_figure(data_.specimens.front());
     if (parts_.residuals) add_figure("residuals", *parts_.residuals);
@@ -216,6 +221,7 @@ class ReportWriter {
     if (first.n_frames() < 16) return;
     double highest = 0;
     for (const Partial& partial : specimen.partials) highest = std::max(highest, partial.frequency_hz);
+    for (const BubbleRow& row : data_.bubbles.rows) highest = std::max({highest, row.frequency_start_hz, row.frequency_end_hz});
     const bool in_page = index < kMaxMedia;
     if (index == kMaxMedia) {
       result_.warnings.push_back("sounds and spectrograms of " +
@@ -225,7 +231,7 @@ class ReportWriter {
     const bool both = recorded.n_frames() > 0 && fitted.n_frames() >= 16;
     Svg svg = spectrogram_figure(specimen.name.empty() ? "the recording" : specimen.name, first,
                                  both ? fitted : audio::Signal{}, specimen.strikes_s,
-                                 spectrogram_range(first, highest), fitted_words(data_));
+                                 spectrogram_range(first, highest), fitted_words(data_), ridges_of(data_.bubbles));
     add_figure(data_.kind == "fit" ? "spectrogram-" + stem_of(index) : "spectrogram", svg);
     if (!in_page) return;
     media.spectrogram = std::move(svg);

@@ -82,6 +82,7 @@ std::string figure_css(bool dark) {
   rule("text.ink", "stroke:none;" + colour("fill", p.ink));
   rule(".accent", "fill:none;stroke-width:1.75;" + colour("stroke", p.accent));
   rule("text.accent", "stroke:none;" + colour("fill", p.accent));
+  rule(".ridge", "fill:none;stroke-width:1.75;stroke:#7df9ff");
   rule(".ghost", "fill:none;stroke-width:1.25;" + colour("stroke", p.ghost));
   rule(".alarm", "fill:none;stroke-width:1.75;" + colour("stroke", p.alarm));
   rule("text.alarm", "stroke:none;" + colour("fill", p.alarm));

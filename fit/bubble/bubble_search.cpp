@@ -6,6 +6,7 @@
 
 #include "core/audio/fft.hpp"
 #include "core/base/errors.hpp"
+#include "core/base/parallel.hpp"
 #include "core/bubble/bubble_formulas.hpp"
 #include "fit/bubble/damped_filter.hpp"
 
@@ -23,8 +24,17 @@ constexpr double kHeardSpan = 7.0;         // decay times until a ring is over (
 constexpr double kFragmentEnergy = 0.03, kFragmentOctaves = 0.5;
 // And so is what it leaves at any pitch while it begins.
 constexpr double kOnsetFragmentEnergy = 0.003, kOnsetS = 0.003, kFarFragmentEnergy = 3e-4;
-constexpr double kPoorFit = 1.5;           // chi square a datum from which another kind of attack is tried
-constexpr double kQuickAttack = 0.5;       // rate of the quick attack over the frequency: a third of a cycle
+constexpr double kHopelessDecay = 40.0;     // of theory's, up or down: no ring
+// Standard deviations beyond which a ring is too short or too noisy to be called anything: as wide as the prior.
+constexpr double kUnclearRatePerS = 40.0, kUnclearDecay = 0.4, kUnclearPitch = 0.03;
+constexpr double kPoorFit = 0.03;          // part of a ring's energy left from which another kind of attack is tried
+constexpr double kLeastShare = 0.35;       // of what stands above the noise around it: less is a patch of a splash
+constexpr double kLeastStartShare = 0.1;   // the same before any fitting
+constexpr double kLeastTryShare = 0.2;     // and after a few steps
+constexpr int kMostFailures = 20;          // candidates in a row that were none: the rest are weaker still
+constexpr double kQuickAttack = 2.0;       // rate of the quick attack over the frequency: a twelfth of a cycle
+constexpr double kDynamicRange = 1e-6;     // least noise density over the loudest band's
+constexpr double kOnsetCycles = 0.1;       // how well an attack's form tells the onset
 constexpr double kLeastDecayRatio = 0.6, kMostDecayRatio = 10.0, kLeastRise = 0.05;
 
 double decay_of(const BubbleMedium& medium, BubbleTheory theory, double radius_m, double omega) {
@@ -202,16 +212,22 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
   const double silent_chi = wide.data.cwiseProduct(wide.weight.cast<std::complex<double>>()).squaredNorm();
   const double wanted = std::pow(10.0, 0.1 * options_.min_snr_db);
   // No start explains a third of what is asked for: a blot of noise that no chirp will fit.
-  if (!(silent_chi - starts.front().chi_square >= 0.3 * wanted)) return std::nullopt;
+  const double found = silent_chi - starts.front().chi_square;
+  if (!(found >= 0.3 * wanted && found >= kLeastStartShare * (silent_chi - static_cast<double>(wide.n_real_data())))) return std::nullopt;
   starts.resize(std::min<std::size_t>(starts.size(), 3));
+  // A few steps from each, then only the best goes on.
+  std::vector<ChirpFit> tries(starts.size());
+  parallel_for(starts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) tries[i] = fit_chirps(wide, {bubble.law}, {starts[i].chirp}, {}, 8, false);
+  });
   double best = 1e300;
-  for (const Start& start : starts) {
-    const ChirpFit fit = fit_chirps(wide, {bubble.law}, {start.chirp}, {}, 30, false);
+  for (const ChirpFit& fit : tries) {
     if (!fit.ok || !(fit.chi_square < best)) continue;
     best = fit.chi_square;
     bubble.chirp = fit.chirps[0];
   }
   if (best >= 1e300) return std::nullopt;
+  if (!(silent_chi - best >= kLeastTryShare * (silent_chi - static_cast<double>(wide.n_real_data())))) return std::nullopt;
   // Once more under the window that its own pitch and decay ask for.
   FoundBubble silent = bubble;
   silent.chirp.cosine = silent.chirp.sine = 0.0;
@@ -219,12 +235,16 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
   const double before = own.data.cwiseProduct(own.weight.cast<std::complex<double>>()).squaredNorm();
   const double f = std::exp(bubble.chirp.log_frequency);
   if (!(f > options_.band.low_hz && f < high_hz_)) return std::nullopt;
+  const double beta = std::exp(bubble.chirp.log_decay);
+  if (!(beta < kHopelessDecay * atom.decay_per_s && beta > atom.decay_per_s / kHopelessDecay)) return std::nullopt;
+  if (!(bubble.chirp.onset_s > -1e-3)) return std::nullopt;
   bubble.law = law_at(f, bubble.law.quick_attack_per_s);
   const ChirpFit fit = fit_chirps(own, {bubble.law}, {bubble.chirp}, {}, 40, false);
   if (!fit.ok) return std::nullopt;
   bubble.chirp = fit.chirps[0];
   double gain = before - fit.chi_square;
-  if (options_.soft_attack && fit.chi_square > kPoorFit * static_cast<double>(fit.n_real_data)) {
+  const auto n_data = static_cast<double>(fit.n_real_data);
+  if (options_.soft_attack && fit.chi_square > n_data + std::min(5.0 * std::sqrt(2.0 * n_data), kPoorFit * gain)) {
     // What is struck, or closes in a snap, begins at once. Where, the fit feels only within a cycle or so: look first.
     ChirpLaw hard = bubble.law;
     hard.quick_attack_per_s = kQuickAttack * f;
@@ -239,14 +259,24 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
         later = trial;
       }
     }
+    const double coarse = later.onset_s;
+    for (int step = -8; step <= 8; ++step) {
+      Chirp trial = later;
+      trial.onset_s = coarse + 0.03 * step / f;
+      const double chi = fit_amplitude(own, hard, trial);
+      if (chi < least) {
+        least = chi;
+        later = trial;
+      }
+    }
     const ChirpFit other = fit_chirps(own, {hard}, {later}, {}, 40, false);
-    if (other.ok && other.chi_square < 0.8 * fit.chi_square) {
+    if (other.ok && other.chi_square < fit.chi_square) {
       bubble.law = hard;
       bubble.chirp = other.chirps[0];
       gain = before - other.chi_square;
     }
   }
-  if (!(gain >= wanted)) return std::nullopt;
+  if (!(gain >= wanted && gain >= kLeastShare * (before - n_data))) return std::nullopt;
   return bubble;
 }
 
@@ -359,7 +389,9 @@ void Search::judge(FoundBubble& bubble) const {
   bubble.radius_m = radius_of_frequency_m(f, options_.medium, options_.theory);
   const double wider = radius_of_frequency_m(1.001 * f, options_.medium, options_.theory);
   const double slope = std::log(wider / bubble.radius_m) / std::log(1.001);
-  bubble.radius_std_m = bubble.radius_m * std::abs(slope) * std::sqrt(bubble.covariance(3, 3));
+  // The pitch is that of the onset: where it rises, its time matters.
+  const double by_onset = bubble.chirp.pitch[0] * kOnsetCycles / f;
+  bubble.radius_std_m = bubble.radius_m * std::abs(slope) * std::sqrt(bubble.covariance(3, 3) + by_onset * by_onset);
   bubble.theory_decay_per_s = decay_of(options_.medium, options_.theory, bubble.radius_m, 2.0 * kPi * f);
   const double log_ratio = std::log(beta / bubble.theory_decay_per_s), spread = 2.0 * std::sqrt(bubble.covariance(4, 4));
   // Heard until it is 40 dB down or as weak as the noise that its own bandwidth lets through.
@@ -372,8 +404,11 @@ void Search::judge(FoundBubble& bubble) const {
     if (point.envelope >= std::max(0.01 * track.front().envelope, floor)) end = point.time_s;
   bubble.end_s = std::min(bubble.chirp.onset_s + end, static_cast<double>(residual_.size()) / rate_);
   const double rise = bubble.law.pitch->at(end, bubble.chirp.pitch).log_ratio, rate_std = std::sqrt(bubble.covariance(0, 0));
+  const double pitch_std = std::sqrt(bubble.covariance(3, 3));
   const bool rises = rise > kLeastRise && bubble.chirp.pitch[0] > 3.0 * rate_std;
-  if (log_ratio + spread < std::log(kLeastDecayRatio)) {
+  if (!(rate_std <= kUnclearRatePerS && 0.5 * spread <= kUnclearDecay && pitch_std <= kUnclearPitch)) {
+    bubble.verdict = BubbleVerdict::kUnclear;
+  } else if (log_ratio + spread < std::log(kLeastDecayRatio)) {
     bubble.verdict = rises ? BubbleVerdict::kDriven : BubbleVerdict::kRingsTooLong;
   } else if (log_ratio - spread > std::log(kMostDecayRatio)) {
     bubble.verdict = BubbleVerdict::kDampedTooStrongly;
@@ -404,6 +439,7 @@ BubbleSearchResult Search::run() {
   const double threshold = std::pow(10.0, 0.1 * options_.min_snr_db) / kChi2OfScore;
   const Eigen::Index n = samples.size();
   for (int round = 0; round < 2; ++round) {
+    int n_failures = 0;
     while (static_cast<int>(result_.found.size()) < options_.max_bubbles) {
       monitor_.throw_if_stopped();
       const DampedFilterBank::Peak best = filters_->highest(0, n);
@@ -412,6 +448,8 @@ BubbleSearchResult Search::run() {
       const auto bubble = fitted_near(best, atom);
       // Tried once: what is left there afterwards is nothing new.
       filters_->mask(best.sample, best.sample + 1, 0.94 * atom.frequency_hz, 1.06 * atom.frequency_hz, (bubble ? 0.5 : 1.1) * best.score);
+      n_failures = bubble ? 0 : n_failures + 1;
+      if (n_failures > kMostFailures) break;
       if (!bubble) continue;
       result_.found.push_back(*bubble);
       add(*bubble, -1.0);
@@ -458,6 +496,7 @@ const char* words(BubbleVerdict verdict) {
     case BubbleVerdict::kBubble: return "bubble";
     case BubbleVerdict::kDriven: return "bubble, amplitude does not fall as it rings free";
     case BubbleVerdict::kRingsTooLong: return "no bubble: rings longer than one of this pitch can";
+    case BubbleVerdict::kUnclear: return "too short or too noisy to tell";
     case BubbleVerdict::kDampedTooStrongly: return "no bubble: damped ten times as strongly as one of this pitch";
   }
   return "";
@@ -472,9 +511,10 @@ NoiseSpectrum noise_spectrum(const Eigen::VectorXd& samples, double sample_rate_
     const Eigen::VectorXcd spectrum = audio::real_spectrum(samples.segment(first, frame).cwiseProduct(window), frame);
     for (Eigen::Index k = 0; k < n_bins; ++k) power[static_cast<std::size_t>(k)].push_back(std::norm(spectrum[k]) / window.squaredNorm());
   }
-  Eigen::VectorXd quartile(n_bins);
+  Eigen::VectorXd quartile(n_bins), mean(n_bins);
   for (Eigen::Index k = 0; k < n_bins; ++k) {
     auto& p = power[static_cast<std::size_t>(k)];
+    mean[k] = std::accumulate(p.begin(), p.end(), 0.0) / static_cast<double>(p.size());
     const auto at = p.begin() + static_cast<std::ptrdiff_t>(p.size() / 4);
     std::nth_element(p.begin(), at, p.end());
     quartile[k] = *at / -std::log(0.75);  // of an exponential distribution
@@ -482,7 +522,10 @@ NoiseSpectrum noise_spectrum(const Eigen::VectorXd& samples, double sample_rate_
   NoiseSpectrum noise;
   noise.step_hz = sample_rate_hz / static_cast<double>(frame);
   noise.variance.resize(n_bins);
-  const double floor = std::max(1e-12 * quartile.maxCoeff(), 1e-20);
+  // Coders and filters leave bands that are all but empty: what splashes into them is no ring 80 dB above the noise.
+  double loudest = 0.0;
+  for (Eigen::Index k = 0; k < n_bins; ++k) loudest = std::max(loudest, mean[k]);
+  const double floor = std::max(kDynamicRange * loudest, 1e-20);
   for (Eigen::Index k = 0; k < n_bins; ++k) {
     const Eigen::Index half = std::max<Eigen::Index>(2, static_cast<Eigen::Index>(0.06 * static_cast<double>(k)));
     const Eigen::Index low = std::max<Eigen::Index>(1, k - half), high = std::min(n_bins - 1, k + half);

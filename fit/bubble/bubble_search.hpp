@@ -26,6 +26,7 @@ enum class BubbleVerdict {
   kBubble,           ///< rings down as theory has it
   kDriven,           ///< pitch rises, but the amplitude does not fall as it should: fed, or radiating better as it rises
   kRingsTooLong,     ///< steady pitch, and less damping than a bubble of this pitch can have: some other thing
+  kUnclear,          ///< pitch, its rate or the damping are not determined
   kDampedTooStrongly ///< ten times the damping of a bubble of this pitch: a click or a patch of noise
 };
 const char* words(BubbleVerdict verdict);

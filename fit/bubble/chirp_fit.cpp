@@ -9,6 +9,7 @@
 
 #include "core/audio/fft.hpp"
 #include "core/base/conventions.hpp"
+#include "core/base/parallel.hpp"
 
 namespace klang::fit::bubble {
 namespace {
@@ -46,10 +47,15 @@ class ChirpCost final : public ceres::CostFunction {
       if (!jacobians) continue;
       double* own = jacobians[n_groups_ + static_cast<int>(b)];
       double* shared = jacobians[pitch_group_[b]];
+      Eigen::MatrixXd columns(rows, Chirp::kParameters);
+      parallel_for(Chirp::kParameters, 1, [&](std::size_t begin, std::size_t end) {
+        for (auto p = static_cast<Eigen::Index>(begin); p < static_cast<Eigen::Index>(end); ++p)
+          columns.col(p) = w.weighted(slopes.col(p) * scale[p]);
+      });
       for (int p = 0; p < Chirp::kParameters; ++p) {
         double* block = p < 2 ? shared : own;
         if (!block) continue;
-        const Eigen::VectorXd column = w.weighted(slopes.col(p) * scale[p]);
+        const auto column = columns.col(p);
         if (p < 2) {
           Eigen::Map<RowMajor>(block, rows, 2).col(p) += column;
         } else {

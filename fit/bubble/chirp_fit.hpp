@@ -47,7 +47,7 @@ Eigen::Matrix<double, Chirp::kParameters, 1> chirp_scale(const ChirpLaw& law);
 
 /// Weak knowledge of a pitch parameter: normal. Infinite std: none.
 struct PitchPrior {
-  Eigen::Vector2d mean{0.0, 0.0}, standard_deviation{60.0, 100.0};
+  Eigen::Vector2d mean{0.0, 20.0}, standard_deviation{60.0, 40.0};  ///< of bubbles that rise by 0 to 0.5 m/s within centimetres of a surface
 };
 
 struct ChirpFit {

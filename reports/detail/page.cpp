@@ -5,6 +5,7 @@
 
 #include "reports/detail/page_parts.hpp"
 #include "reports/detail/raster.hpp"
+#include "reports/detail/bubble_page.hpp"
 #include "reports/detail/study_page.hpp"
 #include "reports/detail/text.hpp"
 
@@ -280,6 +281,10 @@ std::string specimen_section(const ResultData& data, const PageParts& parts, std
   if (media.spectrogram) {
     body += figure(sheet(*media.spectrogram), media.fitted_wav.empty()
                                                   ? "Spectrogram of the recording; triangles mark strikes."
+                                              : data.kind == "bubbles"
+                                                  ? "Spectrograms on one scale of level; bright lines over the recording are the "
+                                                    "fitted chirps while they are heard. The difference is taken between "
+                                                    "magnitudes: what is bright there is energy that one has and the other has not."
                                                   : "Spectrograms on one scale of level. The difference is "
                                                     "taken between magnitudes, so that phases do not enter: "
                                                     "what is bright there is energy that one of the two has "
@@ -297,6 +302,7 @@ std::string specimen_section(const ResultData& data, const PageParts& parts, std
 
 std::string key_figures(const ResultData& data) {
   if (data.kind == "study") return study_key_figures(data.study);
+  if (data.kind == "bubbles") return bubble_key_figures(data);
   std::string html;
   const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
     html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) +
@@ -395,6 +401,7 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
   const std::string over = data.kind == "fit"        ? "Klangprobe · material from sound"
                            : data.kind == "analysis" ? "Klangprobe · partials of a recording"
                            : data.kind == "study"    ? "Klangprobe · convergence study"
+                           : data.kind == "bubbles"  ? "Klangprobe · bubbles in a recording"
                                                      : "Klangprobe · modes of a body";
   std::vector<std::pair<std::string, std::string>> contents;
   std::string sections;
@@ -433,6 +440,16 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
     section("specimens", data.specimens.size() == 1 ? "Specimen" : "Specimens", bodies);
   } else if (data.kind == "study") {
     for (const StudySection& part : study_sections(data.study, parts.study)) section(part.id, part.name, part.html);
+  } else if (data.kind == "bubbles") {
+    section("sound", "Sound", specimen_section(data, parts, 0));
+    section("bubbles", "Bubbles", bubble_table(data.bubbles));
+    section("damping", "Damping",
+            parts.decays ? figure(sheet(*parts.decays),
+                                  "Decay of the amplitude over the pitch at the onset; the line is a free bubble's damping by "
+                                  "radiation, viscosity and heat, the least that a bubble of this pitch can have. Bars are one "
+                                  "standard deviation; hollow marks are rings that are no bubbles.")
+                         : "");
+    section("pitch", "Pitch constants", pitch_table(data.bubbles));
   } else if (data.kind == "analysis") {
     const Specimen& body = data.specimens.front();
     section("sound", "Sound", specimen_section(data, parts, 0));

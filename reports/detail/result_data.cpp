@@ -243,6 +243,43 @@ void read_provenance(const Node& root, ResultData& data) {
   }
 }
 
+void read_bubbles(const Node& root, BubbleData& data) {
+  for (const bool is_bubble : {true, false}) {
+    root.each(is_bubble ? "bubbles" : "rejected", [&](const Node& node) {
+      BubbleRow row;
+      row.is_bubble = is_bubble;
+      row.onset_s = node.required("onset_s");
+      row.end_s = node.required("end_s");
+      row.frequency_start_hz = node.required("frequency_start_hz");
+      row.frequency_end_hz = node.required("frequency_end_hz");
+      row.decay_per_s = node.required("decay_per_s");
+      row.radius_m = node.required("radius_m");
+      row.frequency_std_hz = node.number("frequency_start_std_hz");
+      row.decay_std_per_s = node.number("decay_std_per_s");
+      row.theory_decay_per_s = node.number("theory_decay_per_s");
+      row.radius_std_m = node.number("radius_std_m");
+      row.snr_db = node.number("snr_db");
+      row.verdict = node.text("verdict");
+      row.track_time_s = node.child("track").numbers("time_s");
+      row.track_frequency_hz = node.child("track").numbers("frequency_hz");
+      if (row.track_time_s.size() != row.track_frequency_hz.size()) throw InputError(node.place() + ".track", "lists differ in length");
+      data.rows.push_back(std::move(row));
+    });
+  }
+  const Node theory = root.child("theory"), pitch = root.child("pitch");
+  data.theory_frequency_hz = theory.numbers("frequency_hz");
+  data.theory_decay_per_s = theory.numbers("decay_per_s");
+  if (data.theory_frequency_hz.size() != data.theory_decay_per_s.size()) throw InputError(theory.place(), "lists differ in length");
+  data.pitch_status = pitch.text("status");
+  data.pitch_message = pitch.text("message");
+  pitch.each("parameters", [&](const Node& node) { data.pitch.push_back(estimate(node)); });
+  pitch.each("identifiable", [&](const Node& node) {
+    data.pitch.push_back(estimate(node));
+    data.pitch.back().name = node.text("combination");
+    data.pitch.back().derived = true;
+  });
+}
+
 }  // namespace
 
 ResultData read_result(const std::filesystem::path& result_json) {
@@ -258,8 +295,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
   }
   ResultData data;
   data.kind = root.text("kind");
-  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study") {
-    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study");
+  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles") {
+    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles");
   }
   data.name = root.text("name");
   data.status = root.text("status");
@@ -272,6 +309,7 @@ ResultData read_result(const std::filesystem::path& result_json) {
     read_study(root, data.study);
   } else {
     data.specimens.push_back(read_body(root));
+    if (data.kind == "bubbles") read_bubbles(root, data.bubbles);
   }
   read_provenance(root, data);
   return data;

@@ -115,8 +115,23 @@ struct StudyData {
   std::vector<StudyField> fields;
 };
 
+struct BubbleRow {
+  double onset_s = 0, end_s = 0, frequency_start_hz = 0, frequency_end_hz = 0, decay_per_s = 0, radius_m = 0;
+  Number frequency_std_hz, decay_std_per_s, theory_decay_per_s, radius_std_m, snr_db;
+  std::string verdict;
+  bool is_bubble = true;
+  std::vector<double> track_time_s, track_frequency_hz;  ///< same length
+};
+
+struct BubbleData {
+  std::vector<BubbleRow> rows;  ///< bubbles, then other rings
+  std::vector<double> theory_frequency_hz, theory_decay_per_s;
+  std::string pitch_status, pitch_message;
+  std::vector<Estimate> pitch;  ///< constants, then combinations
+};
+
 struct ResultData {
-  std::string kind;  ///< "fit", "analysis", "modes", "study"
+  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles"
   std::string name;
   std::string status, message;
   std::string material;  ///< a preset's name, where the file has one
@@ -130,6 +145,7 @@ struct ResultData {
   std::vector<Predicted> predicted;
   std::vector<Specimen> specimens;  ///< none in a study
   StudyData study;                  ///< of a study
+  BubbleData bubbles;               ///< of bubbles, beside the one specimen
   Number cost_initial, cost_final, n_iterations, peak_memory_bytes;
   std::vector<std::string> warnings;
   std::string version, command, seed, options;

@@ -16,7 +16,7 @@ struct Panel {
 };
 
 /// Short-time spectra, each pixel the largest amplitude of the bins and frames that fall into it.
-Panel analysed(const audio::Signal& sound, const SpectrogramRange& range, int width, int height) {
+Panel analysed(const audio::Signal& sound, const SpectrogramRange& range, int width, int height, double window_s) {
   Panel panel{width, height,
               std::vector<float>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0.f)};
   const double rate = sound.sample_rate_hz;
@@ -27,9 +27,9 @@ Panel analysed(const audio::Signal& sound, const SpectrogramRange& range, int wi
   // Lines about two rows wide, without smearing the strike.
   audio::StftOptions options;
   const double row_hz = range.high_hz / height, column_s = range.duration_s / width;
-  options.window_s = std::min(std::max(1 / row_hz, 8 / rate), shown.duration_s());
+  options.window_s = std::min(std::max(window_s > 0 ? window_s : 1 / row_hz, 8 / rate), shown.duration_s());
   options.hop_s = std::max(std::min(column_s, options.window_s / 4), 1 / rate);
-  options.padding = 2;
+  options.padding = window_s > 0 ? 8 : 2;
   if (n < 8) return panel;
   const audio::Stft stft = audio::stft(shown, options);
   const double bin_hz = rate / 2 / static_cast<double>(stft.frequencies_hz.size() - 1);
@@ -99,16 +99,16 @@ SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_pa
 
 Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
                        const std::vector<double>& strikes_s, const SpectrogramRange& range,
-                       const std::string& fitted_words) {
+                       const std::string& fitted_words, const Ridges& ridges) {
   constexpr double kWidth = 1080, kHeight = 380, kLeft = 66, kTop = 34, kPlotHeight = 292, kGap = 18,
                    kBar = 96;
   const int n_panels = fitted.n_frames() == 0 ? 1 : 3;
   const double panel_width = (kWidth - kLeft - kBar - kGap * (n_panels - 1)) / n_panels;
   const int columns = n_panels == 1 ? 900 : 440, rows = 400;
 
-  std::vector<Panel> panels{analysed(recorded, range, columns, rows)};
+  std::vector<Panel> panels{analysed(recorded, range, columns, rows, ridges.window_s)};
   if (n_panels == 3) {
-    panels.push_back(analysed(fitted, range, columns, rows));
+    panels.push_back(analysed(fitted, range, columns, rows, ridges.window_s));
     Panel difference = panels[0];
     for (std::size_t i = 0; i < difference.amplitude.size(); ++i) {
       difference.amplitude[i] = std::abs(panels[0].amplitude[i] - panels[1].amplitude[i]);
@@ -143,6 +143,13 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
                 {"Frequency [kHz]", Scale::kLinear, 0, range.high_hz / 1000, i == 0});
     frame.draw_axes(n_panels == 1 ? 10 : 5, 6, false, false);
     svg.text(left, kTop - 12, titles[i], "strong");
+    if (i == 0) {
+      for (const auto& line : ridges.lines) {
+        std::vector<PlotPoint> shown;
+        for (const PlotPoint& p : line) shown.push_back({p.x, p.y / 1000});
+        frame.curve(shown, ridges.narrow ? "ridge thin" : "ridge");
+      }
+    }
     for (const double strike : strikes_s) {
       if (strike < 0 || strike > range.duration_s || i == 2) continue;
       const double at = frame.x(strike);

@@ -19,12 +19,19 @@ struct SpectrogramRange {
 /// partial.
 SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_partial_hz);
 
+/// Lines over a spectrogram: time [s] and frequency [Hz].
+struct Ridges {
+  std::vector<std::vector<PlotPoint>> lines;
+  double window_s = 0;  ///< of the analysis; 0: two rows' resolution
+  bool narrow = false;  ///< drawn thin: there are many
+};
+
 /// Recorded, fitted and what lies between them on one scale of level. The third panel is the difference of
 /// the magnitudes | |recorded| - |fitted| |: phases do not enter, so that it shows missing or superfluous
 /// energy only. With no fitted sound (no frames) there is one wide panel. Level: 20 log10 of the amplitude of
 /// a sine that gives it, full scale = 0 dB. Strikes are marked on the time axis.
 Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
                        const std::vector<double>& strikes_s, const SpectrogramRange& range,
-                       const std::string& fitted_words);
+                       const std::string& fitted_words, const Ridges& ridges = {});
 
 }  // namespace klang::reports::detail

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "reports/detail/bubble_page.hpp"
 #include "reports/detail/page.hpp"
 #include "reports/detail/text.hpp"
 
@@ -148,6 +149,7 @@ void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
 
 std::vector<std::string> summary_sentences(const ResultData& data) {
   if (data.kind == "study") return study_sentences(data.study);
+  if (data.kind == "bubbles") return bubble_sentences(data);
   std::vector<std::string> sentences;
   if (data.kind == "fit") {
     if (data.status == "no_partials") {
@@ -212,7 +214,7 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
 }
 
 std::string fitted_words(const ResultData& data) {
-  return data.kind == "fit" ? "Fitted model" : "Resynthesis";
+  return data.kind == "fit" ? "Fitted model" : data.kind == "bubbles" ? "Fitted chirps" : "Resynthesis";
 }
 
 Verdict verdict(const ResultData& data) {
@@ -227,6 +229,10 @@ Verdict verdict(const ResultData& data) {
       result.details = data.study.series.front().verdict;
     }
     return result;
+  }
+  if (data.kind == "bubbles") {
+    const auto n = static_cast<std::size_t>(std::count_if(data.bubbles.rows.begin(), data.bubbles.rows.end(), [](const BubbleRow& row) { return row.is_bubble; }));
+    return {n > 0 ? capitalised(counted(n, "bubble", "bubbles")) : "No bubble", n > 0 ? "good" : "fair", ""};
   }
   if (data.kind == "fit") {
     if (data.status == "converged") {

@@ -151,9 +151,11 @@ int run_one(const TransferOptions& options, const CommonOptions& common) {
       throw InputError(options.points, "point " + std::to_string(i) + " lies inside the liquid",
                        to_text(points(i, 0)) + "," + to_text(points(i, 1)) + "," + to_text(points(i, 2)), "points in the air");
   TerminalMonitor monitor(common.quiet);
+  DualDomainOptions solve = options.solve;
+  solve.wall_slopes = !options.output.empty();
   const bubble::SourcePoints sources = bubble::random_source_points(boundary, options.fluid_sources, options.air_sources, common.seed);
   const bubble::DualDomainResult result =
-      bubble::solve_dual_domain(boundary, options.frequency_hz, sources, {at}, {options.radius_m}, options.solve, monitor)[0];
+      bubble::solve_dual_domain(boundary, options.frequency_hz, sources, {at}, {options.radius_m}, solve, monitor)[0];
   if (!result.usable()) throw NumericalError("bubble transfer: " + result.message);
   if (!options.output.empty())
     bubble::write_boundary_solution(options.output, mesh, boundary, result, options.solve.liquid.density_kg_m3);

@@ -225,13 +225,15 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     r.n_fluid_unknowns = static_cast<int>(functions.size());
     r.n_air_unknowns = static_cast<int>(n_air);
     if (options.images) add_images(boundary, r.fluid);
-    for (Index i = 0; i < n_samples; ++i) {
-      const BoundarySample& s = samples[static_cast<std::size_t>(i)];
-      Complex value = weights[i] == 0.0 ? 0.0 : incident(r.fluid, s.point_m, s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal);
-      if (s.region == BoundaryRegion::kFreeSurface && options.surface_pressure.size() != 0) value -= options.surface_pressure[i];
-      data(i, 2 * static_cast<Index>(b)) = -weights[i] * value.real();
-      data(i, 2 * static_cast<Index>(b) + 1) = -weights[i] * value.imag();
-    }
+    parallel_for(samples.size(), kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
+      for (auto i = static_cast<Index>(begin); i < static_cast<Index>(end); ++i) {
+        const BoundarySample& s = samples[static_cast<std::size_t>(i)];
+        Complex value = weights[i] == 0.0 ? 0.0 : incident(r.fluid, s.point_m, s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal);
+        if (s.region == BoundaryRegion::kFreeSurface && options.surface_pressure.size() != 0) value -= options.surface_pressure[i];
+        data(i, 2 * static_cast<Index>(b)) = -weights[i] * value.real();
+        data(i, 2 * static_cast<Index>(b) + 1) = -weights[i] * value.imag();
+      }
+    });
   }
   auto lap = Clock::now();
   std::map<std::string, double> times;
@@ -295,7 +297,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     Eigen::VectorXd row(functions.size());
     for (std::size_t i = begin; i < end; ++i) {
       const BoundarySample& s = samples[i];
-      if (s.region == BoundaryRegion::kDrySolid) continue;
+      if (s.region == BoundaryRegion::kDrySolid || (s.region != BoundaryRegion::kFreeSurface && !options.wall_slopes)) continue;
       functions.row(s.point_m, &s.normal, scratch, row.data());
       for (DualDomainResult& r : results)
         r.normal_derivative[static_cast<Index>(i)] = incident(r.fluid, s.point_m, &s.normal) + row.cast<Complex>().dot(r.fluid.coefficients);

@@ -43,6 +43,7 @@ struct DualDomainOptions {
   double ridge = 1e-8;               ///< epsilon over the Frobenius norm of the matrix (HF section 5.6), 1e-15 to 1
   bool scale_columns = true;         ///< functions scaled to length 1 on the boundary before the ridge is put on
   bool images = true;                ///< pass 1 starts from the bubble and its images in surfaces that are close
+  bool wall_slopes = false;          ///< dP/dn of the liquid on rigid walls too, where it should be 0: to look at
   std::optional<double> wall_length_m;  ///< the length in alpha = length * rigid area / free area; default radius / sqrt(unknowns)
   /// Pressure on the free surface for a unit source, one a sample (others count 0); empty: none, the one-way answer. With the
   /// air's own pressure there, found in turn, pass 1 is the two-way one.
@@ -82,7 +83,7 @@ struct DualDomainResult {
   double fit_error_fluid = 0.0;          ///< ||A c - b|| / ||b|| of pass 1 (HF Table 1), b: the bubble alone
   double fit_error_air = 0.0;            ///< the same of pass 2
   double fluid_residual = 0.0, air_residual = 0.0;  ///< sqrt(||A c - b||^2 + ||eps c||^2) / ||b||: what (34) minimises
-  Eigen::VectorXcd normal_derivative;    ///< n_samples: dP/dn in the liquid [Pa/m per m], the liquid's side, 0 on dry solids
+  Eigen::VectorXcd normal_derivative;    ///< n_samples: dP/dn in the liquid [Pa/m per m]; 0 on dry solids, and on walls unless wall_slopes is set
   FluidField fluid;                      ///< times source_strength
   AirField air;                          ///< source strength and density ratio in it
   double alpha_m = 0.0;                  ///< weight of the rigid rows

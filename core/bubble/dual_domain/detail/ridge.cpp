@@ -183,6 +183,15 @@ Matrix<Scalar> adjoint_times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>
   });
 }
 
+/// rows^H (b - rows x) in one reading; the residual itself has all its digits, unlike a difference of sums.
+template <class Scalar>
+Matrix<Scalar> residual_times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& x, const Matrix<Scalar>& b) {
+  const std::vector<double> pairs = to_pairs(x), data = row_pairs(b);
+  return sum_over_rows(adjoint, b, [&](const double* m, std::size_t first, std::size_t n_rows, std::size_t n, std::size_t count, double* w) {
+    rows_residual(m, n_rows, n, pairs.data(), data.data() + 2 * count * first, count, w);
+  });
+}
+
 template <class Scalar>
 RidgeSolution<Scalar> solve_direct(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b, double eps) {
   const int n = static_cast<int>(adjoint.rows()), n_rows = static_cast<int>(adjoint.cols()), columns = static_cast<int>(b.cols());
@@ -250,7 +259,8 @@ RidgeSolution<Scalar> solve_sketched(const Matrix<Scalar>& adjoint, const Eigen:
     return w;
   };
   // Conjugate gradients for every column of b, side by side, on L^-1 (A^H A + eps^2) L^-H u = L^-1 residual.
-  Matrix<Scalar> r = scale.asDiagonal() * adjoint_times(adjoint, b) - normal(x);
+  Matrix<Scalar> r = scale.asDiagonal() * residual_times(adjoint, Matrix<Scalar>(scale.asDiagonal() * x), b);
+  r -= Scalar(eps * eps) * x;
   solve_lower('N', n, columns, factor->data(), r.data());
   Matrix<Scalar> p = r, u = Matrix<Scalar>::Zero(n, columns);
   Eigen::VectorXd size = r.colwise().squaredNorm().transpose();

@@ -97,6 +97,21 @@ KLANG_CLONES void rows_add(const double* m, std::size_t n_rows, std::size_t n, c
     }
 }
 
+KLANG_CLONES void rows_residual(const double* m, std::size_t n_rows, std::size_t n, const double* x, const double* y, std::size_t n_pairs,
+                                double* w) {
+  for (std::size_t i = 0; i < n_rows; i += 2)
+    for (std::size_t p = 0; p < n_pairs; ++p) {
+      const std::size_t second = i + 1 < n_rows ? i + 1 : i;
+      double ya[2], yb[2];
+      KLANG_DOT2(m + i * n, m + second * n, n, x + 2 * p * n, ya, yb);
+      for (int k = 0; k < 2; ++k) {
+        ya[k] = y[2 * (i * n_pairs + p) + static_cast<std::size_t>(k)] - ya[k];
+        yb[k] = second == i ? 0.0 : y[2 * (second * n_pairs + p) + static_cast<std::size_t>(k)] - yb[k];
+      }
+      KLANG_ADD2(m + i * n, m + second * n, n, ya, yb, w + 2 * p * n);
+    }
+}
+
 KLANG_CLONES void rows_normal(const double* m, std::size_t n_rows, std::size_t n, const double* x, std::size_t n_pairs, double* w) {
   for (std::size_t i = 0; i < n_rows; i += 2)
     for (std::size_t p = 0; p < n_pairs; ++p) {

@@ -11,7 +11,8 @@ inline constexpr std::size_t kLane = 8;
 void rows_times(const double* m, std::size_t n_rows, std::size_t n, const double* x, std::size_t n_pairs, double* y);
 /// w += M^T y.
 void rows_add(const double* m, std::size_t n_rows, std::size_t n, const double* y, std::size_t n_pairs, double* w);
-/// w += M^T (M x): each row is used twice while it is in the cache.
+/// w += M^T (y - M x), and w += M^T (M x): each row is used twice while it is in the cache.
+void rows_residual(const double* m, std::size_t n_rows, std::size_t n, const double* x, const double* y, std::size_t n_pairs, double* w);
 void rows_normal(const double* m, std::size_t n_rows, std::size_t n, const double* x, std::size_t n_pairs, double* w);
 
 /// Distances r and phases k r from n_padded points (multiple of kLane; x, y, z one array after the other) to at.

@@ -27,5 +27,7 @@ expect yes base audio mesh solid modal fit -- fit/fit.hpp
 expect no base audio mesh solid modal fit -- reports/report.hpp
 expect no base audio mesh solid modal datasets -- fit/fit.hpp
 expect yes base mesh validate -- validate/study.hpp
+expect yes base audio mesh solid modal acoustics dual_domain -- core/bubble/dual_domain/dual_domain.hpp
+expect no base audio mesh solid modal acoustics dual_domain -- core/bubble/bubble_physics.hpp
 expect no base audio mesh solid modal acoustics fit datasets validate -- reports/report.hpp
 exit $failed

@@ -206,3 +206,20 @@ TEST(DualDomain, BubblesOfOneCallGetTheirOwnAnswers) {
     EXPECT_LE(std::abs(air_pressure(both[b], {0.3, 0.1, 0.4}) - p), 1e-6 * std::abs(p));
   }
 }
+
+TEST(WallWeight, CarriesALengthSoThatUnitsDoNotMatter) {
+  // The same tank in another unit: all lengths times 10, frequency over 10. P scales as 1/length, dP/dn as 1/length^2, whatever the
+  // unit; with the printed alpha, an area ratio without a length, the answer depends on it.
+  const auto slope = [](double scale, Literature literature) {
+    const LiquidBoundary boundary(test::tank(scale * Vector3d(0.30, 0.22, 0.15), 0.02 * scale));
+    DualDomainOptions options;
+    options.literature = literature;
+    options.images = false;
+    const auto result = solve(boundary, 1000.0 / scale, scale * Vector3d(0.13, 0.10, -0.05), 10, 10, 1, options);
+    return Eigen::VectorXcd(result[0].normal_derivative / result[0].source_strength * scale * scale);
+  };
+  const Eigen::VectorXcd one = slope(1.0, Literature::kRight);
+  EXPECT_LE((slope(10.0, Literature::kRight) - one).norm() / one.norm(), 1e-6);
+  const Eigen::VectorXcd printed = slope(1.0, Literature::kPaper);
+  EXPECT_GE((slope(10.0, Literature::kPaper) - printed).norm() / printed.norm(), 1e-3);
+}

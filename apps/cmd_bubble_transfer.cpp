@@ -157,6 +157,9 @@ int run_one(const TransferOptions& options, const CommonOptions& common) {
   const bubble::DualDomainResult result =
       bubble::solve_dual_domain(boundary, options.frequency_hz, sources, {at}, {options.radius_m}, solve, monitor)[0];
   if (!result.usable()) throw NumericalError("bubble transfer: " + result.message);
+  if (result.n_fluid_sources < options.fluid_sources || result.n_air_sources < options.air_sources)
+    warn("the surface has only " + std::to_string(boundary.samples().size()) + " samples: " + std::to_string(result.n_fluid_sources) +
+         " fluid and " + std::to_string(result.n_air_sources) + " air sources are used");
   if (!options.output.empty())
     bubble::write_boundary_solution(options.output, mesh, boundary, result, options.solve.liquid.density_kg_m3);
 
@@ -168,6 +171,7 @@ int run_one(const TransferOptions& options, const CommonOptions& common) {
   json["fit_error_fluid"] = result.fit_error_fluid;
   json["fit_error_air"] = result.fit_error_air;
   json["alpha_m"] = result.alpha_m;
+  json["n_sources"] = {{"fluid", result.n_fluid_sources}, {"air", result.n_air_sources}};
   json["n_unknowns"] = {{"fluid", result.n_fluid_unknowns}, {"air", result.n_air_unknowns}};
   json["n_steps"] = {{"fluid", result.n_fluid_steps}, {"air", result.n_air_steps}};
   json["n_images"] = result.fluid.images.size();

@@ -21,6 +21,8 @@ using detail::Matrix;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kSamplesPerRange = 256;
+// With fewer, least squares fits the samples and swings between them.
+constexpr std::size_t kSamplesPerFluidUnknown = 2, kSamplesPerAirUnknown = 3;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -172,14 +174,22 @@ double bubble_source_strength(double radius_m, double frequency_hz, double liqui
   return 4.0 * kPi * liquid_density_kg_m3 * omega * omega * radius_m * radius_m;
 }
 
-std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz, const SourcePoints& points,
+std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz, const SourcePoints& given_points,
                                                 const std::vector<Vector3d>& bubbles_m, const std::vector<double>& radius_m,
                                                 const DualDomainOptions& options, Monitor& monitor) {
   options.validate();
   checked("dual domain", "frequency_hz", frequency_hz, 1.0, 1e5);
   KLANG_CHECK(bubbles_m.size() == radius_m.size(), "a bubble has a radius");
   if (bubbles_m.empty()) return {};
-  if (points.fluid_m.empty() || points.air_m.empty()) throw InputError("dual domain", "needs sources in both passes");
+  if (given_points.fluid_m.empty() || given_points.air_m.empty()) throw InputError("dual domain", "needs sources in both passes");
+  SourcePoints points = given_points;
+  for (const auto& [list, per_unknown] : {std::pair(&points.fluid_m, kSamplesPerFluidUnknown), std::pair(&points.air_m, kSamplesPerAirUnknown)}) {
+    const std::size_t enough = boundary.samples().size() / (detail::kQuadrupoleSize * per_unknown);
+    if (enough == 0)
+      throw InputError(boundary.name(), "too few samples of the boundary", std::to_string(boundary.samples().size()),
+                       std::to_string(detail::kQuadrupoleSize * per_unknown) + " or more");
+    list->resize(std::min(list->size(), enough));
+  }
   for (std::size_t b = 0; b < bubbles_m.size(); ++b) {
     checked("bubble", "radius_m", radius_m[b], 1e-6, 0.1);
     boundary.check_bubble(bubbles_m[b], 0.1 * radius_m[b]);
@@ -198,9 +208,6 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   const std::vector<Vector3d> fluid_points = flat ? std::vector{boundary.centre_m()} : points.fluid_m;
   const FluidFunctions functions(kf, order, fluid_points);
   const Index n_air = detail::kQuadrupoleSize * static_cast<Index>(points.air_m.size());
-  if (std::max(functions.size(), n_air) >= n_samples)
-    throw InputError("dual domain", "more unknowns than samples of the boundary", std::to_string(std::max(functions.size(), n_air)),
-                     "fewer than " + std::to_string(n_samples) + ": fewer sources, or a finer surface");
   const double length = paper ? 1.0
                               : options.wall_length_m.value_or(boundary.radius_m() / (3.0 * std::sqrt(static_cast<double>(points.fluid_m.size()))));
   const double alpha = boundary.rigid_area_m2() > 0.0 ? length * boundary.rigid_area_m2() / boundary.free_area_m2() : 1.0;
@@ -222,6 +229,8 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     r.fluid.points_m = fluid_points;
     r.air.wavenumber_per_m = ka;
     r.air.points_m = points.air_m;
+    r.n_fluid_sources = static_cast<int>(points.fluid_m.size());
+    r.n_air_sources = static_cast<int>(points.air_m.size());
     r.n_fluid_unknowns = static_cast<int>(functions.size());
     r.n_air_unknowns = static_cast<int>(n_air);
     if (options.images) add_images(boundary, r.fluid);

@@ -87,6 +87,7 @@ struct DualDomainResult {
   FluidField fluid;                      ///< times source_strength
   AirField air;                          ///< source strength and density ratio in it
   double alpha_m = 0.0;                  ///< weight of the rigid rows
+  int n_fluid_sources = 0, n_air_sources = 0;    ///< used
   int n_fluid_unknowns = 0, n_air_unknowns = 0;
   int n_fluid_steps = 0, n_air_steps = 0;
   std::map<std::string, double> wall_time_s;  ///< "assemble_fluid", "solve_fluid", "assemble_air", "solve_air", "total"; of all bubbles
@@ -102,11 +103,12 @@ double bubble_source_strength(double radius_m, double frequency_hz, double liqui
 ///   pass 2, air:    (nabla^2 + k_a^2) P = 0 outside,  dP/dn = (rho_a / rho_f) dP_f/dn on the free surface, 0 on walls
 /// with e^{+i omega t} and n out of the liquid. Each by least squares over the samples of the boundary, weighted with
 /// sqrt(area), rigid rows of pass 1 with alpha, and a ridge (eq. 34).
+/// Sources beyond a ninth of half the samples (pass 2: of a third) are left out: more would fit the samples and swing between.
 /// The matrices depend on boundary, frequency and points alone: bubbles of one call share assembly and preconditioner.
 /// @param frequency_hz  1 to 1e5
 /// @param radius_m      of each bubble, for the source strength, > 0
 /// @return one a bubble; kFailed with a message where the least-squares problem cannot be solved
-/// @throws InputError: a bubble outside or on the boundary, fewer samples than unknowns
+/// @throws InputError: a bubble outside or on the boundary, too few samples for a single source
 std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz, const SourcePoints& points,
                                                 const std::vector<Eigen::Vector3d>& bubbles_m, const std::vector<double>& radius_m,
                                                 const DualDomainOptions& options = {}, Monitor& monitor = silent_monitor());

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/conventions.hpp"
+#include "core/base/errors.hpp"
 #include "core/base/parallel.hpp"
 #include "liquid_shapes.hpp"
 
@@ -222,4 +223,20 @@ TEST(WallWeight, CarriesALengthSoThatUnitsDoNotMatter) {
   EXPECT_LE((slope(10.0, Literature::kRight) - one).norm() / one.norm(), 1e-6);
   const Eigen::VectorXcd printed = slope(1.0, Literature::kPaper);
   EXPECT_GE((slope(10.0, Literature::kPaper) - printed).norm() / printed.norm(), 1e-3);
+}
+
+TEST(DualDomain, CoarseSurfacesUseFewerSourcesAndStayRight) {
+  const LiquidBoundary boundary(test::ball(kBallRadiusM, 4));  // 162 samples
+  const auto result = solve(boundary, 4000.0, Vector3d::Zero(), 60, 100);
+  ASSERT_TRUE(result[0].usable()) << result[0].message;
+  EXPECT_EQ(result[0].n_fluid_sources, 9);
+  EXPECT_EQ(result[0].n_air_sources, 6);
+  const Complex exact(5.469712482068791e-05, 1.5735696951745025e-05);  // reference/fluid.json: concentric_two_way_exact, 4000 Hz
+  EXPECT_LE(std::abs(air_pressure(result[0], {0.5, 0, 0}) / result[0].source_strength - exact) / std::abs(exact), 1e-2);
+}
+
+TEST(DualDomain, RefusesBubblesOutsideAndOnTheBoundary) {
+  const LiquidBoundary boundary(test::ball(kBallRadiusM, 4));
+  EXPECT_THROW(solve(boundary, 1000.0, {0, 0, 0.06}, 5, 5), InputError);
+  EXPECT_THROW(solve(boundary, 1000.0, {0, 0, 0.05}, 5, 5), InputError);
 }

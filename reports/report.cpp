@@ -229,9 +229,16 @@ class ReportWriter {
                                  " are left out of the page to keep it small; they lie beside it");
     }
     const bool both = recorded.n_frames() > 0 && fitted.n_frames() >= 16;
+    SpectrogramRange range = spectrogram_range(first, highest);
+    if (data_.kind == "bubbles" && highest > 0) {
+      double lowest = highest;
+      for (const BubbleRow& row : data_.bubbles.rows)
+        if (row.is_bubble) lowest = std::min({lowest, row.frequency_start_hz, row.frequency_end_hz});
+      range.low_hz = std::clamp(0.6 * lowest, 100.0, 0.5 * range.high_hz);
+    }
     Svg svg = spectrogram_figure(specimen.name.empty() ? "the recording" : specimen.name, first,
                                  both ? fitted : audio::Signal{}, specimen.strikes_s,
-                                 spectrogram_range(first, highest), fitted_words(data_), ridges_of(data_.bubbles));
+                                 range, fitted_words(data_), ridges_of(data_.bubbles));
     add_figure(data_.kind == "fit" ? "spectrogram-" + stem_of(index) : "spectrogram", svg);
     if (!in_page) return;
     media.spectrogram = std::move(svg);

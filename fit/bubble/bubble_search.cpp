@@ -27,14 +27,17 @@ constexpr double kOnsetFragmentEnergy = 0.003, kOnsetS = 0.003, kFarFragmentEner
 constexpr double kHopelessDecay = 40.0;     // of theory's, up or down: no ring
 // Standard deviations beyond which a ring is too short or too noisy to be called anything: as wide as the prior.
 constexpr double kUnclearRatePerS = 40.0, kUnclearDecay = 0.4, kUnclearPitch = 0.03;
-constexpr double kPoorFit = 0.03;          // part of a ring's energy left from which another kind of attack is tried
+constexpr double kAttackShare = 0.5;       // while neighbours are not yet found, their sound must not pass for an attack
+constexpr double kScrapEnergy = 0.1;       // of a ring's, beginning with it: may be what its attack leaves
+constexpr double kAttackGain = 10.0;       // chi square that another kind of attack must win
 constexpr double kLeastShare = 0.35;       // of what stands above the noise around it: less is a patch of a splash
 constexpr double kLeastStartShare = 0.1;   // the same before any fitting
 constexpr double kLeastTryShare = 0.2;     // and after a few steps
 constexpr int kMostFailures = 20;          // candidates in a row that were none: the rest are weaker still
 constexpr double kQuickAttack = 2.0;       // rate of the quick attack over the frequency: a twelfth of a cycle
 constexpr double kDynamicRange = 1e-6;     // least noise density over the loudest band's
-constexpr double kOnsetCycles = 0.1;       // how well an attack's form tells the onset
+constexpr double kOnsetCycles = 0.1;       // how well a quick attack's form tells the onset
+constexpr double kOnsetDecays = 0.1;       // and a soft one's, in decay times: it may have been quick and faint
 constexpr double kLeastDecayRatio = 0.6, kMostDecayRatio = 10.0, kLeastRise = 0.05;
 
 double decay_of(const BubbleMedium& medium, BubbleTheory theory, double radius_m, double omega) {
@@ -73,6 +76,8 @@ class Search {
   ChirpWindow window_of(const std::vector<const FoundBubble*>& group) const;
   void add(const FoundBubble& bubble, double sign);
   std::optional<FoundBubble> fitted_near(const DampedFilterBank::Peak& peak, const DampedFilterBank::Atom& atom) const;
+  double choose_attack(const ChirpWindow& own, FoundBubble& bubble, double chi_square, double share) const;
+  void choose_attacks();
   bool overlap(const FoundBubble& a, const FoundBubble& b) const;
   void refit(const std::vector<std::size_t>& group, bool last);
   std::vector<std::vector<std::size_t>> groups() const;
@@ -182,6 +187,39 @@ void Search::make_filters() {
   filters_ = std::make_unique<DampedFilterBank>(std::move(atoms), rate_, residual_.size());
 }
 
+/// @param share  of what the fit leaves above the noise that the other attack must explain
+double Search::choose_attack(const ChirpWindow& own, FoundBubble& bubble, double chi_square, double share) const {
+  const auto n_data = static_cast<double>(own.n_real_data());
+  if (!options_.soft_attack || (share > 0.0 && !(chi_square > n_data + std::sqrt(2.0 * n_data)))) return chi_square;
+  // What is struck, or closes in a snap, begins at once. Where, the fit feels only within a cycle or so: look first.
+  const double f = std::exp(bubble.chirp.log_frequency), beta = std::exp(bubble.chirp.log_decay);
+  const bool to_quick = bubble.law.soft_attack();
+  ChirpLaw law = bubble.law;
+  law.quick_attack_per_s = to_quick ? kQuickAttack * f : 0.0;
+  Chirp start = bubble.chirp;
+  double least = 1e300;
+  // The same track, begun at another time.
+  const auto consider = [&](double shift) {
+    Chirp trial = bubble.chirp;
+    trial.onset_s += shift;
+    trial.log_frequency += bubble.law.pitch->at(shift, bubble.chirp.pitch).log_ratio;
+    trial.pitch[0] *= std::exp(trial.pitch[1] * shift);
+    const double chi = fit_amplitude(own, law, trial);
+    if (!(chi < least)) return;
+    least = chi;
+    start = trial;
+  };
+  const double first = to_quick ? -1.0 / f : -0.3 / beta - 1.0 / f, last = to_quick ? 0.3 / beta + 2.0 / f : 1.0 / f;
+  for (double shift = first; shift < last; shift += 0.25 / f) consider(shift);
+  const double coarse = start.onset_s - bubble.chirp.onset_s;
+  for (int step = -8; step <= 8; ++step) consider(coarse + 0.03 * step / f);
+  const ChirpFit other = fit_chirps(own, {law}, {start}, {}, 40, false);
+  if (!(other.ok && other.chi_square < chi_square - std::max(share > 0.0 ? kAttackGain : 0.0, share * (chi_square - n_data)))) return chi_square;
+  bubble.law = law;
+  bubble.chirp = other.chirps[0];
+  return other.chi_square;
+}
+
 std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& peak, const DampedFilterBank::Atom& atom) const {
   FoundBubble bubble;
   bubble.law = law_at(atom.frequency_hz, options_.soft_attack ? 0.0 : kQuickAttack * atom.frequency_hz);
@@ -242,40 +280,8 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
   const ChirpFit fit = fit_chirps(own, {bubble.law}, {bubble.chirp}, {}, 40, false);
   if (!fit.ok) return std::nullopt;
   bubble.chirp = fit.chirps[0];
-  double gain = before - fit.chi_square;
+  const double gain = before - choose_attack(own, bubble, fit.chi_square, kAttackShare);
   const auto n_data = static_cast<double>(fit.n_real_data);
-  if (options_.soft_attack && fit.chi_square > n_data + std::min(5.0 * std::sqrt(2.0 * n_data), kPoorFit * gain)) {
-    // What is struck, or closes in a snap, begins at once. Where, the fit feels only within a cycle or so: look first.
-    ChirpLaw hard = bubble.law;
-    hard.quick_attack_per_s = kQuickAttack * f;
-    Chirp later = bubble.chirp;
-    double least = 1e300;
-    for (double shift = -1.0 / f; shift < 0.3 / std::exp(bubble.chirp.log_decay) + 2.0 / f; shift += 0.25 / f) {
-      Chirp trial = bubble.chirp;
-      trial.onset_s += shift;
-      const double chi = fit_amplitude(own, hard, trial);
-      if (chi < least) {
-        least = chi;
-        later = trial;
-      }
-    }
-    const double coarse = later.onset_s;
-    for (int step = -8; step <= 8; ++step) {
-      Chirp trial = later;
-      trial.onset_s = coarse + 0.03 * step / f;
-      const double chi = fit_amplitude(own, hard, trial);
-      if (chi < least) {
-        least = chi;
-        later = trial;
-      }
-    }
-    const ChirpFit other = fit_chirps(own, {hard}, {later}, {}, 40, false);
-    if (other.ok && other.chi_square < fit.chi_square) {
-      bubble.law = hard;
-      bubble.chirp = other.chirps[0];
-      gain = before - other.chi_square;
-    }
-  }
   if (!(gain >= wanted && gain >= kLeastShare * (before - n_data))) return std::nullopt;
   return bubble;
 }
@@ -310,6 +316,49 @@ void Search::refit(const std::vector<std::size_t>& group, bool last) {
     const double dof = static_cast<double>(fit.n_real_data) - 7.0 * static_cast<double>(group.size());
     bubble.covariance = std::max(1.0, fit.chi_square / std::max(dof, 1.0)) * fit.covariance[k];
   }
+}
+
+/// Once more with all others known: alone, a ring takes the attack that suits its neighbours' sound, and with it the scraps
+/// that stood for the wrong one.
+void Search::choose_attacks() {
+  std::vector<double> energy;
+  for (const FoundBubble& bubble : result_.found) energy.push_back(energy_of(bubble));
+  std::vector<bool> keep(result_.found.size(), true);
+  for (std::size_t i = 0; i < result_.found.size(); ++i) {
+    monitor_.throw_if_stopped();
+    if (!keep[i]) continue;
+    FoundBubble& bubble = result_.found[i];
+    const double near_s = std::max(kOnsetS, 0.3 / std::exp(bubble.chirp.log_decay));
+    std::vector<std::size_t> scraps;
+    for (std::size_t j = 0; j < result_.found.size(); ++j)
+      if (j != i && keep[j] && energy[j] < kScrapEnergy * energy[i] && std::abs(result_.found[j].chirp.onset_s - bubble.chirp.onset_s) < near_s) scraps.push_back(j);
+    if (scraps.size() >= kMostTogether) scraps.resize(kMostTogether - 1);
+    std::vector<const FoundBubble*> members = {&bubble};
+    std::vector<ChirpLaw> laws = {bubble.law};
+    std::vector<Chirp> chirps = {bubble.chirp};
+    for (const std::size_t j : scraps) {
+      members.push_back(&result_.found[j]);
+      laws.push_back(result_.found[j].law);
+      chirps.push_back(result_.found[j].chirp);
+    }
+    const ChirpWindow window = window_of(members);
+    const double with_scraps = fit_chirps(window, laws, chirps, {}, 0, false).chi_square;
+    const double alone = fit_chirps(window, {bubble.law}, {bubble.chirp}, {}, 0, false).chi_square;
+    FoundBubble other = bubble;
+    const double chosen = choose_attack(window, other, alone, 0.0);
+    if (!(chosen < alone && chosen < with_scraps + kAttackGain * static_cast<double>(scraps.size()))) continue;
+    add(bubble, 1.0);
+    for (const std::size_t j : scraps) {
+      add(result_.found[j], 1.0);
+      keep[j] = false;
+    }
+    bubble = other;
+    add(bubble, -1.0);
+  }
+  std::vector<FoundBubble> kept;
+  for (std::size_t i = 0; i < keep.size(); ++i)
+    if (keep[i]) kept.push_back(result_.found[i]);
+  result_.found = std::move(kept);
 }
 
 std::vector<std::vector<std::size_t>> Search::groups() const {
@@ -390,7 +439,7 @@ void Search::judge(FoundBubble& bubble) const {
   const double wider = radius_of_frequency_m(1.001 * f, options_.medium, options_.theory);
   const double slope = std::log(wider / bubble.radius_m) / std::log(1.001);
   // The pitch is that of the onset: where it rises, its time matters.
-  const double by_onset = bubble.chirp.pitch[0] * kOnsetCycles / f;
+  const double by_onset = bubble.chirp.pitch[0] * (bubble.law.soft_attack() ? kOnsetDecays / beta : kOnsetCycles / f);
   bubble.radius_std_m = bubble.radius_m * std::abs(slope) * std::sqrt(bubble.covariance(3, 3) + by_onset * by_onset);
   bubble.theory_decay_per_s = decay_of(options_.medium, options_.theory, bubble.radius_m, 2.0 * kPi * f);
   const double log_ratio = std::log(beta / bubble.theory_decay_per_s), spread = 2.0 * std::sqrt(bubble.covariance(4, 4));
@@ -462,6 +511,7 @@ BubbleSearchResult Search::run() {
       if (group.size() > 1) refit(group, false);
     }
     prune();
+    choose_attacks();
     for (const auto& group : groups()) {
       monitor_.throw_if_stopped();
       refit(group, round > 0);

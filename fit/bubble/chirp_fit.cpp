@@ -33,6 +33,7 @@ class ChirpCost final : public ceres::CostFunction {
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(n), value(n);
     Eigen::MatrixXd slopes;
+    bool finite = true;  // what is not is refused: the solver then takes a shorter step
     if (jacobians) {
       for (int g = 0; g < n_groups_; ++g)
         if (jacobians[g]) Eigen::Map<RowMajor>(jacobians[g], rows, 2).setZero();
@@ -56,6 +57,7 @@ class ChirpCost final : public ceres::CostFunction {
         double* block = p < 2 ? shared : own;
         if (!block) continue;
         const auto column = columns.col(p);
+        finite = finite && column.allFinite();
         if (p < 2) {
           Eigen::Map<RowMajor>(block, rows, 2).col(p) += column;
         } else {
@@ -67,7 +69,7 @@ class ChirpCost final : public ceres::CostFunction {
     r = w.weighted(sum);
     r.head(w.n_bins) -= w.data.real().cwiseProduct(w.weight);
     r.tail(w.n_bins) -= w.data.imag().cwiseProduct(w.weight);
-    return r.allFinite();
+    return finite && r.allFinite();
   }
 
  private:
@@ -94,7 +96,29 @@ class PriorCost final : public ceres::SizedCostFunction<2, 2> {
   Eigen::Vector2d mean_, std_;
 };
 
+class OnsetPrior final : public ceres::SizedCostFunction<1, kOwn> {
+ public:
+  OnsetPrior(double mean, double standard_deviation) : mean_(mean), std_(standard_deviation) {}
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    residuals[0] = (parameters[0][0] - mean_) / std_;
+    if (jacobians && jacobians[0]) {
+      std::fill(jacobians[0], jacobians[0] + kOwn, 0.0);
+      jacobians[0][0] = 1.0 / std_;
+    }
+    return true;
+  }
+
+ private:
+  double mean_, std_;
+};
+
 }  // namespace
+
+std::unique_ptr<ceres::CostFunction> make_onset_prior(const ChirpLaw& law, const Chirp& found) {
+  constexpr double kCycles = 0.05;
+  const double unit_s = chirp_scale(law)[2];
+  return std::make_unique<OnsetPrior>(found.onset_s / unit_s, kCycles / std::exp(found.log_frequency) / unit_s);
+}
 
 double NoiseSpectrum::at(double frequency_hz) const {
   const double x = std::clamp(frequency_hz / step_hz, 0.0, static_cast<double>(variance.size() - 1) - 1e-9);
@@ -203,6 +227,7 @@ ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws
         pitch[b][static_cast<std::size_t>(i)] = std::clamp(pitch[b][static_cast<std::size_t>(i)], -0.99 * kFastestPitchPerS / scale[i], 0.99 * kFastestPitchPerS / scale[i]);
       }
     }
+    if (!laws[b].soft_attack()) problem.AddResidualBlock(make_onset_prior(laws[b], start[b]).release(), nullptr, own[b].data());
     const double f = own[b][1], decay = own[b][2], t = own[b][0];
     problem.SetParameterLowerBound(own[b].data(), 0, t - 30.0);
     problem.SetParameterUpperBound(own[b].data(), 0, t + 30.0);

@@ -19,8 +19,8 @@ Attack attack(double x) {
 }
 
 void clamp(PitchLaw::Value& value, double max_log) {
-  if (value.log_ratio <= max_log) return;
-  value = {max_log, 0.0, Eigen::Vector2d::Zero()};
+  if (std::abs(value.log_ratio) <= max_log) return;
+  value = {value.log_ratio > 0.0 ? max_log : -max_log, 0.0, Eigen::Vector2d::Zero()};
 }
 
 }  // namespace

@@ -190,6 +190,7 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
       for (const std::size_t i : group.members) blocks.push_back(joint.own[i].data());
       ids.push_back(problem.AddResidualBlock(make_chirp_cost(group.window, group_laws, pitch_group).release(), nullptr, blocks));
       for (const std::size_t i : group.members) {
+        if (!laws[i].soft_attack()) problem.AddResidualBlock(make_onset_prior(laws[i], found.found[i].chirp).release(), nullptr, joint.own[i].data());
         for (const auto& [index, reach] : {std::pair{0, 10.0}, {1, 0.2}, {2, 3.0}}) {
           const double middle = joint.own[i][static_cast<std::size_t>(index)];
           problem.SetParameterLowerBound(joint.own[i].data(), index, middle - reach);

@@ -64,6 +64,7 @@ std::optional<Svg> bubble_decay_figure(const BubbleData& bubbles) {
   svg.text(frame.right() + 8, end_y + 4, "free bubble", "small");
   for (const BubbleRow& row : bubbles.rows) {
     const double spread = row.decay_std_per_s.value_or(0);
+    if (row.verdict.starts_with("too short")) continue;
     if (spread > 0) frame.error_bar(row.frequency_start_hz, std::max(row.decay_per_s - spread, 0.05 * row.decay_per_s), row.decay_per_s + spread, "s0");
     svg.marker(0, frame.x(row.frequency_start_hz), frame.y(row.decay_per_s), 4.5,
                hertz(row.frequency_start_hz, row.frequency_std_hz) + " at " + rounded(row.onset_s, 4) + " s: " + with_std(row.decay_per_s, row.decay_std_per_s, 1) +
@@ -77,9 +78,9 @@ std::string bubble_table(const BubbleData& bubbles) {
   std::string body;
   for (const BubbleRow& row : bubbles.rows) {
     body += "<tr" + std::string(row.is_bubble ? "" : " class=\"open\"") + ">" + number_cell(fixed(row.onset_s, 4)) +
-            number_cell(with_std(row.frequency_start_hz, row.frequency_std_hz, 1)) + number_cell(rounded(row.frequency_end_hz, 5)) +
+            number_cell(row.is_bubble ? with_std(row.frequency_start_hz, row.frequency_std_hz, 1) : rounded(row.frequency_start_hz, 3)) + number_cell(rounded(row.frequency_end_hz, 5)) +
             number_cell(row.is_bubble ? with_std(row.radius_m, row.radius_std_m, 1e3) : "—") +
-            number_cell(with_std(row.decay_per_s, row.decay_std_per_s, 1)) +
+            number_cell(row.is_bubble ? with_std(row.decay_per_s, row.decay_std_per_s, 1) : rounded(row.decay_per_s, 2)) +
             number_cell(row.theory_decay_per_s ? rounded(*row.theory_decay_per_s, 4) : "—") +
             number_cell(row.snr_db ? fixed(*row.snr_db, 1) : "—") + tag("td", escaped(row.verdict)) + "</tr>\n";
   }
@@ -130,7 +131,8 @@ std::string bubble_key_figures(const ResultData& data) {
 std::vector<std::string> bubble_sentences(const ResultData& data) {
   const auto bubbles = bubbles_of(data.bubbles);
   if (bubbles.empty()) return {"No bubble was heard: no ring that decays as a gas bubble of its pitch does stands above the noise."};
-  const BubbleRow& loudest = **std::max_element(bubbles.begin(), bubbles.end(), [](auto* a, auto* b) { return a->snr_db.value_or(0) < b->snr_db.value_or(0); });
+  const auto clarity = [](const BubbleRow* row) { return row->snr_db.value_or(0) - (row->verdict == "bubble" ? 0 : 200); };
+  const BubbleRow& loudest = **std::max_element(bubbles.begin(), bubbles.end(), [&](auto* a, auto* b) { return clarity(a) < clarity(b); });
   std::vector<std::string> sentences = {
       (bubbles.size() == 1 ? std::string("One bubble was heard") : counted(bubbles.size(), "bubble was", "bubbles were") + " heard; the clearest") + ", at " +
       rounded(loudest.onset_s, 4) + " s, rings at <b>" + escaped(hertz(loudest.frequency_start_hz, loudest.frequency_std_hz)) + "</b>: a radius of <b>" +

@@ -26,6 +26,10 @@ Panel analysed(const audio::Signal& sound, const SpectrogramRange& range, int wi
   shown.samples = sound.samples.topRows(n);
   // Lines about two rows wide, without smearing the strike.
   audio::StftOptions options;
+  const auto edge_hz = [&](int from_below) {
+    const double t = static_cast<double>(from_below) / height;
+    return range.low_hz > 0 ? range.low_hz * std::pow(range.high_hz / range.low_hz, t) : range.high_hz * t;
+  };
   const double row_hz = range.high_hz / height, column_s = range.duration_s / width;
   options.window_s = std::min(std::max(window_s > 0 ? window_s : 1 / row_hz, 8 / rate), shown.duration_s());
   options.hop_s = std::max(std::min(column_s, options.window_s / 4), 1 / rate);
@@ -42,10 +46,10 @@ Panel analysed(const audio::Signal& sound, const SpectrogramRange& range, int wi
     std::size_t end_frame = first_frame + 1;
     while (end_frame < stft.times_s.size() && stft.times_s[end_frame] < (column + 1) * column_s) ++end_frame;
     for (int row = 0; row < height; ++row) {
-      const double low = (height - 1 - row) * row_hz;
+      const double low = edge_hz(height - 1 - row), high = edge_hz(height - row);
       const auto first = static_cast<std::ptrdiff_t>(std::floor(low / bin_hz + 0.5));
       const auto last =
-          std::max(first, static_cast<std::ptrdiff_t>(std::floor((low + row_hz) / bin_hz - 0.5)));
+          std::max(first, static_cast<std::ptrdiff_t>(std::floor(high / bin_hz - 0.5)));
       float power = 0;
       for (std::size_t frame = first_frame; frame < end_frame; ++frame) {
         for (std::ptrdiff_t bin = first; bin <= last && bin < n_bins; ++bin) {
@@ -129,7 +133,7 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
 
   const std::string compared = n_panels == 3 ? "recorded, fitted and their difference" : "the recording";
   Svg svg(kWidth, kHeight,
-          "Spectrogram of " + name + ": " + compared + ", 0 to " + rounded(range.high_hz / 1000, 3) +
+          "Spectrogram of " + name + ": " + compared + ", " + rounded(range.low_hz / 1000, 3) + " to " + rounded(range.high_hz / 1000, 3) +
               " kHz over " + rounded(range.duration_s, 3) + " s, levels from " + fixed(low_db, 0) + " to " +
               fixed(high_db, 0) + " dB re full scale.");
   const std::string titles[3] = {"Recorded", fitted_words, "Difference of magnitudes"};
@@ -140,7 +144,7 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
                                               heat_palette())));
     Frame frame(svg, left, kTop, panel_width, kPlotHeight,
                 {"Time [s]", Scale::kLinear, 0, range.duration_s, true},
-                {"Frequency [kHz]", Scale::kLinear, 0, range.high_hz / 1000, i == 0});
+                {"Frequency [kHz]", range.low_hz > 0 ? Scale::kLog : Scale::kLinear, range.low_hz / 1000, range.high_hz / 1000, i == 0});
     frame.draw_axes(n_panels == 1 ? 10 : 5, 6, false, false);
     svg.text(left, kTop - 12, titles[i], "strong");
     if (i == 0) {

@@ -13,6 +13,7 @@ audio::Signal loudest_channel(const audio::Signal& signal);
 
 struct SpectrogramRange {
   double duration_s = 0, high_hz = 0;
+  double low_hz = 0;  ///< > 0: logarithmic axis from there
 };
 
 /// How far a picture should reach: all of the sound up to 12 s; from 0 Hz to a quarter above the highest

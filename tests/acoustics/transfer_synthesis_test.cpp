@@ -225,7 +225,8 @@ TEST(ListenerPath, DefaultStandsWhereTheStrongestModeIsLoudest) {
 class PathFile : public testing::Test {
  protected:
   ListenerPath read(const std::string& text, std::optional<double> ears_m = {}) {
-    const auto path = std::filesystem::path(testing::TempDir()) / "path.csv";
+    const auto path = std::filesystem::path(testing::TempDir()) /
+                      (std::string("klang-path-") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv");
     write_file(path, text);
     return read_listener_path(path, ears_m, Eigen::Vector3d::Zero());
   }

@@ -69,6 +69,42 @@ TEST(KlangModes, SameRunGivesTheSameFrequenciesOnAnyNumberOfThreads) {
   }
 }
 
+TEST(KlangBubbleFit, SyntheticTapGivesItsBubblesAndPitchConstants) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang(std::string("dataset ") + KLANG_SOURCE_DIR + "/datasets-synthetic/recipes/drops.toml -o made --seed 3", scratch.path()).exit_code, 0);
+  const auto run = run_klang("bubble fit made/tap.wav --rise made/tap-rise.csv --phi0-m -0.01 --json d.json -o out", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json fit = read_json(scratch.path() / "d.json");
+  ASSERT_EQ(fit["bubbles"].size(), 3u);
+  const double radius_m[] = {0.0012, 0.0018, 0.0026}, onset_s[] = {0.1, 0.5, 1.0};  // datasets-synthetic/recipes/drops.toml
+  for (std::size_t i = 0; i < 3; ++i) {
+    const json& bubble = fit["bubbles"][i];
+    EXPECT_LE(std::abs(bubble["radius_m"].get<double>() / radius_m[i] - 1.0), 0.01);
+    EXPECT_LE(std::abs(bubble["onset_s"].get<double>() - onset_s[i]), 0.002);
+    EXPECT_GT(bubble["radius_std_m"].get<double>(), 0.0);
+    EXPECT_GT(bubble["frequency_end_hz"].get<double>(), bubble["frequency_start_hz"].get<double>());
+  }
+  EXPECT_EQ(fit["pitch"]["status"], "fitted");
+  EXPECT_EQ(fit["pitch"]["parameters"][0]["name"], "k_delta_per_m");
+  EXPECT_LE(std::abs(fit["pitch"]["parameters"][0]["value"].get<double>() / 72.95 - 1.0), 0.1);
+  EXPECT_LE(std::abs(fit["pitch"]["parameters"][1]["value"].get<double>() / 1.24 - 1.0), 0.1);
+  for (const char* file : {"report.html", "bubbles.json", "recording.wav", "resynthesis.wav"})
+    EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out" / file)) << file;
+  EXPECT_EQ(run_klang("report out/bubbles.json", scratch.path()).exit_code, 0);
+}
+
+TEST(KlangBubbleFit, BadInputIsRefusedInOneLine) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang(std::string("dataset ") + KLANG_SOURCE_DIR + "/datasets-synthetic/recipes/drops.toml -o made --seed 3", scratch.path()).exit_code, 0);
+  for (const char* bad : {"gone.wav", "made/tap.wav --rise gone.csv", "made/tap.wav --phi0-m 0.01", "made/tap.wav --band-hz 5000:200",
+                          "made/tap.wav --min-snr-db 3", "made/tap.wav --thermal warm", "made/truth.json"}) {
+    const auto run = run_klang(std::string("bubble fit ") + bad + " -o out", scratch.path());
+    EXPECT_EQ(run.exit_code, 2) << bad;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_FALSE(std::filesystem::exists(scratch.path() / "out")) << bad;
+  }
+}
+
 TEST(KlangSynth, StrikeOfATubeSoundsAtItsModes) {
   const Scratch scratch;
   ASSERT_EQ(run_klang("modes --shape tube --dims length_m=0.3,outer_radius_m=0.0125,wall_m=0.001 --material aluminium "

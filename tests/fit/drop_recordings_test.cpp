@@ -86,7 +86,7 @@ TEST(DropRecordings, EveryBubbleIsMeasuredWithinTheBarsAt30Db) {
 TEST(DropRecordings, OverlappingDropsAreMeasuredWithinTheBars) {
   double seconds = 0.0;
   // Deep enough that none comes to rest under the surface while it is heard: the pitch model has no rest.
-  const Worst worst = worst_of(recipe("", 4, 6, 0.008) + "smallest_depth_m = 0.011\nlargest_rise_speed_m_s = 0.25\n", 5, seconds);
+  const Worst worst = worst_of(recipe("", 3, 8, 0.02) + "smallest_depth_m = 0.011\nlargest_rise_speed_m_s = 0.25\n", 5, seconds);
   ASSERT_EQ(worst.n, 24);
   expect_within_the_bars(worst);
 }

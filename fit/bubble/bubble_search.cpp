@@ -19,6 +19,7 @@ using klang::bubble::BubbleTheory;
 constexpr double kChi2OfScore = 2.0;       // a ring's chi square is twice its best matched-filter score
 constexpr Eigen::Index kWhiteningReach = 1024;
 constexpr std::size_t kMostTogether = 6;   // rings fitted in one least-squares problem
+constexpr double kHeardLevel = 0.05;       // of the amplitude at the onset: the end of what tells the pitch
 constexpr double kHeardSpan = 7.0;         // decay times until a ring is over (-61 dB)
 // A weak ring on top of a strong one is what the strong one's model leaves, not a bubble.
 constexpr double kFragmentEnergy = 0.03, kFragmentOctaves = 0.5;
@@ -443,14 +444,14 @@ void Search::judge(FoundBubble& bubble) const {
   bubble.radius_std_m = bubble.radius_m * std::abs(slope) * std::sqrt(bubble.covariance(3, 3) + by_onset * by_onset);
   bubble.theory_decay_per_s = decay_of(options_.medium, options_.theory, bubble.radius_m, 2.0 * kPi * f);
   const double log_ratio = std::log(beta / bubble.theory_decay_per_s), spread = 2.0 * std::sqrt(bubble.covariance(4, 4));
-  // Heard until it is 40 dB down or as weak as the noise that its own bandwidth lets through.
+  // Heard until it is 26 dB down (the pitch of what follows is the model's, not the sound's) or as weak as the noise that its own bandwidth lets through.
   const double bandwidth = 4.0 * beta / rate_, floor = std::sqrt(2.0 * result_.noise.at(f) * bandwidth);
   std::vector<double> times;
   for (int i = 0; i <= 200; ++i) times.push_back(kHeardSpan / beta * i / 200.0);
   const auto track = chirp_track(bubble.law, bubble.chirp, times);
   double end = 0.0;
   for (const ChirpPoint& point : track)
-    if (point.envelope >= std::max(0.01 * track.front().envelope, floor)) end = point.time_s;
+    if (point.envelope >= std::max(kHeardLevel * track.front().envelope, floor)) end = point.time_s;
   bubble.end_s = std::min(bubble.chirp.onset_s + end, static_cast<double>(residual_.size()) / rate_);
   const double rise = bubble.law.pitch->at(end, bubble.chirp.pitch).log_ratio, rate_std = std::sqrt(bubble.covariance(0, 0));
   const double pitch_std = std::sqrt(bubble.covariance(3, 3));

@@ -36,7 +36,7 @@ struct FoundBubble {
   ChirpLaw law;
   Eigen::MatrixXd covariance;  ///< 7 x 7, as Chirp::vector(), noise as found in the ring's own band
   double snr_db = 0.0;
-  double end_s = 0.0;          ///< last time at which it is heard: 40 dB down, or below the noise in its own band
+  double end_s = 0.0;          ///< last time at which it tells its pitch: 26 dB down, or below the noise in its own band
   double radius_m = 0.0, radius_std_m = 0.0;
   double theory_decay_per_s = 0.0;  ///< of a bubble of this pitch
   BubbleVerdict verdict = BubbleVerdict::kBubble;

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdarg>
 #include <cstdio>
+#include <ctime>
 #include <mutex>
 
 #include "core/base/json.hpp"
@@ -15,12 +16,21 @@ namespace klang::apps {
 namespace {
 
 std::atomic<bool> interrupted = false;
-static_assert(std::atomic<bool>::is_always_lock_free);
+std::atomic<std::time_t> interrupted_at_s = 0;
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::time_t>::is_always_lock_free);
 std::mutex terminal_mutex;
 
-extern "C" void on_interrupt(int) {
-  interrupted = true;
-  std::signal(SIGINT, SIG_DFL);  // a second Ctrl-C ends at once
+/// A second Ctrl-C ends at once, but not one within 2 s of the first: a wrapper such as timeout(1) signals the program
+/// and then its whole group, and an end in the midst of tidying up leaves files behind.
+extern "C" void on_interrupt(int signal) {
+  const std::time_t now_s = std::time(nullptr);
+  if (!interrupted) {
+    interrupted_at_s = now_s;
+    interrupted = true;
+  } else if (now_s - interrupted_at_s > 1) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
 }
 
 }  // namespace

@@ -247,6 +247,14 @@ TEST(KlangDoctor, ListsTheLibrariesAndThreads) {
   }
 }
 
+TEST(KlangInterrupt, TwoSignalsInARowTidyUpAsOneDoes) {
+  const Scratch scratch;
+  const auto result = run_klang("converge fem -o out", scratch.path(),
+                                "sh -c '\"$@\" & p=$!; sleep 1; kill -INT $p; sleep 0.01; kill -INT $p; wait $p' sh");
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_TRUE(scratch.files().empty());
+}
+
 TEST(KlangInterrupt, ControlCEndsWith130AndNothingWritten) {
   const Scratch scratch;
   const auto result = run_klang(

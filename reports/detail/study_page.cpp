@@ -150,7 +150,7 @@ std::string study_key_figures(const StudyData& study) {
   };
   if (!study.series.empty()) {
     const StudySeries& main = study.series.front();
-    if (main.observed_order)
+    if (main.observed_order && main.expected_order)
       key(capitalised("observed " + order_noun(main)), fixed(*main.observed_order, 2), "expected " + expected_words(main));
     key("Finest error", scientific(judged_error(main)), "allowed " + scientific(main.error_tolerance));
     const auto n_counting = std::count_if(study.series.begin(), study.series.end(), [](const StudySeries& s) { return s.counts; });
@@ -179,11 +179,14 @@ std::vector<std::string> study_sentences(const StudyData& study) {
   if (!study.series.empty()) {
     const StudySeries& main = study.series.front();
     std::string text = escaped(main.title) + ": ";
-    if (main.observed_order) {
+    if (main.observed_order && main.expected_order) {
       text += "the error falls with " + order_noun(main) + " <b>" + fixed(*main.observed_order, 2) + "</b>" +
               (main.order_ci95 ? " (95 % interval " + interval_words(main) + ")" : "") + " where " +
-              (main.expected_order ? rounded(*main.expected_order, 3) : "none") + " is expected, down to <b>" +
-              scientific(judged_error(main)) + "</b>.";
+              rounded(*main.expected_order, 3) + " is expected, down to <b>" + scientific(judged_error(main)) + "</b>.";
+    } else if (!main.expected_order && judged_error(main) && main.levels.front().error) {
+      text += "the error goes from " + scientific(main.levels.front().error) + " to <b>" + scientific(judged_error(main)) + "</b> over its " +
+              std::to_string(main.levels.size()) + " levels" +
+              (main.error_tolerance ? ", " + scientific(main.error_tolerance) + " allowed" : "") + "; no order is claimed.";
     } else {
       text += escaped(main.verdict) + ".";
     }

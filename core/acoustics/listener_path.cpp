@@ -2,15 +2,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "core/acoustics/multipole.hpp"
 #include "core/acoustics/sphere_quadrature.hpp"
+#include "core/base/csv.hpp"
 #include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
 
 namespace klang::acoustics {
 namespace {
@@ -18,25 +17,6 @@ namespace {
 constexpr std::size_t kMostRows = 1000000;
 constexpr double kFarthest = 1e5;
 enum class Columns { kOneEar, kRightEar, kFacing };
-
-std::vector<std::string_view> split(std::string_view line) {
-  std::vector<std::string_view> cells;
-  for (;;) {
-    const std::size_t comma = line.find(',');
-    std::string_view cell = line.substr(0, comma);
-    while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\t')) cell.remove_prefix(1);
-    while (!cell.empty() && (cell.back() == ' ' || cell.back() == '\t' || cell.back() == '\r')) cell.remove_suffix(1);
-    cells.push_back(cell);
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
-  }
-}
-
-bool to_number(std::string_view cell, double& value) {
-  if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
-  const auto result = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  return result.ec == std::errc() && result.ptr == cell.data() + cell.size() && std::isfinite(value);
-}
 
 Columns columns_of(const std::vector<std::string_view>& names, const std::string& place) {
   const std::vector<std::string_view> one = {"time_s", "x_m", "y_m", "z_m"};
@@ -76,22 +56,15 @@ Eigen::Vector3d ListenerPath::head_m(double time_at_s) const {
 }
 
 ListenerPath read_listener_path(const std::filesystem::path& path, std::optional<double> ears_m, const Eigen::Vector3d& faces) {
-  const std::string text = read_file(path, std::size_t{1} << 28);
+  CsvFile file(path, std::size_t{1} << 28);
   if (ears_m) checked("command line", "--ears-m", *ears_m, 0.001, 10.0);
   std::optional<Columns> columns;
   std::vector<std::vector<double>> rows;
-  std::size_t line_number = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string_view line(text.data() + at, end - at);
-    at = end + 1;
-    ++line_number;
-    const auto cells = split(line);
-    if ((cells.size() == 1 && cells[0].empty()) || line.front() == '#') continue;
-    const std::string place = path.string() + ":" + std::to_string(line_number);
-    double first = 0.0;
+  while (file.next()) {
+    const auto& cells = file.cells();
+    const std::string place = path.string() + ":" + std::to_string(file.line_number());
     if (!columns) {
-      if (!to_number(cells[0], first)) {
+      if (!csv_number(cells[0])) {
         columns = columns_of(cells, place);
         continue;
       }
@@ -106,7 +79,7 @@ ListenerPath read_listener_path(const std::filesystem::path& path, std::optional
     }
     std::vector<double> values(expected);
     for (std::size_t i = 0; i < expected; ++i) {
-      if (!to_number(cells[i], values[i])) throw InputError(place, "is not a number", std::string(cells[i].substr(0, 40)));
+      values[i] = csv_number(cells[i], place);
       if (!(std::abs(values[i]) <= kFarthest)) throw InputError(place, "is out of range", std::string(cells[i]), "-1e5 to 1e5");
     }
     if (!rows.empty() && !(values[0] > rows.back()[0])) {

@@ -1,10 +1,10 @@
 #include "core/bubble/time_series.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/base/csv.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/output_file.hpp"
 
@@ -13,32 +13,6 @@ namespace {
 
 constexpr std::size_t kMaxRows = 10'000'000;
 constexpr double kLargestStep = 1.5;  // of the middle one; one missing frame makes 2
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-std::vector<std::string_view> cells_of(std::string_view line) {
-  std::vector<std::string_view> cells;
-  for (std::size_t at = 0; at <= line.size();) {
-    const std::size_t comma = std::min(line.find(',', at), line.size());
-    cells.push_back(trimmed(line.substr(at, comma - at)));
-    at = comma + 1;
-  }
-  return cells;
-}
-
-double number_of(std::string_view cell, const std::string& place) {
-  double value = 0.0;
-  if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
-  const auto parsed = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (parsed.ec != std::errc() || parsed.ptr != cell.data() + cell.size())
-    throw InputError(place, "is not a number", cell.substr(0, 40));
-  if (!std::isfinite(value)) throw InputError(place, "is not finite", cell.substr(0, 40));
-  return value;
-}
 
 void check_even(const std::vector<double>& times_s, const std::string& file) {
   if (times_s.size() < 4) return;
@@ -58,7 +32,8 @@ void check_even(const std::vector<double>& times_s, const std::string& file) {
 
 TimeSeries read_time_series(const std::filesystem::path& path, std::span<const std::string_view> needed,
                             std::span<const std::string_view> optional, bool even) {
-  const std::string bytes = read_file(path), file = path.string();
+  CsvFile lines(path);
+  const std::string& file = lines.name();
   std::vector<std::string_view> names = {"time_s"};
   names.insert(names.end(), needed.begin(), needed.end());
   names.insert(names.end(), optional.begin(), optional.end());
@@ -66,17 +41,9 @@ TimeSeries read_time_series(const std::filesystem::path& path, std::span<const s
   for (const std::string_view name : names) known.append(known.empty() ? "" : ", ").append(name);
   std::vector<std::size_t> target;  // of each cell in a line
   std::vector<std::vector<double>> columns(names.size());
-  std::size_t line_number = 0;
-  for (std::size_t begin = 0; begin < bytes.size();) {
-    const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
-    std::string_view line(bytes.data() + begin, end - begin);
-    begin = end + 1;
-    ++line_number;
-    if (line_number == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
-    line = trimmed(line);
-    if (line.empty() || line.front() == '#') continue;
-    const std::string place = file + ", line " + std::to_string(line_number);
-    const auto cells = cells_of(line);
+  while (lines.next()) {
+    const std::string place = lines.place();
+    const auto& cells = lines.cells();
     if (target.empty()) {
       for (const std::string_view cell : cells) {
         const auto found = std::find(names.begin(), names.end(), cell);
@@ -95,7 +62,7 @@ TimeSeries read_time_series(const std::filesystem::path& path, std::span<const s
     if (cells.size() != target.size())
       throw InputError(place, "has a wrong number of columns", std::to_string(cells.size()),
                        std::to_string(target.size()));
-    for (std::size_t i = 0; i < cells.size(); ++i) columns[target[i]].push_back(number_of(cells[i], place));
+    for (std::size_t i = 0; i < cells.size(); ++i) columns[target[i]].push_back(csv_number(cells[i], place));
     const auto& times = columns[0];
     if (times.size() > 1 && !(times.back() > times[times.size() - 2]))
       throw InputError(place, "time_s does not rise", to_text(times.back()),

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "core/base/conventions.hpp"
+#include "core/base/csv.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
 #include "core/base/output_file.hpp"
@@ -119,4 +120,23 @@ TEST(JsonNumber, NotANumberBecomesNull) {
   EXPECT_TRUE(klang::json_number(std::nan("")).is_null());
   EXPECT_TRUE(klang::json_number(std::optional<double>{}).is_null());
   EXPECT_EQ(klang::json_number(1.5), 1.5);
+}
+
+TEST(CsvFile, SkipsRemarksAndBlankLinesAndKeepsTheFilesLineNumbers) {
+  const fs::path path = fresh_folder("csv") / "a.csv";
+  std::ofstream(path, std::ios::binary) << "\xEF\xBB\xBFtime_s, phi_m\r\n\n# remark\n  1 ,\t+2.5e-3\r\n3,";
+  klang::CsvFile file(path);
+  ASSERT_TRUE(file.next());
+  EXPECT_EQ(file.cells(), (std::vector<std::string_view>{"time_s", "phi_m"}));
+  ASSERT_TRUE(file.next());
+  EXPECT_EQ(file.line_number(), 4U);
+  EXPECT_EQ(klang::csv_number(file.cells()[1], file.place()), 2.5e-3);
+  ASSERT_TRUE(file.next());
+  EXPECT_EQ(file.cells(), (std::vector<std::string_view>{"3", ""}));
+  EXPECT_FALSE(file.next());
+}
+
+TEST(CsvFile, OnlyFiniteNumbersAreNumbers) {
+  for (const char* bad : {"", "x", "1e", "1 2", "nan", "inf", "1e999", "0x10"})
+    EXPECT_THROW(klang::csv_number(bad, "a.csv, line 1"), klang::InputError) << bad;
 }

@@ -1,5 +1,8 @@
 #pragma once
+#include <string>
+
 #include "command.hpp"
+#include "core/bubble/bubble_physics.hpp"
 
 namespace klang::apps {
 
@@ -8,5 +11,9 @@ Subcommand add_bubble_info(CLI::App& group, CommonOptions& common);
 Subcommand add_bubble_synth(CLI::App& group, CommonOptions& common);
 Subcommand add_bubble_fit(CLI::App& group, CommonOptions& common);
 Subcommand add_bubble_transfer(CLI::App& group, CommonOptions& common);
+
+/// `--thermal`: how the loss by heat is told. @throws InputError
+bubble::BubbleTheory thermal_theory(const std::string& choice);
+void add_thermal_option(CLI::App& app, std::string& choice);
 
 }  // namespace klang::apps

@@ -36,19 +36,19 @@ nlohmann::json bubble_json(const drops::FoundBubble& b) {
     track_hz.push_back(point.frequency_hz);
     end_hz = point.frequency_hz;
   }
-  const auto spread = [&](int i) { return std::sqrt(b.covariance(i, i)); };
+  const auto spread = [&](int i, double unit = 1.0) { return b.covariance ? std::optional(unit * std::sqrt((*b.covariance)(i, i))) : std::nullopt; };
   return {{"onset_s", b.chirp.onset_s},
           {"onset_std_s", json_number(spread(2))},
           {"end_s", b.end_s},
           {"frequency_start_hz", f},
-          {"frequency_start_std_hz", json_number(f * spread(3))},
+          {"frequency_start_std_hz", json_number(spread(3, f))},
           {"frequency_end_hz", end_hz},
           {"chirp_rate_per_s", b.chirp.pitch[0]},
           {"chirp_rate_std_per_s", json_number(spread(0))},
           {"chirp_growth_per_s", b.chirp.pitch[1]},
           {"chirp_growth_std_per_s", json_number(spread(1))},
           {"decay_per_s", beta},
-          {"decay_std_per_s", json_number(beta * spread(4))},
+          {"decay_std_per_s", json_number(spread(4, beta))},
           {"theory_decay_per_s", b.theory_decay_per_s},
           {"radius_m", b.radius_m},
           {"radius_std_m", json_number(b.radius_std_m)},
@@ -79,9 +79,7 @@ nlohmann::json theory_json(const drops::BubbleSearchOptions& search) {
 int run_fit(FitOptions options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   options.search.band = parse_band("--band-hz", options.band);
-  if (options.thermal != "leighton" && options.thermal != "prosperetti")
-    throw InputError("--thermal", "unknown choice", options.thermal, "leighton, prosperetti");
-  if (options.thermal == "prosperetti") options.search.theory = bubble::BubbleTheory::kProsperetti;
+  options.search.theory = thermal_theory(options.thermal);
   options.search.validate();
   drops::PitchFitOptions pitch_options;
   if (options.phi0_m != 0.0) pitch_options.phi0_m = checked("command line", "--phi0-m", options.phi0_m, -1.0, -1e-5);
@@ -141,7 +139,7 @@ int run_fit(FitOptions options, const CommonOptions& common) {
   for (const drops::FoundBubble& b : found.found) {
     const nlohmann::json row = bubble_json(b);
     say(common, "%9.4f %11.1f %11.1f %9.1f %11.1f %11.4f %9.2g %7.1f  %s\n", b.chirp.onset_s, row["frequency_start_hz"].get<double>(),
-        row["frequency_end_hz"].get<double>(), row["decay_per_s"].get<double>(), b.theory_decay_per_s, 1e3 * b.radius_m, 1e6 * b.radius_std_m,
+        row["frequency_end_hz"].get<double>(), row["decay_per_s"].get<double>(), b.theory_decay_per_s, 1e3 * b.radius_m, 1e6 * b.radius_std_m.value_or(0.0),
         b.snr_db, b.verdict == drops::BubbleVerdict::kBubble ? "" : drops::words(b.verdict));
   }
   if (!pitch.message.empty()) say(common, "pitch: %s\n", pitch.message.c_str());
@@ -162,7 +160,7 @@ Subcommand add_bubble_fit(CLI::App& group, CommonOptions& common) {
   app->add_option("--min-snr-db", options->search.min_snr_db, "Energy of a ring over the noise's spectral density, 10 to 120")->capture_default_str();
   app->add_option("--max-bubbles", options->search.max_bubbles, "Strongest N, 1 to 10000")->capture_default_str();
   app->add_option("--amplitude-exponent", options->search.amplitude_exponent, "n of |p| ~ omega^n as the pitch rises, -5 to 5")->capture_default_str();
-  app->add_option("--thermal", options->thermal, "Theory of radius and damping: leighton or prosperetti")->capture_default_str();
+  add_thermal_option(*app, options->thermal);
   app->add_option("--rise", options->rise, "How the bubbles rose: CSV onset_s,phi_m,speed_m_s or onset_s,time_s,phi_m (phi negative in the liquid)");
   app->add_option("--phi0-m", options->phi0_m, "phi0 of the pitch model, where it is known: separates K_delta and eta");
   app->add_option("-o,--output", options->output, "Folder for report.html, resynthesis and bubbles.json");

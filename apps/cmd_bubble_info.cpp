@@ -19,12 +19,9 @@ struct InfoOptions {
 bubble::BubbleTheory theory_of(const InfoOptions& options) {
   if (options.literature != "right" && options.literature != "paper")
     throw InputError("--literature", "unknown choice", options.literature, "right, paper");
-  if (options.thermal != "leighton" && options.thermal != "prosperetti")
-    throw InputError("--thermal", "unknown choice", options.thermal, "leighton, prosperetti");
-  const bool exact = options.thermal == "prosperetti";
-  if (options.literature == "right")
-    return exact ? bubble::BubbleTheory::kProsperetti : bubble::BubbleTheory::kLeighton;
-  if (exact)
+  const bubble::BubbleTheory theory = thermal_theory(options.thermal);
+  if (options.literature == "right") return theory;
+  if (theory != bubble::BubbleTheory::kLeighton)
     throw InputError("--thermal", "the printed forms have no exact thermal theory", options.thermal, "leighton");
   return bubble::BubbleTheory::kPaper;
 }
@@ -70,8 +67,7 @@ Subcommand add_bubble_info(CLI::App& group, CommonOptions& common) {
   app->add_option("--literature", options->literature,
                   "right, or paper: the forms as printed by Zheng and James 2009 (docs/errata.md)")
       ->capture_default_str();
-  app->add_option("--thermal", options->thermal, "Loss by heat: leighton, or prosperetti for the exact theory")
-      ->capture_default_str();
+  add_thermal_option(*app, options->thermal);
   app->add_option("--liquid-density-kg-m3", medium.liquid_density_kg_m3, "Density of the liquid")
       ->capture_default_str();
   app->add_option("--liquid-sound-speed-m-s", medium.liquid_sound_speed_m_s, "Its sound speed")->capture_default_str();

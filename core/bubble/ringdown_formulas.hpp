@@ -60,15 +60,18 @@ void integrate_rates(std::span<const double> times_s, const Rate& rate, std::spa
   }
 }
 
+/// Numbers of eq. (39): the fall at which the attack is over, and twice the square of its width.
+inline constexpr double kAttackFall = 0.85, kAttackWidth = 0.0028125;
+
 /// Soft attack, eq. (39): factor on q from the onset on; C1 at e^{-beta t} = 0.85, that is t = 0.1625 / beta, and 1
 /// after.
 template <class T>
 T attack_window(const T& decay_per_s, const T& time_s) {
   using std::exp;
   const T fallen = exp(-decay_per_s * time_s);
-  if (fallen < T(0.85)) return T(1.0);
-  const T x = fallen - T(0.85);
-  return exp(-x * x / T(0.0028125));
+  if (fallen < T(kAttackFall)) return T(1.0);
+  const T x = fallen - T(kAttackFall);
+  return exp(-x * x / T(kAttackWidth));
 }
 
 }  // namespace klang::bubble

@@ -134,14 +134,14 @@ ChirpWindow Search::window_of(const std::vector<const FoundBubble*>& group) cons
   first = std::max<Eigen::Index>(0, first);
   last = std::min(std::max(last, first + 128), residual_.size());
   // The group's own sound is put back.
-  Eigen::VectorXd samples = residual_;
+  Eigen::VectorXd samples = residual_.segment(first, last - first);
   for (const FoundBubble* bubble : group) {
     const Span span = span_of(bubble->chirp);
-    Eigen::VectorXd value(span.last - span.first);
+    Eigen::VectorXd value(std::min(span.last, last) - span.first);
     evaluate_chirp(bubble->law, bubble->chirp, static_cast<double>(span.first) / rate_, rate_, value);
-    samples.segment(span.first, value.size()) += value;
+    samples.segment(span.first - first, value.size()) += value;
   }
-  return ChirpWindow(samples, rate_, first, last - first, low, high, result_.noise);
+  return ChirpWindow(samples, rate_, first, residual_.size(), low, high, result_.noise);
 }
 
 void Search::whiten(const Eigen::VectorXd& change, Eigen::Index first, Eigen::Index n) {
@@ -291,10 +291,9 @@ void Search::refit(const std::vector<std::size_t>& group, bool last) {
   std::vector<ChirpLaw> laws;
   std::vector<Chirp> start;
   for (const std::size_t i : group) {
-    FoundBubble& bubble = result_.found[i];
-    bubble.law = law_at(std::clamp(std::exp(bubble.chirp.log_frequency), options_.band.low_hz, high_hz_), bubble.law.quick_attack_per_s);
+    const FoundBubble& bubble = result_.found[i];
     members.push_back(&bubble);
-    laws.push_back(bubble.law);
+    laws.push_back(law_at(std::clamp(std::exp(bubble.chirp.log_frequency), options_.band.low_hz, high_hz_), bubble.law.quick_attack_per_s));
     start.push_back(bubble.chirp);
   }
   const ChirpWindow window = window_of(members);
@@ -303,6 +302,7 @@ void Search::refit(const std::vector<std::size_t>& group, bool last) {
   for (std::size_t k = 0; k < group.size(); ++k) {
     FoundBubble& bubble = result_.found[group[k]];
     add(bubble, 1.0);
+    bubble.law = laws[k];
     bubble.chirp = fit.chirps[k];
     add(bubble, -1.0);
     if (!last) continue;
@@ -432,11 +432,17 @@ void Search::judge(FoundBubble& bubble) const {
   bubble.radius_m = radius_of_frequency_m(f, options_.medium, options_.theory);
   const double wider = radius_of_frequency_m(1.001 * f, options_.medium, options_.theory);
   const double slope = std::log(wider / bubble.radius_m) / std::log(1.001);
+  bubble.theory_decay_per_s = decay_of(options_.medium, options_.theory, bubble.radius_m, 2.0 * kPi * f);
+  if (!bubble.covariance) {
+    bubble.verdict = BubbleVerdict::kUnclear;
+    bubble.end_s = bubble.chirp.onset_s;
+    return;
+  }
+  const Eigen::MatrixXd& covariance = *bubble.covariance;
   // The pitch is that of the onset: where it rises, its time matters.
   const double by_onset = bubble.chirp.pitch[0] * (bubble.law.soft_attack() ? kOnsetDecays / beta : kOnsetCycles / f);
-  bubble.radius_std_m = bubble.radius_m * std::abs(slope) * std::sqrt(bubble.covariance(3, 3) + by_onset * by_onset);
-  bubble.theory_decay_per_s = decay_of(options_.medium, options_.theory, bubble.radius_m, 2.0 * kPi * f);
-  const double log_ratio = std::log(beta / bubble.theory_decay_per_s), spread = 2.0 * std::sqrt(bubble.covariance(4, 4));
+  bubble.radius_std_m = bubble.radius_m * std::abs(slope) * std::sqrt(covariance(3, 3) + by_onset * by_onset);
+  const double log_ratio = std::log(beta / bubble.theory_decay_per_s), spread = 2.0 * std::sqrt(covariance(4, 4));
   // Heard until it is 26 dB down (the pitch of what follows is the model's, not the sound's) or as weak as the noise that its own bandwidth lets through.
   const double bandwidth = 4.0 * beta / rate_, floor = std::sqrt(2.0 * result_.noise.at(f) * bandwidth);
   std::vector<double> times;
@@ -446,8 +452,8 @@ void Search::judge(FoundBubble& bubble) const {
   for (const ChirpPoint& point : track)
     if (point.envelope >= std::max(kHeardLevel * track.front().envelope, floor)) end = point.time_s;
   bubble.end_s = std::min(bubble.chirp.onset_s + end, static_cast<double>(residual_.size()) / rate_);
-  const double rise = bubble.law.pitch->at(end, bubble.chirp.pitch).log_ratio, rate_std = std::sqrt(bubble.covariance(0, 0));
-  const double pitch_std = std::sqrt(bubble.covariance(3, 3));
+  const double rise = bubble.law.pitch->at(end, bubble.chirp.pitch).log_ratio, rate_std = std::sqrt(covariance(0, 0));
+  const double pitch_std = std::sqrt(covariance(3, 3));
   const bool rises = rise > kLeastRise && bubble.chirp.pitch[0] > 3.0 * rate_std;
   if (!(rate_std <= kUnclearRatePerS && 0.5 * spread <= kUnclearDecay && pitch_std <= kUnclearPitch)) {
     bubble.verdict = BubbleVerdict::kUnclear;
@@ -514,7 +520,6 @@ BubbleSearchResult Search::run() {
   prune();
   std::sort(result_.found.begin(), result_.found.end(), [](const FoundBubble& a, const FoundBubble& b) { return a.chirp.onset_s < b.chirp.onset_s; });
   for (FoundBubble& bubble : result_.found) {
-    if (bubble.covariance.size() == 0) bubble.covariance = Eigen::MatrixXd::Identity(7, 7);
     judge(bubble);
   }
   result_.explained_energy = energy > 0.0 ? std::optional(1.0 - whitened_.cast<double>().squaredNorm() / energy) : std::nullopt;

@@ -34,10 +34,11 @@ const char* words(BubbleVerdict verdict);
 struct FoundBubble {
   Chirp chirp;
   ChirpLaw law;
-  Eigen::MatrixXd covariance;  ///< 7 x 7, as Chirp::vector(), noise as found in the ring's own band
-  double snr_db = 0.0;
+  std::optional<Eigen::MatrixXd> covariance;  ///< 7 x 7, as Chirp::vector(), noise as found in the ring's own band; empty: the last fit failed
+  double snr_db = 0.0;         ///< energy over the noise's spectral density
   double end_s = 0.0;          ///< last time at which it tells its pitch: 26 dB down, or below the noise in its own band
-  double radius_m = 0.0, radius_std_m = 0.0;
+  double radius_m = 0.0;            ///< of the free bubble of its pitch at the onset
+  std::optional<double> radius_std_m;
   double theory_decay_per_s = 0.0;  ///< of a bubble of this pitch
   BubbleVerdict verdict = BubbleVerdict::kBubble;
   bool is_bubble() const { return verdict == BubbleVerdict::kBubble || verdict == BubbleVerdict::kDriven; }

@@ -15,7 +15,6 @@ namespace klang::fit::bubble {
 namespace {
 
 constexpr int kOwn = Chirp::kParameters - 2;
-constexpr double kFastestPitchPerS = 400.0;  // rate and growth: three octaves in 5 ms
 
 class ChirpCost final : public ceres::CostFunction {
  public:
@@ -127,22 +126,22 @@ double NoiseSpectrum::at(double frequency_hz) const {
   return (1.0 - t) * variance[i] + t * variance[i + 1];
 }
 
-ChirpWindow::ChirpWindow(const Eigen::VectorXd& samples, double rate, Eigen::Index first, Eigen::Index n, double low_hz,
-                         double high_hz, const NoiseSpectrum& noise)
-    : first_s(static_cast<double>(first) / rate), sample_rate_hz(rate), taper(Eigen::VectorXd::Ones(n)) {
+ChirpWindow::ChirpWindow(const Eigen::VectorXd& samples, double rate, Eigen::Index first, Eigen::Index n_samples,
+                         double low_hz, double high_hz, const NoiseSpectrum& noise)
+    : first_s(static_cast<double>(first) / rate), sample_rate_hz(rate), taper(Eigen::VectorXd::Ones(samples.size())) {
+  const Eigen::Index n = samples.size();
   const Eigen::Index edge = std::max<Eigen::Index>(1, std::min(n / 8, static_cast<Eigen::Index>(0.002 * rate)));
   for (Eigen::Index i = 0; i < edge; ++i) {
     const double t = 0.5 - 0.5 * std::cos(kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(edge));
-    // The recording's own ends are no edges of the sound.
     if (first > 0) taper[i] *= t;
-    if (first + n < samples.size()) taper[n - 1 - i] *= t;
+    if (first + n < n_samples) taper[n - 1 - i] *= t;
   }
   n_fft = audio::good_fft_size(n);
   const double bin_hz = rate / static_cast<double>(n_fft);
   const Eigen::Index last = std::min<Eigen::Index>(n_fft / 2, static_cast<Eigen::Index>(std::floor(high_hz / bin_hz)));
   first_bin = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil(low_hz / bin_hz)), 1, last);
   n_bins = last - first_bin + 1;
-  data = audio::real_spectrum(samples.segment(first, n).cwiseProduct(taper), n_fft).segment(first_bin, n_bins);
+  data = audio::real_spectrum(samples.cwiseProduct(taper), n_fft).segment(first_bin, n_bins);
   weight.resize(n_bins);
   const double energy = taper.squaredNorm();
   // Bins closer than 1/n are correlated: their information is spread over n_fft / n of them.
@@ -165,8 +164,7 @@ std::unique_ptr<ceres::CostFunction> make_chirp_cost(std::shared_ptr<const Chirp
 
 Eigen::Matrix<double, Chirp::kParameters, 1> chirp_scale(const ChirpLaw& law) {
   Eigen::Matrix<double, Chirp::kParameters, 1> scale;
-  scale << 1.0, 1.0, 1e-3, 1.0, 1.0, 1.0, 1.0;
-  if (dynamic_cast<const ExponentialPitch*>(law.pitch.get())) scale.head<2>() << 10.0, 10.0;
+  scale << law.pitch->unit(), 1e-3, 1.0, 1.0, 1.0, 1.0;
   return scale;
 }
 
@@ -190,6 +188,22 @@ double fit_amplitude(const ChirpWindow& window, const ChirpLaw& law, Chirp& chir
   chirp.cosine = best[0];
   chirp.sine = best[1];
   return (data - columns * best).squaredNorm();
+}
+
+Eigen::MatrixXd parameter_covariance(ceres::Problem& problem, const std::vector<double*>& blocks) {
+  ceres::Problem::EvaluateOptions at;
+  at.parameter_blocks = blocks;
+  ceres::CRSMatrix sparse;
+  problem.Evaluate(at, nullptr, nullptr, nullptr, &sparse);
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+  for (int r = 0; r < sparse.num_rows; ++r)
+    for (int i = sparse.rows[static_cast<std::size_t>(r)]; i < sparse.rows[static_cast<std::size_t>(r) + 1]; ++i)
+      jacobian(r, sparse.cols[static_cast<std::size_t>(i)]) = sparse.values[static_cast<std::size_t>(i)];
+  // Columns of one length first: parameters of all units are judged alike.
+  const Eigen::VectorXd norm = jacobian.colwise().norm().cwiseMax(1e-300).transpose();
+  const Eigen::MatrixXd scaled = jacobian * norm.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
+  return inverse.cwiseQuotient(norm * norm.transpose());
 }
 
 ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws, const std::vector<Chirp>& start,
@@ -220,12 +234,12 @@ ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws
       problem.AddResidualBlock(new PriorCost(prior.mean.cwiseQuotient(scale.head<2>()),
                                              prior.standard_deviation.cwiseQuotient(scale.head<2>())),
                                nullptr, pitch[b].data());
-    if (dynamic_cast<const ExponentialPitch*>(laws[b].pitch.get())) {
-      for (int i = 0; i < 2; ++i) {
-        problem.SetParameterLowerBound(pitch[b].data(), i, -kFastestPitchPerS / scale[i]);
-        problem.SetParameterUpperBound(pitch[b].data(), i, kFastestPitchPerS / scale[i]);
-        pitch[b][static_cast<std::size_t>(i)] = std::clamp(pitch[b][static_cast<std::size_t>(i)], -0.99 * kFastestPitchPerS / scale[i], 0.99 * kFastestPitchPerS / scale[i]);
-      }
+    const Eigen::Vector2d low = laws[b].pitch->low().cwiseQuotient(scale.head<2>()), high = laws[b].pitch->high().cwiseQuotient(scale.head<2>());
+    for (int i = 0; i < 2; ++i) {
+      problem.SetParameterLowerBound(pitch[b].data(), i, low[i]);
+      problem.SetParameterUpperBound(pitch[b].data(), i, high[i]);
+      double& x = pitch[b][static_cast<std::size_t>(i)];
+      x = std::clamp(x, low[i] + 0.01 * (high[i] - low[i]), high[i] - 0.01 * (high[i] - low[i]));
     }
     if (!laws[b].soft_attack()) problem.AddResidualBlock(make_onset_prior(laws[b], start[b]).release(), nullptr, own[b].data());
     const double f = own[b][1], decay = own[b][2], t = own[b][0];
@@ -255,19 +269,7 @@ ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws
   problem.EvaluateResidualBlock(id, false, &cost, nullptr, nullptr);
   fit.chi_square = 2.0 * cost;
   if (with_covariance) {
-    ceres::Problem::EvaluateOptions at;
-    at.parameter_blocks = blocks;
-    ceres::CRSMatrix sparse;
-    problem.Evaluate(at, nullptr, nullptr, nullptr, &sparse);
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
-    for (int r = 0; r < sparse.num_rows; ++r)
-      for (int i = sparse.rows[static_cast<std::size_t>(r)]; i < sparse.rows[static_cast<std::size_t>(r) + 1]; ++i)
-        jacobian(r, sparse.cols[static_cast<std::size_t>(i)]) = sparse.values[static_cast<std::size_t>(i)];
-    const Eigen::VectorXd norm = jacobian.colwise().norm().cwiseMax(1e-300).transpose();
-    const Eigen::MatrixXd scaled = jacobian * norm.cwiseInverse().asDiagonal();
-    const Eigen::MatrixXd all = (scaled.transpose() * scaled)
-                                    .completeOrthogonalDecomposition()
-                                    .pseudoInverse();
+    const Eigen::MatrixXd all = parameter_covariance(problem, blocks);
     for (int b = 0; b < n; ++b) {
       Eigen::MatrixXd c(Chirp::kParameters, Chirp::kParameters);
       std::array<Eigen::Index, Chirp::kParameters> at_column{};
@@ -277,7 +279,7 @@ ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws
       for (int i = 0; i < Chirp::kParameters; ++i)
         for (int j = 0; j < Chirp::kParameters; ++j) {
           const Eigen::Index ci = at_column[static_cast<std::size_t>(i)], cj = at_column[static_cast<std::size_t>(j)];
-          c(i, j) = all(ci, cj) / (norm[ci] * norm[cj]) * scale[i] * scale[j];
+          c(i, j) = all(ci, cj) * scale[i] * scale[j];
         }
       fit.covariance.push_back(c);
     }

@@ -7,6 +7,7 @@
 
 namespace ceres {
 class CostFunction;
+class Problem;
 }
 
 namespace klang::fit::bubble {
@@ -28,9 +29,10 @@ struct ChirpWindow {
   Eigen::VectorXcd data;    ///< n_bins
   Eigen::VectorXd weight;   ///< sqrt(2) / standard deviation of a bin's noise: real and imaginary part get variance 1
 
-  /// @param samples  the recording, less what other bubbles make of it
-  ChirpWindow(const Eigen::VectorXd& samples, double sample_rate_hz, Eigen::Index first, Eigen::Index n, double low_hz,
-              double high_hz, const NoiseSpectrum& noise);
+  /// @param samples    samples first, first + 1, ... of the recording, less what other bubbles make of it
+  /// @param n_samples  of the whole recording, whose ends are no edges of the sound
+  ChirpWindow(const Eigen::VectorXd& samples, double sample_rate_hz, Eigen::Index first, Eigen::Index n_samples,
+              double low_hz, double high_hz, const NoiseSpectrum& noise);
   Eigen::Index n_real_data() const { return 2 * n_bins; }
   /// 2 n_bins: weighted real, then imaginary parts of tapered samples' bins.
   Eigen::VectorXd weighted(const Eigen::VectorXd& samples) const;
@@ -62,6 +64,10 @@ struct ChirpFit {
   /// 7 x 7 a bubble, all others' uncertainty in it; not scaled by chi_square. Empty when it was not asked for.
   std::vector<Eigen::MatrixXd> covariance;
 };
+
+/// Covariance of a problem's parameters at their present values, (J^T J)^-1 in the order of the blocks; directions that the
+/// residuals do not see are left out of the inverse.
+Eigen::MatrixXd parameter_covariance(ceres::Problem& problem, const std::vector<double*>& blocks);
 
 /// Best complex amplitude of a chirp with all else held. @return chi square it leaves
 double fit_amplitude(const ChirpWindow& window, const ChirpLaw& law, Chirp& chirp);

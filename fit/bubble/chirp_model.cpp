@@ -4,18 +4,19 @@
 #include <cmath>
 
 #include "core/base/conventions.hpp"
+#include "core/bubble/ringdown_formulas.hpp"
 
 namespace klang::fit::bubble {
 namespace {
 
-/// The attack of HF eq. (39): ln w = -(e^-x - 0.85)^2 / 0.0028125 while e^-x >= 0.85, x = beta t.
+/// Logarithm of the attack window of HF eq. (39) and its slope, x = beta t.
 struct Attack {
   double log_value = 0.0, by_x = 0.0;
 };
 Attack attack(double x) {
-  const double e = std::exp(-x);
-  if (e < 0.85) return {};
-  return {-(e - 0.85) * (e - 0.85) / 0.0028125, 2.0 * (e - 0.85) * e / 0.0028125};
+  const double fallen = std::exp(-x), over = fallen - klang::bubble::kAttackFall;
+  if (over < 0.0) return {};
+  return {-over * over / klang::bubble::kAttackWidth, 2.0 * over * fallen / klang::bubble::kAttackWidth};
 }
 
 void clamp(PitchLaw::Value& value, double max_log) {

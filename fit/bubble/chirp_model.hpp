@@ -17,6 +17,10 @@ class PitchLaw {
   virtual ~PitchLaw() = default;
   /// @param time_s  since the onset, >= 0
   virtual Value at(double time_s, const Eigen::Vector2d& parameters) const = 0;
+  /// Steps of like effect, as the solver counts the parameters, and what they may be.
+  virtual Eigen::Vector2d unit() const = 0;
+  virtual Eigen::Vector2d low() const = 0;
+  virtual Eigen::Vector2d high() const = 0;
 };
 
 /// What the sound alone can tell: ln ratio = rate (e^(growth t) - 1) / growth, parameters (rate [1/s], growth [1/s]).
@@ -26,6 +30,9 @@ class ExponentialPitch final : public PitchLaw {
  public:
   explicit ExponentialPitch(double max_factor = 3.0);
   Value at(double time_s, const Eigen::Vector2d& parameters) const override;
+  Eigen::Vector2d unit() const override { return {10.0, 10.0}; }
+  Eigen::Vector2d low() const override { return -high(); }
+  Eigen::Vector2d high() const override { return {400.0, 400.0}; }  ///< three octaves in 5 ms
 
  private:
   double max_log_;
@@ -39,6 +46,9 @@ class DepthPitch final : public PitchLaw {
   /// @param depth_m  by time since the onset; speed_m_s: how fast the depth falls there
   DepthPitch(std::function<double(double)> depth_m, std::function<double(double)> speed_m_s, double max_factor = 3.0);
   Value at(double time_s, const Eigen::Vector2d& parameters) const override;
+  Eigen::Vector2d unit() const override { return {1.0, 1.0}; }
+  Eigen::Vector2d low() const override { return {-6.9, 0.0}; }   ///< ln 1e-3, ln 1 per m
+  Eigen::Vector2d high() const override { return {9.2, 9.2}; }   ///< ln 1e4
 
  private:
   std::function<double(double)> depth_m_, speed_m_s_;
@@ -61,7 +71,7 @@ struct Chirp {
   double onset_s = 0.0;
   double log_frequency = 0.0;  ///< ln of the damped frequency at the onset [Hz]
   double log_decay = 0.0;      ///< ln of the amplitude's decay at the onset [1/s]
-  double cosine = 0.0, sine = 0.0;
+  double cosine = 0.0, sine = 0.0;  ///< amplitudes at the onset, full scale = 1
 
   static constexpr int kParameters = 7;
   Eigen::Matrix<double, kParameters, 1> vector() const;
@@ -77,7 +87,8 @@ void evaluate_chirp(const ChirpLaw& law, const Chirp& chirp, double first_s, dou
 
 /// Frequency and amplitude along a chirp.
 struct ChirpPoint {
-  double time_s = 0.0, frequency_hz = 0.0, envelope = 0.0, decay_per_s = 0.0;
+  double time_s = 0.0;  ///< since the onset
+  double frequency_hz = 0.0, envelope = 0.0, decay_per_s = 0.0;  ///< envelope: full scale = 1, without the attack
 };
 /// At times since the onset, ascending.
 std::vector<ChirpPoint> chirp_track(const ChirpLaw& law, const Chirp& chirp, const std::vector<double>& times_s);

@@ -4,12 +4,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 
+#include "core/base/csv.hpp"
 #include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
 #include "core/bubble/spline.hpp"
 
 namespace klang::fit::bubble {
@@ -18,26 +17,6 @@ namespace {
 constexpr double kDeterminedStd = 0.2;  // as for elastic constants
 constexpr double kNormal95 = 1.959963984540054;
 constexpr int kOwn = Chirp::kParameters - 2;
-
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',') {
-      cells.emplace_back();
-    } else if (c != ' ' && c != '\t' && c != '\r') {
-      cells.back() += c;
-    }
-  }
-  return cells;
-}
-
-double number_of(const std::string& cell, const std::string& place) {
-  double value = 0.0;
-  const auto parsed = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (parsed.ec != std::errc() || parsed.ptr != cell.data() + cell.size() || !std::isfinite(value))
-    throw InputError(place, "is not a number", cell.substr(0, 40));
-  return value;
-}
 
 std::shared_ptr<const PitchLaw> law_of(const BubbleRise& rise, double max_factor) {
   if (rise.times_s.size() < 2) {
@@ -77,7 +56,7 @@ void sound_only(const BubbleSearchResult& found, PitchFitResult& result) {
     if (!bubble.is_bubble()) continue;
     const char* names[] = {"k_delta * speed * exp(eta (1 - depth/|phi0|)) [1/s]", "eta * speed / |phi0| [1/s]"};
     for (int i = 0; i < 2; ++i) {
-      const double value = bubble.chirp.pitch[i], spread = std::sqrt(bubble.covariance(i, i)) / std::max(std::abs(value), 1e-12);
+      const double value = bubble.chirp.pitch[i], spread = std::sqrt((*bubble.covariance)(i, i)) / std::max(std::abs(value), 1e-12);
       if (value > 0.0 && spread <= kDeterminedStd)
         result.identifiable.push_back(number("bubble at " + klang::to_text(std::round(1e4 * bubble.chirp.onset_s) / 1e4) + " s: " + names[i], value, spread));
     }
@@ -95,41 +74,31 @@ struct Joint {
 }  // namespace
 
 std::vector<BubbleRise> read_rises(const std::filesystem::path& path) {
-  const std::string text = read_file(path), file = path.string();
+  CsvFile file(path);
+  const std::vector<std::string_view> even_columns = {"onset_s", "phi_m", "speed_m_s"}, moment_columns = {"onset_s", "time_s", "phi_m"};
+  const char* const allowed = "onset_s,phi_m,speed_m_s or onset_s,time_s,phi_m";
+  if (!file.next()) throw InputError(file.name(), "holds no rise", {}, allowed);
+  const bool even = file.cells() == even_columns;
+  if (!even && file.cells() != moment_columns) throw InputError(file.place(), "has other columns", file.cells().front(), allowed);
   std::vector<BubbleRise> rises;
-  std::vector<std::string> header;
-  int line_number = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string line = text.substr(at, end - at);
-    at = end + 1;
-    ++line_number;
-    const auto cells = cells_of(line);
-    if ((cells.size() == 1 && cells[0].empty()) || cells[0].starts_with('#')) continue;
-    const std::string place = file + " line " + std::to_string(line_number);
-    if (header.empty()) {
-      header = cells;
-      if (header != std::vector<std::string>{"onset_s", "phi_m", "speed_m_s"} && header != std::vector<std::string>{"onset_s", "time_s", "phi_m"})
-        throw InputError(place, "has other columns", line.substr(0, 60), "onset_s,phi_m,speed_m_s or onset_s,time_s,phi_m");
-      continue;
-    }
-    if (cells.size() != 3) throw InputError(place, "has another number of columns", std::to_string(cells.size()), "3");
-    const double onset = number_of(cells[0], place + ", onset_s"), a = number_of(cells[1], place + ", " + header[1]), b = number_of(cells[2], place + ", " + header[2]);
-    const bool even = header[1] == "phi_m";
+  while (file.next()) {
+    const std::string place = file.place();
+    if (file.cells().size() != 3) throw InputError(place, "has another number of columns", std::to_string(file.cells().size()), "3");
+    const double onset = csv_number(file.cells()[0], place), a = csv_number(file.cells()[1], place), b = csv_number(file.cells()[2], place);
     checked(place, "phi_m", even ? a : b, -10.0, -1e-6);
     if (even) {
       rises.push_back({onset, {0.0}, {a}, checked(place, "speed_m_s", b, -10.0, 10.0)});
-    } else {
-      if (rises.empty() || rises.back().onset_s != onset) rises.push_back({onset, {}, {}, 0.0});
-      if (!rises.back().times_s.empty() && !(a > rises.back().times_s.back()))
-        throw InputError(place, "time_s does not rise", cells[1]);
-      rises.back().times_s.push_back(a);
-      rises.back().phi_m.push_back(b);
+      continue;
     }
+    if (rises.empty() || rises.back().onset_s != onset) rises.push_back({onset, {}, {}, 0.0});
+    BubbleRise& rise = rises.back();
+    if (!rise.times_s.empty() && !(a > rise.times_s.back())) throw InputError(place, "time_s does not rise", to_text(a), "above " + to_text(rise.times_s.back()));
+    rise.times_s.push_back(a);
+    rise.phi_m.push_back(b);
   }
-  if (rises.empty()) throw InputError(file, "holds no rise");
+  if (rises.empty()) throw InputError(file.name(), "holds no rise", {}, allowed);
   for (const BubbleRise& rise : rises)
-    if (header[1] == "time_s" && rise.times_s.size() < 2) throw InputError(file, "has one moment only for the bubble at " + klang::to_text(rise.onset_s) + " s");
+    if (!even && rise.times_s.size() < 2) throw InputError(file.name(), "has one moment only for the bubble at " + to_text(rise.onset_s) + " s");
   return rises;
 }
 
@@ -138,6 +107,7 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
   PitchFitResult result;
   if (options.phi0_m) checked("pitch", "phi0_m", *options.phi0_m, -1.0, -1e-5);
   std::vector<std::shared_ptr<const PitchLaw>> along(found.found.size());
+  std::shared_ptr<const PitchLaw> shared;  // any of them: units and limits are the same
   for (std::size_t i = 0; i < found.found.size(); ++i) {
     if (!found.found[i].is_bubble()) continue;
     const BubbleRise* nearest = nullptr;
@@ -145,7 +115,7 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
     for (const BubbleRise& rise : rises)
       if (off(rise) <= kRiseMatchS && (!nearest || off(rise) < off(*nearest))) nearest = &rise;
     if (!nearest) continue;
-    along[i] = law_of(*nearest, options.max_factor);
+    shared = along[i] = law_of(*nearest, options.max_factor);
     ++result.n_bubbles;
   }
   if (result.n_bubbles == 0) {
@@ -198,10 +168,10 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
         }
       }
     }
-    problem.SetParameterLowerBound(joint.pitch.data(), 0, std::log(1e-3));
-    problem.SetParameterUpperBound(joint.pitch.data(), 0, std::log(1e4));
-    problem.SetParameterLowerBound(joint.pitch.data(), 1, std::log(1.0));
-    problem.SetParameterUpperBound(joint.pitch.data(), 1, std::log(1e4));
+    for (int i = 0; i < 2; ++i) {
+      problem.SetParameterLowerBound(joint.pitch.data(), i, shared->low()[i]);
+      problem.SetParameterUpperBound(joint.pitch.data(), i, shared->high()[i]);
+    }
     ceres::Solver::Options solver;
     solver.max_num_iterations = 60;
     solver.linear_solver_type = ceres::DENSE_QR;
@@ -225,22 +195,12 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
       ratios.push_back(2.0 * cost / n);
     }
     // Shared numbers' covariance with all else free: their block of the inverse normal matrix.
-    ceres::CRSMatrix sparse;
-    ceres::Problem::EvaluateOptions at;
-    at.parameter_blocks.push_back(joint.pitch.data());
+    std::vector<double*> parameters = {joint.pitch.data()};
     for (auto& [i, own] : joint.own)
-      if (problem.HasParameterBlock(own.data())) at.parameter_blocks.push_back(own.data());
+      if (problem.HasParameterBlock(own.data())) parameters.push_back(own.data());
     for (auto& [i, free] : joint.free_pitch)
-      if (problem.HasParameterBlock(free.data())) at.parameter_blocks.push_back(free.data());
-    problem.Evaluate(at, nullptr, nullptr, nullptr, &sparse);
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
-    for (int r = 0; r < sparse.num_rows; ++r)
-      for (int k = sparse.rows[static_cast<std::size_t>(r)]; k < sparse.rows[static_cast<std::size_t>(r) + 1]; ++k)
-        jacobian(r, sparse.cols[static_cast<std::size_t>(k)]) = sparse.values[static_cast<std::size_t>(k)];
-    const Eigen::VectorXd norm = jacobian.colwise().norm().cwiseMax(1e-300).transpose();
-    const Eigen::MatrixXd scaled = jacobian * norm.cwiseInverse().asDiagonal();
-    const Eigen::MatrixXd inverse = (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse();
-    covariance = inverse.topLeftCorner(2, 2).cwiseQuotient(norm.head(2) * norm.head(2).transpose());
+      if (problem.HasParameterBlock(free.data())) parameters.push_back(free.data());
+    covariance = parameter_covariance(problem, parameters).topLeftCorner(2, 2);
     // A direction that the data do not see at all has no place in a pseudo-inverse's small numbers.
     const Eigen::Matrix2d information = covariance.inverse();
     if (!information.allFinite()) covariance = Eigen::Matrix2d::Identity() * 1e6;

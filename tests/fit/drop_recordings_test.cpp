@@ -36,7 +36,7 @@ void compare(const BubbleSearchResult& result, const json& truth, Worst& worst) 
     worst.radius = std::max(worst.radius, std::abs(b.radius_m / radius - 1.0));
     worst.decay = std::max(worst.decay, std::abs(std::exp(b.chirp.log_decay) / drop["decay_per_s"].get<double>() - 1.0));
     ++worst.n;
-    worst.n_covered += std::abs(b.radius_m - radius) <= 1.96 * b.radius_std_m;
+    worst.n_covered += std::abs(b.radius_m - radius) <= 1.96 * b.radius_std_m.value();
     const std::vector<double> times = drop["track"]["time_s"], hz = drop["track"]["frequency_hz"];
     // The model knows bubbles that rise; one that has come to rest under the surface keeps its pitch.
     std::size_t n_rising = 1;

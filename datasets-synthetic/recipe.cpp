@@ -35,6 +35,7 @@ struct HeardMode {
 
 struct Made {
   SyntheticRecording recording;
+  std::vector<Eigen::Vector3d> mounts_m;  // the points that were taken
   json truth;
 };
 
@@ -83,6 +84,7 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
   std::vector<Eigen::Vector3d> places;
   for (const RecipeStrike& strike : specimen.strikes) places.push_back(strike.at);
   for (const RecipePickup& pickup : specimen.pickups) places.push_back(pickup.at);
+  for (const RecipeMount& mount : specimen.mounts) places.push_back(mount.at);
   const double highest_hz = std::min(recipe.highest_hz, kHighestOfSampleRate * recipe.sample_rate_hz);
   BodyModes modes =
       body_modes(specimen.shape, recipe.material, specimen.support, highest_hz, places, monitor);
@@ -97,7 +99,14 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
   }
   std::vector<HeardMode> heard;
   for (Eigen::Index m = 0; m < n_modes; ++m) {
-    const double omega = modes.angular_frequency_rad_s[m], decay = recipe.decay_per_s(omega);
+    const double omega = modes.angular_frequency_rad_s[m];
+    double decay = recipe.decay_per_s(omega);
+    for (std::size_t k = 0; k < specimen.mounts.size(); ++k) {
+      const RecipeMount& mount = specimen.mounts[k];
+      const Eigen::Vector3d shape = modes.shapes[n_strikes + n_channels + k].col(m);
+      const double seen = mount.direction ? shape.dot(mount.direction->normalized()) : shape.norm();
+      decay += 0.5 * mount.damping_n_s_per_m * seen * seen;
+    }
     oscillators.push_back({omega, decay, 1.0});
     for (std::size_t s = 0; s < n_strikes; ++s) {
       impulses[s].impulse[m] = modes.shapes[s].col(m).dot(specimen.strikes[s].impulse_n_s);
@@ -214,6 +223,13 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
         {{"undamped_frequency_hz", json_number(modes.angular_frequency_rad_s[m] / (2.0 * kPi))},
          {"mode", modes.labels[static_cast<std::size_t>(m)]}});
   }
+  json mounts = json::array();
+  for (std::size_t k = 0; k < specimen.mounts.size(); ++k) {
+    made.mounts_m.push_back(modes.places_m[n_strikes + n_channels + k]);
+    mounts.push_back({{"at_m", vector_json(made.mounts_m.back())},
+                      {"direction", specimen.mounts[k].direction ? vector_json(*specimen.mounts[k].direction) : json(nullptr)},
+                      {"damping_n_s_per_m", specimen.mounts[k].damping_n_s_per_m}});
+  }
   json mass = nullptr;
   if (specimen.shape.kind != "revolution")
     mass = mesh::shape_volume_m3(specimen.shape) * recipe.material.density_kg_m3;
@@ -223,6 +239,7 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
                 {"mass_kg", mass},
                 {"method", modes.method},
                 {"strikes", std::move(strikes)},
+                {"mounts", std::move(mounts)},
                 {"partials", std::move(partial_list)},
                 {"channels", std::move(channels)},
                 {"modes", std::move(mode_list)},
@@ -284,7 +301,7 @@ std::string toml_number(double value) {
   return text;
 }
 
-std::string specimen_toml_of(const Recipe& recipe) {
+std::string specimen_toml_of(const Recipe& recipe, const std::vector<std::vector<Eigen::Vector3d>>& mounts_m) {
   const solid::Material& m = recipe.material;
   const double poisson = recipe.start_poissons_ratio.value_or(m.poissons_ratio());
   std::string quoted;
@@ -298,7 +315,8 @@ std::string specimen_toml_of(const Recipe& recipe) {
       "\n";
   text +=
       "poissons_ratio = " + toml_number(poisson) + "\ndensity_kg_m3 = " + toml_number(m.density_kg_m3) + "\n";
-  for (const RecipeSpecimen& specimen : recipe.specimens) {
+  for (std::size_t s = 0; s < recipe.specimens.size(); ++s) {
+    const RecipeSpecimen& specimen = recipe.specimens[s];
     text +=
         "\n[[specimen]]\nname = \"" + specimen.name + "\"\nshape = { kind = \"" + specimen.shape.kind + "\"";
     for (const auto& [name, metres] : specimen.shape.dims) text += ", " + name + " = " + toml_number(metres);
@@ -311,6 +329,16 @@ std::string specimen_toml_of(const Recipe& recipe) {
       text += "\", where = '" + specimen.support.where + "' }\n";
     }
     text += "recording = \"" + specimen.name + ".wav\"\n";
+    if (specimen.predict) text += "predict = true\n";
+    for (std::size_t k = 0; k < specimen.mounts.size(); ++k) {
+      const auto list = [](const Eigen::Vector3d& v) {
+        return "[" + toml_number(v[0]) + ", " + toml_number(v[1]) + ", " + toml_number(v[2]) + "]";
+      };
+      const RecipeMount& mount = specimen.mounts[k];
+      text += (k > 0 ? ", { at_m = " : "mount = [{ at_m = ") + list(mounts_m[s][k]);
+      if (mount.direction) text += ", direction = " + list(*mount.direction);
+      text += k + 1 < specimen.mounts.size() ? " }" : " }]\n";
+    }
   }
   if (!recipe.fit_parameters.empty()) {
     text += "\n[fit]\nparameters = [";
@@ -333,12 +361,14 @@ Dataset made_dataset(std::string_view toml, const std::string& name, const std::
   Dataset dataset;
   json truth = truth_header(recipe, toml, seed);
   truth["specimens"] = json::array();
+  std::vector<std::vector<Eigen::Vector3d>> mounts_m;
   for (Made& one : made) {
+    mounts_m.push_back(std::move(one.mounts_m));
     dataset.recordings.push_back(std::move(one.recording));
     truth["specimens"].push_back(std::move(one.truth));
   }
   dataset.truth_json = json_text(truth);
-  dataset.specimen_toml = specimen_toml_of(recipe);
+  dataset.specimen_toml = specimen_toml_of(recipe, mounts_m);
   return dataset;
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxBytes = 1 << 20, kMaxSpecimens = 100, kMaxStrikes = 1000, kMaxPickups = 64;
 
-enum class Type { kText, kNumber, kVector, kTexts, kTable, kTables };
+enum class Type { kText, kNumber, kBoolean, kVector, kTexts, kTable, kTables };
 
 // One key of a recipe: drives the checks, the messages and docs/recipes.md.
 struct Field {
@@ -95,6 +95,8 @@ const std::vector<Field>& schema() {
       {"specimen", "support", Type::kText, "`free`", -kInf, kInf, "`free`, `clamped:x=0`, ..."},
       {"specimen", "strike", Type::kTables, "required", -kInf, kInf, "one or more blows"},
       {"specimen", "pickup", Type::kTables, "required", -kInf, kInf, "one for each channel"},
+      {"specimen", "mount", Type::kTables, "none", -kInf, kInf, "viscous dampers: wire or foam that touches the body"},
+      {"specimen", "predict", Type::kBoolean, "`false`", -kInf, kInf, "passed on to the specimen.toml made with the sounds"},
 
       {"specimen.strike", "time_s", Type::kNumber, "0.1", -10, 120, "centre of the force pulse"},
       {"specimen.strike", "at", Type::kVector, "required", -1, 1,
@@ -106,6 +108,11 @@ const std::vector<Field>& schema() {
       {"specimen.pickup", "at", Type::kVector, "required", -1, 1,
        "place, in half extents of the body from its centre"},
       {"specimen.pickup", "direction", Type::kVector, "required", -1e3, 1e3, "heard direction, any length"},
+
+      {"specimen.mount", "at", Type::kVector, "required", -1, 1,
+       "place, in half extents of the body from its centre"},
+      {"specimen.mount", "direction", Type::kVector, "all directions", -1e3, 1e3, "damped direction, any length"},
+      {"specimen.mount", "damping_n_s_per_m", Type::kNumber, "required", 0, 1e3, "coefficient of the damper"},
   };
   return fields;
 }
@@ -159,6 +166,12 @@ class Table {
   double number(std::string_view key, std::optional<double> fallback = std::nullopt) const {
     const toml::node* node = wanted(key, fallback.has_value());
     return node ? number_of(*node, key) : *fallback;
+  }
+  bool flag(std::string_view key) const {
+    if (!has(key)) return false;
+    const auto* value = table_.get(key)->as_boolean();
+    if (!value) throw InputError(place(key), "must be true or false");
+    return value->get();
   }
   std::optional<double> optional_number(std::string_view key) const {
     if (!has(key)) return std::nullopt;
@@ -340,6 +353,16 @@ RecipeSpecimen read_specimen(const toml::table& node, std::size_t number, const 
     specimen.pickups.push_back({pickup.vector("at"), pickup.vector("direction")});
     if (specimen.pickups.back().direction.isZero(0.0)) throw InputError(pickup.place("direction"), "is zero");
   }
+  if (table.has("mount")) {
+    for (const toml::table* entry : table.tables("mount", kMaxPickups)) {
+      const Table mount(*entry, file, "specimen.mount", shown + ".mount");
+      specimen.mounts.push_back({mount.vector("at"), std::nullopt, mount.number("damping_n_s_per_m")});
+      if (!mount.has("direction")) continue;
+      specimen.mounts.back().direction = mount.vector("direction");
+      if (specimen.mounts.back().direction->isZero(0.0)) throw InputError(mount.place("direction"), "is zero");
+    }
+  }
+  specimen.predict = table.flag("predict");
   std::stable_sort(specimen.strikes.begin(), specimen.strikes.end(),
                    [](const RecipeStrike& a, const RecipeStrike& b) { return a.time_s < b.time_s; });
   return specimen;
@@ -457,8 +480,8 @@ std::string recipe_schema_markdown() {
       text.append("\n## ").append(table.empty() ? "top level" : "`" + std::string(table) + "`");
       text += "\n| key | type | range | default | meaning |\n| --- | --- | --- | --- | --- |\n";
     }
-    constexpr const char* kTypes[] = {"text",          "number", "3 numbers",
-                                      "list of texts", "table",  "list of tables"};
+    constexpr const char* kTypes[] = {"text",      "number",        "true or false", "3 numbers",
+                                      "list of texts", "table", "list of tables"};
     text.append("| `")
         .append(field.key)
         .append("` | ")
@@ -475,6 +498,8 @@ std::string recipe_schema_markdown() {
       "fit`.\n"
       "2. Pairs of equal frequency are split by `split_pairs` (bodies of revolution made of elements: equal "
       "within 1e-3).\n"
+      "   Decays are those of the damping model and of the mounts' dampers (first order: c |u|^2 / 2 of a "
+      "mode).\n"
       "3. Each mode rings by the exact oscillator bank; a channel hears its pickup's velocity. The loudest "
       "channel is\n"
       "   scaled to `peak`.\n"

@@ -28,12 +28,21 @@ struct RecipePickup {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
 };
 
+/// A viscous damper (wire, foam) at a place: amplitude decays gain c |u|^2 / 2 a mode, of (d . u)^2 with a direction d.
+struct RecipeMount {
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> direction;
+  double damping_n_s_per_m = 0.0;
+};
+
 struct RecipeSpecimen {
   std::string name;
   mesh::ShapeSpec shape;
   solid::Support support;
   std::vector<RecipeStrike> strikes;
   std::vector<RecipePickup> pickups;
+  std::vector<RecipeMount> mounts;
+  bool predict = false;  ///< passed on to specimen.toml
 };
 
 enum class RecipeDamping { kRayleigh, kLossFactor, kZener };

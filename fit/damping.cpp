@@ -9,6 +9,7 @@
 
 #include "core/base/check.hpp"
 #include "core/base/conventions.hpp"
+#include "core/mesh/surface_point.hpp"
 #include "fit/detail/statistics.hpp"
 
 namespace klang::fit {
@@ -17,6 +18,8 @@ namespace {
 constexpr double kUnknownScatter = 0.2;     // relative, where one or two decays cannot show their scatter
 constexpr double kLargestOwnStd = 0.7;      // relative; beyond it ln(decay) is no normal variable
 constexpr double kIdentifiableStd = 0.5;    // relative; beyond it the 95 % interval reaches zero
+
+constexpr std::size_t kMostParameters = 3;  // two of the material and the mounts
 
 struct KindFacts {
   DampingKind kind;
@@ -45,16 +48,13 @@ const KindFacts& facts_of(DampingKind kind) {
 struct Data {
   Eigen::VectorXd omega, log_decay, sigma;  // sigma of ln decay, measurement only
   Eigen::VectorXd radiation;                // known part of each decay [1/s], zero where it is not asked for
-};
+  Eigen::VectorXd mount;                    // decay by unit dampers at the mounts [1/kg], the same
 
-/// ln(material decay + what is radiated), and its derivatives by the material's parameters.
-double log_total(DampingKind kind, const double* p, double omega, double radiation_per_s, double* gradient) {
-  const double material = log_decay(kind, p, omega, gradient);
-  if (radiation_per_s == 0.0) return material;
-  const double share = 1.0 / (1.0 + radiation_per_s * std::exp(-material));
-  for (std::size_t j = 0; j < facts_of(kind).parameters.size(); ++j) gradient[j] *= share;
-  return material - std::log(share);
-}
+  double log_total(DampingKind kind, const double* p, Eigen::Index i, std::array<double, kMostParameters>& gradient) const {
+    gradient.fill(0.0);
+    return log_total_decay(kind, p, omega[i], radiation[i], mount[i], gradient.data());
+  }
+};
 
 /// Weighted residuals (ln decay_i - ln model_i) / total_i over x = ln(parameter / scale): positive without constraints.
 class DampingCost : public ceres::CostFunction {
@@ -66,10 +66,10 @@ class DampingCost : public ceres::CostFunction {
   }
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     const Eigen::Index n = scale_.size();
-    std::array<double, 2> p{}, g{};
+    std::array<double, kMostParameters> p{}, g{};
     for (Eigen::Index j = 0; j < n; ++j) p[static_cast<std::size_t>(j)] = scale_[j] * std::exp(blocks[0][j]);
     for (Eigen::Index i = 0; i < data_.omega.size(); ++i) {
-      const double model = log_total(kind_, p.data(), data_.omega[i], data_.radiation[i], g.data());
+      const double model = data_.log_total(kind_, p.data(), i, g);
       if (!std::isfinite(model)) return false;
       residuals[i] = (data_.log_decay[i] - model) / sigma_[i];
       for (Eigen::Index j = 0; jacobians && jacobians[0] && j < n; ++j) {
@@ -97,9 +97,9 @@ struct Solution {
 
 Eigen::VectorXd residuals_of(DampingKind kind, const Data& data, const Eigen::VectorXd& value) {
   Eigen::VectorXd residual(data.omega.size());
-  std::array<double, 2> g{};
+  std::array<double, kMostParameters> g{};
   for (Eigen::Index i = 0; i < residual.size(); ++i) {
-    residual[i] = data.log_decay[i] - log_total(kind, value.data(), data.omega[i], data.radiation[i], g.data());
+    residual[i] = data.log_decay[i] - data.log_total(kind, value.data(), i, g);
   }
   return residual;
 }
@@ -149,7 +149,7 @@ Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& s
 }
 
 /// Starts from moments of the data; where the surface has several valleys, from several places.
-std::vector<Eigen::VectorXd> starts(DampingKind kind, const Data& data) {
+std::vector<Eigen::VectorXd> material_starts(DampingKind kind, const Data& data) {
   const Eigen::ArrayXd whole = data.log_decay.array().exp(), omega = data.omega.array();
   const Eigen::ArrayXd decay = (whole - data.radiation.array()).max(0.05 * whole);
   const auto log_mean = [](const Eigen::ArrayXd& values) { return std::exp(values.log().mean()); };
@@ -175,12 +175,27 @@ std::vector<Eigen::VectorXd> starts(DampingKind kind, const Data& data) {
   return {};
 }
 
+std::vector<Eigen::VectorXd> starts(DampingKind kind, const Data& data) {
+  const std::vector<Eigen::VectorXd> material = material_starts(kind, data);
+  if (!data.mount.any()) return material;
+  const double all = data.log_decay.array().exp().mean() / data.mount.mean();
+  std::vector<Eigen::VectorXd> both;
+  for (const Eigen::VectorXd& start : material) {
+    for (const double share : {0.5, 0.01}) {
+      both.emplace_back(start.size() + 1);
+      both.back() << (1.0 - share) * start, share * all;
+    }
+  }
+  return both;
+}
+
 DampingCandidate candidate_of(DampingKind kind, const Data& data) {
   DampingCandidate candidate;
   const KindFacts& facts = facts_of(kind);
   candidate.kind = kind;
   candidate.with_radiation = data.radiation.any();
-  candidate.model = std::string(facts.text) + (candidate.with_radiation ? "_and_radiation" : "");
+  candidate.with_mount = data.mount.any();
+  candidate.model = std::string(facts.text) + (candidate.with_radiation ? "_and_radiation" : "") + (candidate.with_mount ? "_and_mount" : "");
   Solution best;
   for (const Eigen::VectorXd& start : starts(kind, data)) {
     const Solution solution = solve_from(kind, data, start);
@@ -200,8 +215,8 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
   const Eigen::ArrayXd total = (data.sigma.array().square() + best.scatter * best.scatter).sqrt().max(1e-9);
   Eigen::MatrixXd jacobian(n, n_parameters);
   for (Eigen::Index i = 0; i < n; ++i) {
-    std::array<double, 2> g{};
-    log_total(kind, best.value.data(), data.omega[i], data.radiation[i], g.data());
+    std::array<double, kMostParameters> g{};
+    data.log_total(kind, best.value.data(), i, g);
     for (Eigen::Index j = 0; j < n_parameters; ++j) {
       jacobian(i, j) = g[static_cast<std::size_t>(j)] * best.scale[j] / total[i];
     }
@@ -211,7 +226,8 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
   const double quantile = dof >= 1.0 ? detail::student_t_975(dof) : detail::student_t_975(1e9);
   for (Eigen::Index j = 0; j < n_parameters; ++j) {
     FitParameter parameter;
-    parameter.name = facts.parameters[static_cast<std::size_t>(j)];
+    const auto at = static_cast<std::size_t>(j);
+    parameter.name = at < facts.parameters.size() ? facts.parameters[at] : "mount_damping_n_s_per_m";
     parameter.value = best.value[j];
     parameter.start_value = best.scale[j];
     double variance = 0.0;
@@ -276,11 +292,42 @@ double log_decay(DampingKind kind, const double* p, double omega, double* gradie
   return std::log(decay);
 }
 
-double DampingCandidate::decay_per_s(double angular_frequency_rad_s, double radiation_per_s) const {
+double log_total_decay(DampingKind kind, const double* p, double omega, double radiation_per_s, double mount_per_kg,
+                       double* gradient) {
+  const double material = log_decay(kind, p, omega, gradient);
+  if (radiation_per_s == 0.0 && mount_per_kg == 0.0) return material;
+  const std::size_t n = facts_of(kind).parameters.size();
+  const double own = std::exp(material), mount = mount_per_kg == 0.0 ? 0.0 : p[n] * mount_per_kg;
+  const double total = own + radiation_per_s + mount;
+  for (std::size_t j = 0; j < n; ++j) gradient[j] *= own / total;
+  if (mount_per_kg != 0.0) gradient[n] = mount_per_kg / total;
+  return std::log(total);
+}
+
+Eigen::VectorXd mount_decay_per_kg(const modal::ModalModel& model, const std::vector<Mount>& mounts) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(model.n_modes());
+  for (const Mount& mount : mounts) {
+    const Eigen::Map<const Eigen::Vector3d> at_m(mount.at_m.data());
+    const mesh::SurfacePoint place = mesh::nearest_surface_point(model.mesh, at_m);
+    Eigen::MatrixXd shapes = Eigen::MatrixXd::Zero(3, model.n_modes());
+    for (std::size_t k = 0; k < place.nodes.size(); ++k)
+      shapes += place.weights[static_cast<Eigen::Index>(k)] * model.shapes.middleRows(3 * place.nodes[k], 3);
+    if (!mount.direction) {
+      sum += 0.5 * shapes.colwise().squaredNorm().transpose();
+    } else {
+      const Eigen::Map<const Eigen::Vector3d> direction(mount.direction->data());
+      sum += 0.5 * (direction.normalized().transpose() * shapes).cwiseAbs2().transpose();
+    }
+  }
+  return sum;
+}
+
+double DampingCandidate::decay_per_s(double angular_frequency_rad_s, double radiation_per_s, double mount_per_kg) const {
   if (parameters.empty()) return 0.0;
-  std::array<double, 2> p{}, gradient{};
-  for (std::size_t j = 0; j < parameters.size() && j < 2; ++j) p[j] = parameters[j].value;
-  return std::exp(log_total(kind, p.data(), angular_frequency_rad_s, with_radiation ? radiation_per_s : 0.0, gradient.data()));
+  std::array<double, kMostParameters> p{}, gradient{};
+  for (std::size_t j = 0; j < parameters.size() && j < kMostParameters; ++j) p[j] = parameters[j].value;
+  return std::exp(log_total_decay(kind, p.data(), angular_frequency_rad_s, with_radiation ? radiation_per_s : 0.0,
+                                  with_mount ? mount_per_kg : 0.0, gradient.data()));
 }
 
 DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std::string>& warnings) {
@@ -298,24 +345,28 @@ DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std
   if (used.size() <= 2) warnings.push_back("few decays: their scatter is assumed to be 20 %");
 
   const auto n = static_cast<Eigen::Index>(used.size());
-  Data data{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd::Zero(n)};
-  Eigen::VectorXd radiation(n);
+  Data data{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
+  Eigen::VectorXd radiation(n), mount(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const DecayPoint& point = used[static_cast<std::size_t>(i)];
     data.omega[i] = 2.0 * kPi * point.frequency_hz;
     data.log_decay[i] = std::log(point.decay_per_s);
     data.sigma[i] = point.decay_std_per_s / point.decay_per_s;
     radiation[i] = point.radiation_per_s;
+    mount[i] = point.mount_per_kg;
   }
   double best = 0.0, sum = 0.0;
   for (const KindFacts& facts : kinds()) {
-    DampingCandidate candidate = candidate_of(facts.kind, data);
-    if (!candidate.parameters.empty()) result.candidates.push_back(std::move(candidate));
-    if (!radiation.any()) continue;
-    Data with = data;
-    with.radiation = radiation;
-    candidate = candidate_of(facts.kind, with);
-    if (!candidate.parameters.empty()) result.candidates.push_back(std::move(candidate));
+    for (const bool radiates : {false, true}) {
+      for (const bool mounted : {false, true}) {
+        if ((radiates && !radiation.any()) || (mounted && !mount.any())) continue;
+        Data with = data;
+        if (radiates) with.radiation = radiation;
+        if (mounted) with.mount = mount;
+        DampingCandidate candidate = candidate_of(facts.kind, with);
+        if (!candidate.parameters.empty()) result.candidates.push_back(std::move(candidate));
+      }
+    }
   }
   const auto rank = [](const DampingCandidate& c) {
     return c.aicc ? *c.aicc : 1e12 + 1e6 * static_cast<double>(c.parameters.size()) + c.rms_relative_residual;

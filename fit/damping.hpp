@@ -1,6 +1,8 @@
 #pragma once
+#include <Eigen/Core>
 #include <vector>
 
+#include "core/modal/modal_model.hpp"
 #include "fit/fit.hpp"
 
 namespace klang::fit {
@@ -11,7 +13,14 @@ struct DecayPoint {
   double decay_per_s = 0.0;
   double decay_std_per_s = 0.0;  ///< 0: unknown, then scatter alone weighs
   double radiation_per_s = 0.0;  ///< the part that is known to be sound leaving the body; 0: not computed
+  double mount_per_kg = 0.0;     ///< decay by a damper of 1 N s/m at each of the mounts (mount_decay_per_kg); 0: none
 };
+
+/// Decay of each mode by viscous dampers (wire, foam) at a body's mounts, for a coefficient of 1 N s/m:
+///   g_i = sum over mounts of |u_i|^2 / 2, of (d . u_i)^2 / 2 where the mount has a direction d,
+/// with u_i the mass-normalised shape at the surface point nearest to the mount [1/sqrt(kg)]. First order in the damper: from
+/// u_i^T C u_i = 2 decay_i of a free damped oscillator; right as long as it couples no neighbours.
+Eigen::VectorXd mount_decay_per_kg(const modal::ModalModel& model, const std::vector<Mount>& mounts);
 
 /// Fits the five damping models to decays, best first by AICc.
 ///   residual_i = ln(decay_i / model(omega_i)),  variance = (std_i / decay_i)^2 + scatter^2
@@ -19,7 +28,8 @@ struct DecayPoint {
 /// reduced chi-squared is one (Paule-Mandel), never below zero; it enters weights and intervals. Intervals are Student's,
 /// cut at zero. AICc counts the scatter as a parameter and is left out with fewer partials than it needs (k + 2).
 /// Where radiation is known each model comes twice, alone and beside it (model + radiation_i), so that AICc says whether
-/// the split into material and air is borne out.
+/// the split into material and air is borne out; and where there are mounts again with and without these
+/// (model + c mount_i, c fitted).
 /// A parameter whose relative standard deviation exceeds one half is reported as not identifiable.
 /// @param points  frequency_hz and decay_per_s > 0; points whose own relative std is above 0.7 are left out
 /// @param warnings  what the caller should hear, appended
@@ -35,5 +45,10 @@ const DampingCandidate* find_candidate(const DampingResult& damping, DampingKind
 /// for the gradient checker. parameters: the candidate's parameters in the order of DampingCandidate::parameters.
 /// @return ln decay; gradient (n_parameters) by each parameter
 double log_decay(DampingKind kind, const double* parameters, double angular_frequency_rad_s, double* gradient);
+
+/// The same with what acts beside the material: ln(decay + radiation + c mount), c the parameter after the material's own
+/// (read, and its derivative written, only where mount_per_kg > 0).
+double log_total_decay(DampingKind kind, const double* parameters, double angular_frequency_rad_s, double radiation_per_s,
+                       double mount_per_kg, double* gradient);
 
 }  // namespace klang::fit

@@ -37,6 +37,8 @@ struct PartialMatch {
   double deviation_cents = 0.0;  ///< measured against model
   std::optional<double> decay_per_s, decay_std_per_s, model_decay_per_s;
   std::optional<double> radiation_decay_per_s;  ///< by the mode's radiated power (boundary elements), when asked for
+  std::optional<double> mount_decay_per_kg;     ///< by a damper of 1 N s/m at each mount; empty: the specimen has none
+  std::optional<double> model_frequency_std_hz; ///< of a prediction: material, model scatter and mesh; empty: fitted
 };
 
 enum class DampingKind { kRayleigh, kLossFactor, kMassOnly, kStiffnessOnly, kZener };
@@ -46,13 +48,13 @@ enum class DampingKind { kRayleigh, kLossFactor, kMassOnly, kStiffnessOnly, kZen
 struct DampingCandidate {
   DampingKind kind = DampingKind::kRayleigh;
   std::string model;                       ///< "rayleigh", "loss_factor", "mass_only", "stiffness_only", "zener";
-                                           ///< "rayleigh_and_radiation", ... where radiation is known and added
-  bool with_radiation = false;
+                                           ///< "rayleigh_and_radiation", "..._and_mount" where these are added
+  bool with_radiation = false, with_mount = false;
   std::vector<FitParameter> parameters;
   std::optional<double> aicc, aicc_weight; ///< empty when there are too few partials
   double rms_relative_residual = 0.0;      ///< of decays
-  /// Of the material, and with_radiation the mode's radiation on top.
-  double decay_per_s(double angular_frequency_rad_s, double radiation_per_s = 0.0) const;
+  /// Of the material, on top with_radiation the mode's radiation and with_mount the mounts' dampers.
+  double decay_per_s(double angular_frequency_rad_s, double radiation_per_s = 0.0, double mount_per_kg = 0.0) const;
 };
 
 struct DampingResult {
@@ -62,6 +64,7 @@ struct DampingResult {
 
 struct SpecimenResult {
   std::string name;
+  bool predicted = false;             ///< took no part in the fit; its matches test it
   RingdownResult ringdown;            ///< not run when partials came from a table
   PartialTable partials;
   modal::ModalModel model;            ///< at the fitted parameters (full solve)

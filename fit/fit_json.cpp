@@ -128,6 +128,8 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
                        {"decay_per_s", json_number(match.decay_per_s)},
                        {"decay_std_per_s", json_number(match.decay_std_per_s)},
                        {"radiation_decay_per_s", json_number(match.radiation_decay_per_s)},
+                       {"mount_decay_per_kg", json_number(match.mount_decay_per_kg)},
+                       {"model_frequency_std_hz", json_number(match.model_frequency_std_hz)},
                        {"model_decay_per_s", json_number(match.model_decay_per_s)}});
   }
   json& predicted = root["predicted"] = json::array();
@@ -154,6 +156,7 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
     const bool solved = mesh.n_elements() > 0;
     specimens.push_back(
         {{"name", specimen.name},
+         {"predicted", specimen.predicted},
          {"shape", shape_of(problem.specimens[s], result.parameters)},
          {"mass_kg", solved ? json_number(mesh::mesh_volume_m3(mesh) * specimen.model.material.density_kg_m3)
                             : json(nullptr)},

@@ -132,6 +132,19 @@ Eigen::VectorXd leash_factors(const ParameterSpace& space, const ElasticFit& fit
   return factor;
 }
 
+Eigen::VectorXd prediction_std(const ParameterSpace& space, const SpectrumModels& models, std::size_t specimen,
+                               const ElasticFit& fit, const Eigen::VectorXd& leash) {
+  const SpectrumModel& model = *models[specimen];
+  const Eigen::MatrixXd posterior = inverse(fit.information + fit.prior_information + leash_information(space, leash));
+  const ParameterSpace::Local local = space.local(specimen, fit.x);
+  const Eigen::MatrixXd gradient = 0.5 * model.spectrum(local.point).derivative * local.derivative;  // of ln f by x
+  const Eigen::MatrixXd spread = gradient * posterior;
+  Eigen::VectorXd variance = spread.cwiseProduct(gradient).rowwise().sum() + (spread * fit.systematic).rowwise().squaredNorm();
+  variance.array() += fit.scatter * fit.scatter;
+  if (const Eigen::VectorXd mesh = model.relative_error(); mesh.size() == variance.size()) variance += mesh.cwiseAbs2();
+  return variance.cwiseMax(0.0).cwiseSqrt();
+}
+
 ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit, const Eigen::VectorXd& leash,
                              const FitProblem& problem) {
   ElasticReport report;

@@ -32,4 +32,10 @@ struct ElasticReport {
 ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit, const Eigen::VectorXd& leash,
                              const FitProblem& problem);
 
+/// Relative standard deviation of each predicted frequency of a specimen at fit.x, by the delta method: the posterior of the
+/// parameters, the model's scatter and the mesh's error.
+/// @param leash  the factors the fit was made with
+Eigen::VectorXd prediction_std(const ParameterSpace& space, const SpectrumModels& models, std::size_t specimen,
+                               const ElasticFit& fit, const Eigen::VectorXd& leash);
+
 }  // namespace klang::fit

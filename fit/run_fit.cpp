@@ -205,8 +205,9 @@ std::vector<DecayPoint> decay_points(const FitResult& result) {
   std::vector<DecayPoint> points;
   for (const PartialMatch& match : result.matches) {
     if (!match.decay_per_s) continue;
+    if (result.specimens[static_cast<std::size_t>(match.specimen)].predicted) continue;
     points.push_back({match.frequency_hz, *match.decay_per_s, match.decay_std_per_s.value_or(0.0),
-                      match.radiation_decay_per_s.value_or(0.0)});
+                      match.radiation_decay_per_s.value_or(0.0), match.mount_decay_per_kg.value_or(0.0)});
   }
   return points;
 }
@@ -269,6 +270,23 @@ void add_matches(int index, const std::vector<int>& modes, FitResult& result) {
   }
   if (n_matched > 0.0) specimen.rms_deviation_cents = std::sqrt(sum / n_matched);
   if (n_matched == 0.0 && !modes.empty()) result.warnings.push_back(specimen.name + ": no partial matches a mode");
+}
+
+/// Partials of a specimen that took no part in the fit, on the modes that the fit predicts.
+void match_prediction(const ParameterSpace& space, const SpectrumModels& models, std::size_t specimen,
+                      const PartialTable& table, const FitOptions& options, JointMatch& joint) {
+  constexpr double kToleranceCents = 10.0;  // scale of an honest prediction's errors; heavy tails beyond
+  joint.lines[specimen] = model_lines(model_frequencies(space, models, specimen, joint.fit.x), models[specimen]->visibility());
+  joint.matches[specimen] = match_partials(table, joint.lines[specimen], 0.0, {kToleranceCents, options.gate_cents, 40.0});
+}
+
+/// How far each prediction may be off, into its matches.
+void add_prediction_std(const Eigen::VectorXd& relative_std, const std::vector<int>& rank, int specimen, FitResult& result) {
+  for (PartialMatch& match : result.matches) {
+    if (match.specimen != specimen) continue;
+    const auto column = std::find(rank.begin(), rank.end(), match.mode) - rank.begin();
+    if (column < relative_std.size()) match.model_frequency_std_hz = relative_std[column] * match.model_frequency_hz;
+  }
 }
 
 void add_rayleigh(const FitProblem& problem, FitResult& result) {
@@ -334,6 +352,7 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
   for (std::size_t s = 0; s < n; ++s) {
     SpecimenResult specimen;
     specimen.name = problem.specimens[s].name;
+    specimen.predicted = problem.specimens[s].predict;
     if (!work[s].ringdowns.empty()) specimen.ringdown = work[s].ringdowns.front();
     if (!work[s].signals.empty()) specimen.recorded = work[s].signals.front();
     specimen.partials = work[s].partials;
@@ -341,7 +360,7 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
       for (const std::string& warning : ringdown.warnings) result.warnings.push_back(specimen.name + ": " + warning);
       if (!ringdown.usable()) result.warnings.push_back(specimen.name + ": " + ringdown.message);
     }
-    n_partials += specimen.partials.partials.size();
+    if (!specimen.predicted) n_partials += specimen.partials.partials.size();
     if (specimen.partials.partials.empty()) result.warnings.push_back(specimen.name + ": no partials");
     result.specimens.push_back(std::move(specimen));
   }
@@ -354,7 +373,7 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
 
   FitProblem current = problem;
   std::vector<PartialTable> tables;
-  for (const Work& w : work) tables.push_back(w.partials);
+  for (std::size_t s = 0; s < n; ++s) tables.push_back(problem.specimens[s].predict ? PartialTable{} : work[s].partials);
   JointMatchOptions match_options;
   match_options.gate_cents = options.gate_cents;
   match_options.elastic.model_std = options.model_std_cents * kCent;
@@ -367,7 +386,7 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
   for (int round = 0; round < 3; ++round) {
     space = std::make_unique<ParameterSpace>(current);
     for_each_job(n, [&](std::size_t s) {
-      if (tables[s].partials.empty()) return;
+      if (work[s].partials.partials.empty()) return;
       build_model(current, *space, s, options, work[s], silent_monitor());
     }, "models", monitor);
     seconds_models += watch.lap();
@@ -390,6 +409,10 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
     return result;
   }
 
+  for (std::size_t s = 0; s < n; ++s) {
+    if (problem.specimens[s].predict && work[s].spectrum)
+      match_prediction(*space, models, s, work[s].partials, options, joint);
+  }
   const FitProblem fitted = at_solution(current, *space, joint.fit.x);
   ElasticReport report = elastic_report(*space, joint.fit, joint.leash, current);
   for (FitParameter& parameter : report.parameters) {
@@ -415,6 +438,17 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
       if (mode >= 0) mode = rank[static_cast<std::size_t>(mode)];
     }
     add_matches(static_cast<int>(s), modes[s], result);
+    if (problem.specimens[s].predict)
+      add_prediction_std(prediction_std(*space, models, s, joint.fit, joint.leash), rank, static_cast<int>(s), result);
+  }
+  std::vector<Eigen::VectorXd> mount_per_kg(n);
+  for (std::size_t s = 0; s < n; ++s) {
+    if (!work[s].spectrum || problem.specimens[s].mounts.empty()) continue;
+    mount_per_kg[s] = mount_decay_per_kg(result.specimens[s].model, problem.specimens[s].mounts);
+    for (PartialMatch& match : result.matches) {
+      if (match.specimen == static_cast<int>(s) && match.mode < mount_per_kg[s].size())
+        match.mount_decay_per_kg = mount_per_kg[s][match.mode];
+    }
   }
   if (problem.radiation_damping) {
     for (std::size_t s = 0; s < n; ++s) {
@@ -430,13 +464,18 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
   add_rayleigh(problem, result);
   const DampingCandidate* damping = result.damping.candidates.empty() ? nullptr : &result.damping.candidates.front();
   for (PartialMatch& match : result.matches) {
-    if (damping) match.model_decay_per_s = damping->decay_per_s(2.0 * kPi * match.model_frequency_hz, match.radiation_decay_per_s.value_or(0.0));
+    if (damping) match.model_decay_per_s = damping->decay_per_s(2.0 * kPi * match.model_frequency_hz, match.radiation_decay_per_s.value_or(0.0),
+                                                           match.mount_decay_per_kg.value_or(0.0));
   }
   for (std::size_t s = 0; s < n; ++s) {
     if (!work[s].spectrum) continue;
     SpecimenResult& specimen = result.specimens[s];
-    for (const double frequency_hz : specimen.predicted_frequency_hz)
-      specimen.predicted_decay_per_s.push_back(damping ? damping->decay_per_s(2.0 * kPi * frequency_hz) : 0.0);
+    for (std::size_t k = 0; k < specimen.predicted_frequency_hz.size(); ++k) {
+      const auto mode = static_cast<Eigen::Index>(k);
+      const double mount = mode < mount_per_kg[s].size() ? mount_per_kg[s][mode] : 0.0;
+      specimen.predicted_decay_per_s.push_back(
+          damping ? damping->decay_per_s(2.0 * kPi * specimen.predicted_frequency_hz[k], 0.0, mount) : 0.0);
+    }
     for (const PartialMatch& match : result.matches) {
       if (match.specimen == static_cast<int>(s) && match.model_decay_per_s)
         specimen.predicted_decay_per_s[static_cast<std::size_t>(match.mode)] = *match.model_decay_per_s;

@@ -88,6 +88,21 @@ class Reader {
     return values;
   }
 
+  std::vector<double> required_numbers(std::string_view key) const {
+    if (has(key)) return numbers(key);
+    throw InputError(place(key), "is missing", "", find_field(schema_, key)->meaning);
+  }
+
+  std::vector<const toml::table*> tables(std::string_view key) const {
+    std::vector<const toml::table*> tables;
+    if (!has(key)) return tables;
+    for (const toml::node& element : list(key)) {
+      if (!element.is_table()) throw InputError(place(element, key), "must be a table", shown(element));
+      tables.push_back(element.as_table());
+    }
+    return tables;
+  }
+
   const toml::table& sub_table(std::string_view key) const {
     const toml::node& node = *find(key);
     if (const auto* table = node.as_table()) return *table;
@@ -288,6 +303,15 @@ Specimen read_specimen(const toml::table& table, std::size_t number, const std::
   if (const auto path = reader.text("partials")) specimen.partials = existing_file(reader, "partials", *path, base);
   if (reader.has("strike_m")) specimen.strike_m = point(reader.numbers("strike_m"));
   if (reader.has("microphone_m")) specimen.microphone_m = point(reader.numbers("microphone_m"));
+  for (const toml::table* entry : reader.tables("mount")) {
+    const Reader mount(*entry, file, "specimen.mount", shown_table + ".mount");
+    specimen.mounts.push_back({point(mount.required_numbers("at_m")), std::nullopt});
+    if (!mount.has("direction")) continue;
+    specimen.mounts.back().direction = point(mount.numbers("direction"));
+    if (*specimen.mounts.back().direction == std::array<double, 3>{})
+      throw InputError(mount.place("direction"), "is zero");
+  }
+  specimen.predict = reader.flag("predict");
   return specimen;
 }
 
@@ -422,6 +446,8 @@ FitProblem parse_fit_problem(std::string_view text, const std::string& name,
     }
     problem.specimens.push_back(std::move(specimen));
   }
+  if (std::all_of(problem.specimens.begin(), problem.specimens.end(), [](const Specimen& s) { return s.predict; }))
+    throw InputError(top.place("specimen"), "all have predict = true", "", "one or more that are fitted");
   const toml::table empty;
   read_fit(Reader(top.has("fit") ? top.sub_table("fit") : empty, name, "fit", "fit"), name, problem);
   return problem;

@@ -19,6 +19,12 @@ struct Prior {
   double std = 0.0;  ///< > 0
 };
 
+/// A place where a wire or a pad of foam takes energy out of the body: a viscous damper there.
+struct Mount {
+  std::array<double, 3> at_m{};
+  std::optional<std::array<double, 3>> direction;  ///< it acts along this alone; empty: along all three axes alike
+};
+
 /// One body with its recordings (or partials measured elsewhere).
 struct Specimen {
   std::string name;
@@ -30,6 +36,8 @@ struct Specimen {
   std::optional<std::filesystem::path> partials;
   std::optional<std::array<double, 3>> strike_m;   ///< nearest surface node is struck in the resynthesis
   std::optional<std::array<double, 3>> microphone_m;
+  std::vector<Mount> mounts;                       ///< one coefficient for all of them is fitted with the damping
+  bool predict = false;  ///< takes no part in the fit: its partials are predicted and held against its recording
 };
 
 /// What specimen.toml says. Paths are made absolute against the file's folder.

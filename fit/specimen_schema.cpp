@@ -45,6 +45,10 @@ std::vector<SchemaField> make_schema() {
       {"specimen", "strike_m", kNumberList, "none", -kMaxLength, kMaxLength,
        "x, y, z of the strike; the nearest surface node is taken", 3},
       {"specimen", "microphone_m", kNumberList, "none", -kMaxLength, kMaxLength, "x, y, z of the microphone", 3},
+      {"specimen", "predict", kBoolean, "`false`", -kInf, kInf,
+       "take no part in the fit: partials are predicted from the others' material and held against the recording", 0},
+      {"specimen", "mount", kTableList, "none", -kInf, kInf,
+       "places where wire or foam touches the body: viscous dampers, of one coefficient that is fitted with the damping", 0},
 
       {"specimen.shape", "kind", kText, "required", -kInf, kInf,
        "tube, rod, box, shell_box, ellipsoid, sphere, bowl or revolution", 0},
@@ -54,6 +58,11 @@ std::vector<SchemaField> make_schema() {
       {"specimen.support", "kind", kText, "required", -kInf, kInf, "free, clamped or pinned", 0},
       {"specimen.support", "where", kText, "required unless free", -kInf, kInf,
        "`x=0`, `z>0.1`, `box:x0,y0,z0:x1,y1,z1` or `set:NAME`", 0},
+
+      {"specimen.mount", "at_m", kNumberList, "required", -kMaxLength, kMaxLength,
+       "x, y, z of the place; the nearest point of the surface is taken", 3},
+      {"specimen.mount", "direction", kNumberList, "all directions", -kInf, kInf,
+       "the damper acts along this direction alone (a foam pad: its normal), any length", 3},
 
       {"fit", "parameters", kTextList,
        "`[\"lame_lambda_pa\", \"lame_mu_pa\", \"rayleigh_stiffness_s\", \"rayleigh_mass_per_s\"]`", -kInf, kInf,

@@ -66,10 +66,11 @@ std::vector<std::pair<std::string, std::string>> csv_tables(const ResultData& da
   std::string matches =
       "specimen,mode_index,frequency_hz,frequency_std_hz,model_frequency_hz,deviation_cents,decay_per_s,"
       "decay_std_per_s,"
-      "model_decay_per_s,radiation_decay_per_s\n";
+      "model_decay_per_s,radiation_decay_per_s,mount_decay_per_kg,model_frequency_std_hz\n";
   for (const Match& m : data.matches) {
     matches += row(m.specimen, m.mode_index, m.frequency_hz, m.frequency_std_hz, m.model_frequency_hz,
-                   m.deviation_cents, m.decay_per_s, m.decay_std_per_s, m.model_decay_per_s, m.radiation_decay_per_s);
+                   m.deviation_cents, m.decay_per_s, m.decay_std_per_s, m.model_decay_per_s, m.radiation_decay_per_s,
+                   m.mount_decay_per_kg, m.model_frequency_std_hz);
   }
   tables.emplace_back("matches.csv", std::move(matches));
 

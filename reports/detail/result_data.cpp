@@ -96,6 +96,7 @@ Specimen read_body(const Node& node) {
   specimen.n_elements = node.integer("n_elements");
   specimen.n_channels = node.integer("n_channels");
   specimen.none_missing = node.boolean("none_missing");
+  specimen.predicted = node.boolean("predicted").value_or(false);
   specimen.n_rigid_modes = node.integer("n_rigid_modes");
   specimen.element = node.text("element");
   specimen.strikes_s = node.numbers("strikes_s");
@@ -156,6 +157,8 @@ void read_fit(const Node& root, ResultData& data) {
     match.decay_std_per_s = node.number("decay_std_per_s");
     match.model_decay_per_s = node.number("model_decay_per_s");
     match.radiation_decay_per_s = node.number("radiation_decay_per_s");
+    match.mount_decay_per_kg = node.number("mount_decay_per_kg");
+    match.model_frequency_std_hz = node.number("model_frequency_std_hz");
     data.matches.push_back(match);
   });
   root.each("predicted", [&](const Node& node) {

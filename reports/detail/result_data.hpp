@@ -33,7 +33,8 @@ struct Match {
   std::string specimen;
   int mode_index = -1;
   double frequency_hz = 0, model_frequency_hz = 0, deviation_cents = 0;
-  Number frequency_std_hz, decay_per_s, decay_std_per_s, model_decay_per_s, radiation_decay_per_s;
+  Number frequency_std_hz, decay_per_s, decay_std_per_s, model_decay_per_s, radiation_decay_per_s, mount_decay_per_kg,
+      model_frequency_std_hz;
 };
 
 struct Predicted {
@@ -64,6 +65,7 @@ struct Specimen {
       duration_s;
   std::optional<int> n_nodes, n_elements, n_channels;
   std::optional<bool> none_missing;
+  bool predicted = false;  ///< no part of the fit: a test of it
   std::vector<Partial> partials;
   std::vector<double> strikes_s;
   std::vector<Mode> modes;  ///< modes result only

@@ -59,6 +59,7 @@ constexpr Known kKnown[] = {
     {"rayleigh_stiffness_s", "stiffness damping", "α"},
     {"rayleigh_mass_per_s", "mass damping", "β"},
     {"loss_factor", "loss factor", "η"},
+    {"mount_damping_n_s_per_m", "damping of each mount", "c"},
     {"relaxation_strength", "relaxation strength", "Δ"},
     {"zener_strength", "relaxation strength", "Δ"},
     {"zener_time_s", "relaxation time", "τ"},
@@ -250,9 +251,11 @@ std::string damping_words(std::string_view model) {
   if (model == "mass_only") return "mass only";
   if (model == "stiffness_only") return "stiffness only";
   if (model == "zener") return "Zener";
-  constexpr std::string_view kRadiation = "_and_radiation";
-  if (model.size() > kRadiation.size() && model.substr(model.size() - kRadiation.size()) == kRadiation)
-    return damping_words(model.substr(0, model.size() - kRadiation.size())) + " beside radiation";
+  for (const auto& [suffix, words] : {std::pair<std::string_view, const char*>{"_and_mount", " and mounts"},
+                                      std::pair<std::string_view, const char*>{"_and_radiation", " beside radiation"}}) {
+    if (model.size() > suffix.size() && model.ends_with(suffix))
+      return damping_words(model.substr(0, model.size() - suffix.size())) + words;
+  }
   std::string words(model);
   std::replace(words.begin(), words.end(), '_', ' ');
   return words;

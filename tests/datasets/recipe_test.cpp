@@ -205,6 +205,20 @@ TEST(Recipe, DampingModelsFollowTheirFormulas) {
       InputError);
 }
 
+TEST(Recipe, MountsDampTheModesThatMoveThem) {
+  const auto plain = make_dataset_from_text(bar_recipe(), "r.toml", 1);
+  const std::string mount = "mount = [{ at = [0.0, 0.0, 1.0], direction = [0.0, 0.0, 2.0], damping_n_s_per_m = 2.0 }]\n";
+  const auto mounted = make_dataset_from_text(bar_recipe() + mount, "r.toml", 1);
+  const auto &a = plain.recordings[0], &b = mounted.recordings[0];
+  ASSERT_EQ(a.frequency_hz.size(), b.frequency_hz.size());
+  // The middle is an antinode of the first bending mode and a node of the second: 4/m u^2 of a slender bar's.
+  EXPECT_GT(b.decay_per_s[0] - a.decay_per_s[0], 1.0);
+  double least = 1e9;
+  for (std::size_t i = 0; i < a.decay_per_s.size(); ++i) least = std::min(least, b.decay_per_s[i] - a.decay_per_s[i]);
+  EXPECT_LE(std::abs(least), 1e-6);
+  EXPECT_NE(mounted.specimen_toml.find("mount = [{ at_m = ["), std::string::npos);
+}
+
 TEST(Recipe, TruthHoldsMaterialPartialsAndProvenance) {
   const Dataset d = make_dataset_from_text(bar_recipe("[noise]\nsnr_db = 40\n"), "bar", 77);
   const json truth = json::parse(d.truth_json);
@@ -263,6 +277,9 @@ TEST(RecipeParser, MistakesAreNamedWithLineAndKey) {
   EXPECT_NE(message_of("").find("material: is missing"), std::string::npos);
   EXPECT_NE(message_of("a = [").find("r.toml:1"), std::string::npos);
   EXPECT_NE(message_of(bar_recipe("[noise]\nsnr_db = nan\n")).find("out of range"), std::string::npos);
+  std::string mounted = bar_recipe();
+  mounted += "mount = [{ at = [0.0, 0.0, 1.0], direction = [0.0, 0.0, 0.0], damping_n_s_per_m = 1.0 }]\n";
+  EXPECT_NE(message_of(mounted).find("direction: is zero"), std::string::npos) << message_of(mounted);
   std::string text = bar_recipe();
   text.replace(text.find("width_m = 0.02"), 14, "width_m = -1.0");
   EXPECT_NE(message_of(text).find("width_m"), std::string::npos);

@@ -132,6 +132,33 @@ TEST(Damping, KnownRadiationIsTakenOffAndTheSplitIsPreferred) {
   EXPECT_EQ(fit_damping(points, warnings).candidates.size(), 5u);
 }
 
+TEST(Damping, MountsAreToldFromTheMaterialAndOnlyWhereTheyAct) {
+  // Constant loss factor; a damper of 0.4 N s/m that sits near some modes' antinodes and others' nodes.
+  const std::vector<double> per_kg = {9.4, 0.7, 0.06, 1.0, 0.07, 4.4, 10.3, 0.0003, 1.1, 15.9};
+  for (const double damper : {0.4, 0.0}) {
+    RandomStream random(9, 0);
+    std::vector<DecayPoint> points;
+    double f = 2600.0;
+    for (const double g : per_kg) {
+      const double decay = 0.5 * 1.2e-3 * 2.0 * kPi * f + damper * g;
+      points.push_back({f, decay * (1.0 + 0.01 * random.normal()), 0.01 * decay, 0.0, g});
+      f *= 1.25;
+    }
+    std::vector<std::string> warnings;
+    const DampingResult result = fit_damping(points, warnings);
+    EXPECT_EQ(result.candidates.size(), 10u);
+    EXPECT_EQ(result.model, damper > 0.0 ? "loss_factor_and_mount" : "loss_factor");
+    if (damper == 0.0) continue;
+    const auto& parameters = result.candidates.front().parameters;
+    ASSERT_EQ(parameters.size(), 2u);
+    EXPECT_EQ(parameters[1].name, "mount_damping_n_s_per_m");
+    ASSERT_TRUE(parameters[1].ci95.has_value());
+    EXPECT_LE((*parameters[1].ci95)[0], damper);
+    EXPECT_GE((*parameters[1].ci95)[1], damper);
+    EXPECT_LE(std::abs(parameters[0].value / 1.2e-3 - 1.0), 0.02);
+  }
+}
+
 TEST(Damping, DerivativesMatchDifferences) {
   for (const DampingKind kind : {DampingKind::kRayleigh, DampingKind::kLossFactor, DampingKind::kMassOnly,
                                  DampingKind::kStiffnessOnly, DampingKind::kZener}) {
@@ -153,6 +180,26 @@ TEST(Damping, DerivativesMatchDifferences) {
             (log_decay(kind, high.data(), omega, unused.data()) - log_decay(kind, low.data(), omega, unused.data())) /
             (2.0 * h);
         EXPECT_NEAR(gradient[j] / slope, 1.0, 1e-6) << to_text(kind) << " parameter " << j;
+      }
+    }
+  }
+}
+
+TEST(Damping, DerivativesBesideRadiationAndMountsMatchDifferences) {
+  const std::array<double, 3> p = {2e-7, 5.0, 0.3};
+  for (const double radiation : {0.0, 12.0}) {
+    for (const double mount : {1e-4, 8.0}) {
+      std::array<double, 3> gradient{}, unused{};
+      log_total_decay(DampingKind::kRayleigh, p.data(), 2e4, radiation, mount, gradient.data());
+      for (std::size_t j = 0; j < 3; ++j) {
+        auto high = p, low = p;
+        const double h = 1e-4 * p[j];
+        high[j] += h;
+        low[j] -= h;
+        const double slope = (log_total_decay(DampingKind::kRayleigh, high.data(), 2e4, radiation, mount, unused.data()) -
+                              log_total_decay(DampingKind::kRayleigh, low.data(), 2e4, radiation, mount, unused.data())) /
+                             (2.0 * h);
+        EXPECT_LE(std::abs(gradient[j] / slope - 1.0), 1e-4) << "parameter " << j;
       }
     }
   }

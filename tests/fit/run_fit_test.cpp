@@ -10,6 +10,8 @@
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/random.hpp"
+#include "core/audio/sound_file.hpp"
+#include "datasets-synthetic/recipe.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
 #include "fit/fit.hpp"
 #include "fit/fit_json.hpp"
@@ -124,6 +126,35 @@ TEST(RunFit, BarGivesEWithinTwoAndGWithinThreeTenthsOfAPercent) {
   EXPECT_LE(std::abs(named(result, "youngs_modulus_pa").value / truth.youngs_modulus_pa() - 1.0), 0.002);
   EXPECT_LE(std::abs(named(result, "shear_modulus_pa").value / truth.lame_mu_pa - 1.0), 0.003);
   EXPECT_TRUE(named(result, "shear_modulus_pa").identifiable);
+}
+
+TEST(RunFit, WholeTileGivesEAndGAndForetellsItsHalfWithinThreeTenthsOfAPercent) {
+  const auto made = datasets::make_dataset(KLANG_SOURCE_DIR "/datasets-synthetic/recipes/broken_tile.toml", 7);
+  const auto folder = std::filesystem::path(testing::TempDir()) / ("klang-tile" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  for (const auto& recording : made.recordings) audio::write_sound(folder / (recording.name + ".wav"), recording.signal);
+  const FitResult result = run_fit(parse_fit_problem(made.specimen_toml, "tile", folder), {});
+  std::filesystem::remove_all(folder);
+  ASSERT_EQ(result.status, FitStatus::kConverged) << result.message;
+  EXPECT_LE(std::abs(named(result, "youngs_modulus_pa").value / 70.5e9 - 1.0), 0.002);
+  EXPECT_LE(std::abs(named(result, "shear_modulus_pa").value / 29.375e9 - 1.0), 0.003);
+  EXPECT_TRUE(result.specimens[1].predicted);
+  int n_foretold = 0;
+  for (const PartialMatch& match : result.matches) {
+    EXPECT_EQ(match.model_frequency_std_hz.has_value(), match.specimen == 1);
+    if (match.specimen != 1) continue;
+    ++n_foretold;
+    const double off_hz = std::abs(match.frequency_hz - match.model_frequency_hz);
+    EXPECT_LE(off_hz, 0.003 * match.frequency_hz);
+    EXPECT_LE(off_hz, 3.0 * *match.model_frequency_std_hz);
+  }
+  EXPECT_GE(n_foretold, 6);
+  EXPECT_TRUE(result.specimens[1].unmatched_partials.empty());
+  // Loss factor and the foam's dampers, apart: broken_tile.toml.
+  ASSERT_EQ(result.damping.model, "loss_factor_and_mount");
+  const auto& damping = result.damping.candidates.front().parameters;
+  EXPECT_LE(std::abs(damping[0].value / 1.2e-3 - 1.0), 0.01);
+  EXPECT_TRUE(covers(damping[1], 0.5)) << damping[1].value;
 }
 
 TEST(RunFit, PublishedChimesAreMetWithinOnePercent) {

@@ -9,6 +9,7 @@
 #include "core/base/conventions.hpp"
 #include "core/base/output_file.hpp"
 #include "core/mesh/quality.hpp"
+#include "core/mesh/surface_point.hpp"
 #include "mesh_checks.hpp"
 
 using namespace klang;
@@ -262,4 +263,19 @@ TEST(NearestNode, OnTheSurfaceAndInside) {
   EXPECT_LE(ball.nodes_m.row(nearest_node(ball, {0, 0, 0})).norm(), 1e-15);
   EXPECT_LE(std::abs(ball.nodes_m.row(nearest_surface_node(ball, {0.001, 0, 0})).norm() - 0.05), 1e-15);
   expect_input_error([&] { nearest_node(ball, {std::nan(""), 0, 0}); }, {"finite"});
+}
+
+TEST(SurfacePoint, QuadraticFieldOnABoxIsRepeatedAtTheNearestPointOfItsFaces) {
+  const TetMesh mesh = mesh_shape({"box", {{"length_m", 0.1}, {"width_m", 0.08}, {"height_m", 0.02}}, {}});
+  const auto field = [](const Eigen::Vector3d& x) { return 1.0 + 3.0 * x[0] - x[1] + 40.0 * x[0] * x[1] + 25.0 * x[0] * x[0]; };
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0.031, -0.013, 0.01), Eigen::Vector3d(0.012, 0.007, 0.5), Eigen::Vector3d(0.3, 0.4, 0.5)}) {
+    const SurfacePoint place = nearest_surface_point(mesh, p);
+    const Eigen::Vector3d foot = p.cwiseMin(Eigen::Vector3d(0.05, 0.04, 0.01));
+    double value = 0.0;
+    for (std::size_t k = 0; k < place.nodes.size(); ++k)
+      value += place.weights[static_cast<Eigen::Index>(k)] * field(mesh.nodes_m.row(place.nodes[k]).transpose());
+    EXPECT_LE(std::abs(value - field(foot)), 1e-12);
+    EXPECT_LE(std::abs(place.distance_m - (p - foot).norm()), 1e-12);
+  }
+  expect_input_error([&] { nearest_surface_point(mesh, {0.0, std::nan(""), 0.0}); }, {"not finite"});
 }

@@ -273,6 +273,8 @@ std::optional<Svg> decay_figure(const ResultData& data) {
   static constexpr std::string_view kDashes[] = {"dash1", "dash2", "dash3", "dash4"};
   for (std::size_t i = data.damping.size(); i-- > 0;) {
     const DampingModel& model = data.damping[i];
+    // What acts beside the material differs from mode to mode: no curve shows it, and only the best one's is worth a line.
+    if (model.model != data.damping_model && model.model.find("_and_") != std::string::npos) continue;
     std::vector<PlotPoint> curve;
     double end = 0, end_distance = 1e300;
     for (std::size_t k = 0; k < model.curve_frequency_hz.size(); ++k) {

@@ -158,33 +158,15 @@ std::string key_figures(const ResultData& data) {
     }
   }
   if (data.kind == "fit" && !data.matches.empty()) {
-    double sum_sq = 0, worst = 0;
-    std::size_t n_partials = 0;
-    std::size_t n_matched = 0, n_foretold = 0, n_predicted = 0;
-    double worst_predicted = 0;
-    const auto is_predicted = [&](const Match& match) {
-      return std::any_of(data.specimens.begin(), data.specimens.end(),
-                         [&](const Specimen& s) { return s.predicted && s.name == match.specimen; });
-    };
-    for (const Match& match : data.matches) {
-      if (is_predicted(match)) {
-        ++n_foretold;
-        worst_predicted = std::max(worst_predicted, std::abs(match.deviation_cents));
-        continue;
-      }
-      ++n_matched;
-      sum_sq += match.deviation_cents * match.deviation_cents;
-      worst = std::max(worst, std::abs(match.deviation_cents));
+    const MatchSummary fitted = match_summary(data, false), predicted = match_summary(data, true);
+    if (fitted.worst) {
+      key("partials matched", std::to_string(fitted.n_matched), "of " + std::to_string(fitted.n_partials));
+      key("deviation", rounded(fitted.rms_cents, 2) + " cents",
+          "rms; largest " + rounded(std::abs(fitted.worst->deviation_cents), 2));
     }
-    for (const Specimen& specimen : data.specimens) (specimen.predicted ? n_predicted : n_partials) += specimen.partials.size();
-    if (n_matched > 0) {
-      key("partials matched", std::to_string(n_matched), "of " + std::to_string(std::max(n_partials, n_matched)));
-      key("deviation", rounded(std::sqrt(sum_sq / static_cast<double>(n_matched)), 2) + " cents",
-          "rms; largest " + rounded(worst, 2));
-    }
-    if (n_predicted > 0)
-      key("predicted", std::to_string(n_foretold) + " of " + std::to_string(n_predicted),
-          n_foretold > 0 ? "partials; largest error " + rounded(worst_predicted, 2) + " cents" : "");
+    if (predicted.n_partials > 0)
+      key("partials predicted", std::to_string(predicted.n_matched) + " of " + std::to_string(predicted.n_partials),
+          predicted.worst ? "largest error " + rounded(std::abs(predicted.worst->deviation_cents), 2) + " cents" : "");
     if (!data.damping_model.empty()) {
       std::string note;
       for (const DampingModel& model : data.damping) {

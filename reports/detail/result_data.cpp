@@ -318,4 +318,22 @@ ResultData read_result(const std::filesystem::path& result_json) {
   return data;
 }
 
+MatchSummary match_summary(const ResultData& data, bool predicted) {
+  MatchSummary summary;
+  double sum_sq = 0.0;
+  for (const Specimen& specimen : data.specimens) {
+    if (specimen.predicted != predicted) continue;
+    summary.n_partials += specimen.partials.size();
+    for (const Match& match : data.matches) {
+      if (match.specimen != specimen.name) continue;
+      ++summary.n_matched;
+      sum_sq += match.deviation_cents * match.deviation_cents;
+      if (!summary.worst || std::abs(match.deviation_cents) > std::abs(summary.worst->deviation_cents)) summary.worst = &match;
+    }
+  }
+  summary.n_partials = std::max(summary.n_partials, summary.n_matched);
+  if (summary.n_matched > 0) summary.rms_cents = std::sqrt(sum_sq / static_cast<double>(summary.n_matched));
+  return summary;
+}
+
 }  // namespace klang::reports::detail

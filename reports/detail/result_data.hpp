@@ -160,4 +160,12 @@ struct ResultData {
 /// type.
 ResultData read_result(const std::filesystem::path& result_json);
 
+/// How far matches are off, of the specimens that were fitted or of those that were predicted.
+struct MatchSummary {
+  std::size_t n_partials = 0, n_matched = 0;
+  double rms_cents = 0.0;
+  const Match* worst = nullptr;  ///< nullptr without a match
+};
+MatchSummary match_summary(const ResultData& data, bool predicted);
+
 }  // namespace klang::reports::detail

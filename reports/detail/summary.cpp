@@ -51,18 +51,22 @@ bool damping(const std::string& name) {
          name.starts_with("relaxation_");
 }
 
+/// Those that were fitted.
 std::string the_specimens(const ResultData& data) {
-  const std::size_t n = data.specimens.size();
-  std::string kind = n > 0 ? data.specimens[0].shape_kind : std::string();
+  std::vector<const Specimen*> fitted;
   for (const Specimen& specimen : data.specimens) {
-    if (specimen.shape_kind != kind) kind.clear();
+    if (!specimen.predicted) fitted.push_back(&specimen);
+  }
+  std::string kind = fitted.empty() ? std::string() : fitted[0]->shape_kind;
+  for (const Specimen* specimen : fitted) {
+    if (specimen->shape_kind != kind) kind.clear();
   }
   std::replace(kind.begin(), kind.end(), '_', ' ');
-  if (n == 1) {
-    const std::string& name = data.specimens[0].name;
+  if (fitted.size() == 1) {
+    const std::string& name = fitted[0]->name;
     return "The " + (kind.empty() ? "specimen" : escaped(kind)) + (name.empty() ? "" : " " + escaped(name));
   }
-  return "The " + number_word(n) + " " + (kind.empty() ? "specimens" : escaped(plural_of(kind)));
+  return "The " + number_word(fitted.size()) + " " + (kind.empty() ? "specimens" : escaped(plural_of(kind)));
 }
 
 void say_material(const ResultData& data, std::vector<std::string>& sentences) {
@@ -88,7 +92,7 @@ void say_material(const ResultData& data, std::vector<std::string>& sentences) {
                       " is not determined by these partials" + (why.empty() ? "" : ": " + escaped(why)) +
                       ".");
   }
-  const bool plural = data.specimens.size() > 1;
+  const bool plural = std::count_if(data.specimens.begin(), data.specimens.end(), [](const Specimen& s) { return !s.predicted; }) > 1;
   if (!found.empty()) {
     sentences.push_back(the_specimens(data) +
                         (data.material.empty() ? "" : ", taken as " + escaped(data.material) + ",") +
@@ -99,26 +103,23 @@ void say_material(const ResultData& data, std::vector<std::string>& sentences) {
   if (!open.empty()) sentences.push_back(open);
 }
 
-void say_matches(const ResultData& data, std::vector<std::string>& sentences) {
-  std::size_t n_partials = 0;
-  for (const Specimen& specimen : data.specimens) n_partials += specimen.partials.size();
-  if (data.matches.empty()) return;
-  const Match* worst = &data.matches[0];
-  double sum_sq = 0;
-  for (const Match& match : data.matches) {
-    if (std::abs(match.deviation_cents) > std::abs(worst->deviation_cents)) worst = &match;
-    sum_sq += match.deviation_cents * match.deviation_cents;
+void say_matches(const ResultData& data, bool predicted, std::vector<std::string>& sentences) {
+  const MatchSummary summary = match_summary(data, predicted);
+  if (!summary.worst) return;
+  const Match& worst = *summary.worst;
+  const double percent = 100 * std::abs(worst.frequency_hz / worst.model_frequency_hz - 1);
+  std::string names;
+  for (const Specimen& specimen : data.specimens) {
+    if (specimen.predicted) names += (names.empty() ? "" : ", ") + escaped(specimen.name);
   }
-  n_partials = std::max(n_partials, data.matches.size());
-  const double percent = 100 * std::abs(worst->frequency_hz / worst->model_frequency_hz - 1);
+  const std::string lead = predicted ? "A test: <b>" + names + "</b> took no part in the fit. Of " : "Of ";
   sentences.push_back(
-      "Of " + counted(n_partials, "measured partial", "measured partials") + ", " +
-      bold(std::to_string(data.matches.size())) + (data.matches.size() == 1 ? " matches" : " match") +
-      " a mode of the model, with a root-mean-square deviation of " +
-      bold(rounded(std::sqrt(sum_sq / static_cast<double>(data.matches.size())), 2) + " cents") +
-      "; the largest is " + escaped(signed_cents(worst->deviation_cents)) + " cents (" + rounded(percent, 2) +
-      " %) at " + escaped(hertz(worst->frequency_hz, worst->frequency_std_hz)) +
-      (data.specimens.size() > 1 ? " of " + escaped(worst->specimen) : "") + ".");
+      lead + counted(summary.n_partials, "measured partial", "measured partials") + ", " +
+      bold(std::to_string(summary.n_matched)) + (summary.n_matched == 1 ? " matches" : " match") +
+      (predicted ? " a mode that the fit predicts" : " a mode of the model") + ", with a root-mean-square deviation of " +
+      bold(rounded(summary.rms_cents, 2) + " cents") + "; the largest is " + escaped(signed_cents(worst.deviation_cents)) +
+      " cents (" + rounded(percent, 2) + " %) at " + escaped(hertz(worst.frequency_hz, worst.frequency_std_hz)) +
+      (data.specimens.size() > 1 ? " of " + escaped(worst.specimen) : "") + ".");
 }
 
 void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
@@ -167,8 +168,9 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
           (data.message.empty() ? "" : " " + escaped(data.message)));
     }
     say_material(data, sentences);
-    say_matches(data, sentences);
+    say_matches(data, false, sentences);
     say_damping(data, sentences);
+    say_matches(data, true, sentences);
     return sentences;
   }
   const Specimen& body = data.specimens.front();
@@ -250,13 +252,10 @@ Verdict verdict(const ResultData& data) {
       result.details = data.message;
       return result;
     }
-    std::size_t n_partials = 0;
-    for (const Specimen& specimen : data.specimens) n_partials += specimen.partials.size();
-    double worst = 0;
-    for (const Match& match : data.matches) worst = std::max(worst, std::abs(match.deviation_cents));
-    result.details = std::to_string(data.matches.size()) + " of " +
-                     std::to_string(std::max(n_partials, data.matches.size())) + " partials matched";
-    if (!data.matches.empty()) result.details += ", none further than " + rounded(worst, 2) + " cents";
+    const MatchSummary summary = match_summary(data, false);
+    result.details = std::to_string(summary.n_matched) + " of " + std::to_string(summary.n_partials) + " partials matched";
+    if (summary.worst)
+      result.details += ", none further than " + rounded(std::abs(summary.worst->deviation_cents), 2) + " cents";
     if (data.n_iterations)
       result.details += "; " + counted(static_cast<std::size_t>(std::max(0.0, *data.n_iterations)),
                                        "solver step", "solver steps");

@@ -74,7 +74,7 @@ struct Suffix {
 };
 // Longest first: "_per_s" before "_s".
 constexpr Suffix kSuffixes[] = {
-    {"_kg_m3", "kg/m³", false}, {"_per_s", "1/s", false}, {"_cents", "cents", false},
+    {"_n_s_per_m", "N s/m", false}, {"_kg_m3", "kg/m³", false}, {"_per_s", "1/s", false}, {"_cents", "cents", false},
     {"_rad", "rad", false},     {"_hz", "Hz", true},      {"_kg", "g", true},
     {"_pa", "Pa", true},        {"_m", "m", true},        {"_s", "s", true}};
 

@@ -30,9 +30,9 @@ a:focus-visible,button:focus-visible,summary:focus-visible,.scroll:focus-visible
 .pill::before{content:"";width:.6em;height:.6em;border-radius:50%;background:currentColor}
 .good{color:var(--good)}.fair{color:var(--fair)}.bad{color:var(--bad)}
 .verdict .how{color:var(--muted)}
-.keys{display:grid;grid-template-columns:repeat(auto-fit,minmax(158px,1fr));gap:1px;margin:1.6rem 0 .5rem;padding:0;
+.keys{display:flex;flex-wrap:wrap;gap:1px;margin:1.6rem 0 .5rem;padding:0;
 background:var(--line);border:1px solid var(--line);border-radius:8px;overflow:hidden}
-.keys div{background:var(--paper);padding:.75rem .95rem}
+.keys div{flex:1 1 158px;background:var(--paper);padding:.75rem .95rem}
 .keys dt{font-size:.8rem;color:var(--muted)}
 .keys dd{margin:.1rem 0 0;font-size:1.22rem;font-weight:600;font-variant-numeric:tabular-nums;line-height:1.25}
 .keys small{display:block;font-size:.78rem;font-weight:400;color:var(--muted)}

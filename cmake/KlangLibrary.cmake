@@ -28,7 +28,7 @@ endif()
 # With KLANG_SANITIZE_READERS_ONLY (the fuzz preset) the folders that read foreign bytes are instrumented and the numerical
 # ones, whose Eigen code takes the sanitizers minutes to compile and is not reached by the targets, are not.
 set(KLANG_SANITIZER_OPTIONS -fsanitize=${KLANG_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
-set(KLANG_READER_FOLDERS core/base core/audio core/mesh fit datasets-synthetic)
+set(KLANG_READER_FOLDERS core/base core/toml core/audio core/mesh fit datasets-synthetic)
 if(KLANG_SANITIZE)
   if(NOT KLANG_SANITIZE_READERS_ONLY)
     target_compile_options(klang_flags INTERFACE $<BUILD_INTERFACE:${KLANG_SANITIZER_OPTIONS}>)

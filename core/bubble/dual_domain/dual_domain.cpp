@@ -6,6 +6,7 @@
 #include "core/base/check.hpp"
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
+#include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/bubble/dual_domain/detail/ridge.hpp"
 #include "core/bubble/dual_domain/detail/row_kernel.hpp"
@@ -40,6 +41,7 @@ Conditions<Scalar> assemble(Index n_unknowns, Index n_samples, bool scale_column
   Conditions<Scalar> result;
   constexpr Index kMultiple = detail::kMultiple<Scalar>;
   result.adjoint.resize((n_unknowns + kMultiple - 1) / kMultiple * kMultiple, n_samples);
+  prefer_huge_pages(result.adjoint.data(), static_cast<std::size_t>(result.adjoint.size()) * sizeof(Scalar));
   std::vector<Eigen::VectorXd> squares((static_cast<std::size_t>(n_samples) + kSamplesPerRange - 1) / kSamplesPerRange);
   parallel_for(static_cast<std::size_t>(n_samples), kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
     const auto first = static_cast<Index>(begin), last = static_cast<Index>(end);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/check.hpp"
+#include "core/base/memory.hpp"
 #include "core/base/parallel.hpp"
 #include "core/base/random.hpp"
 #include "core/bubble/dual_domain/detail/lapack.hpp"
@@ -52,6 +53,7 @@ Embedding embedding(Eigen::Index n_rows, Eigen::Index n_buckets) {
 template <class Scalar>
 Matrix<Scalar> sketch(const Embedding& embedding, const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale) {
   Matrix<Scalar> sums(adjoint.rows(), static_cast<Eigen::Index>(embedding.buckets.size()));
+  prefer_huge_pages(sums.data(), static_cast<std::size_t>(sums.size()) * sizeof(Scalar));
   parallel_for(embedding.buckets.size(), 32, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       auto column = sums.col(static_cast<Eigen::Index>(k));
@@ -77,6 +79,7 @@ template <class Scalar>
 Matrix<Scalar> gram(const Matrix<Scalar>& m) {
   const int n = static_cast<int>(m.rows()), k = static_cast<int>(m.cols());
   Matrix<Scalar> g(n, n);
+  prefer_huge_pages(g.data(), static_cast<std::size_t>(g.size()) * sizeof(Scalar));
   std::vector<std::pair<int, int>> tiles;
   for (int i = 0; i < n; i += kTile)
     for (int j = 0; j <= i; j += kTile) tiles.emplace_back(i, j);

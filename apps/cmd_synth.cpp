@@ -11,9 +11,8 @@
 #include "core/audio/sound_file.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
-#include "core/mesh/quality.hpp"
 #include "core/modal/oscillator_bank.hpp"
-#include "number_options.hpp"
+#include "strike_options.hpp"
 
 namespace klang::apps {
 namespace {
@@ -22,9 +21,7 @@ struct SynthOptions {
   std::string model;
   std::string output;
   std::vector<std::string> strikes;
-  double rayleigh_stiffness_s = 0.0;
-  double rayleigh_mass_per_s = 0.0;
-  double loss_factor = 0.0;
+  DampingOptions damping;
   double sample_rate_hz = 48000.0;
   double duration_s = 3.0;
   double peak_db_re_full_scale = -3.0;
@@ -37,56 +34,6 @@ struct SynthOptions {
   bool unit_transfer = false;
   bool radiation_damping = false;
 };
-
-/// Decay of each mode: Rayleigh and constant loss factor add up.
-Eigen::VectorXd decay_per_s(const SynthOptions& options, const modal::ModalModel& model) {
-  return modal::rayleigh_decay_per_s(model.angular_frequency_rad_s, options.rayleigh_stiffness_s,
-                                     options.rayleigh_mass_per_s) +
-         0.5 * options.loss_factor * model.angular_frequency_rad_s;
-}
-
-/// Strikes from --strike texts; without one, a unit impulse across the body's thinnest direction at its far end.
-std::vector<modal::Strike> read_strikes(const SynthOptions& options, const modal::ModalModel& model) {
-  std::vector<modal::Strike> strikes;
-  for (const std::string& text : options.strikes) {
-    auto values = parse_assignments("--strike", text);
-    const auto take = [&](const char* name, double fallback) {
-      const auto found = values.find(name);
-      if (found == values.end()) return fallback;
-      const double value = found->second;
-      values.erase(found);
-      return checked("--strike", name, value, -1e6, 1e6);
-    };
-    modal::Strike strike;
-    strike.time_s = checked("--strike", "time_s", take("time_s", 0.0), 0.0, options.duration_s);
-    const double x_m = take("x_m", 0.0), y_m = take("y_m", 0.0), z_m = take("z_m", 0.0);
-    strike.node = mesh::nearest_surface_node(model.mesh, {x_m, y_m, z_m});
-    const double fx = take("fx_n_s", 0.0), fy = take("fy_n_s", 0.0), fz = take("fz_n_s", 0.0);
-    strike.impulse_n_s = {fx, fy, fz};
-    strike.contact_duration_s = checked("--strike", "contact_s", take("contact_s", 0.0), 0.0, 0.1);
-    if (!values.empty()) {
-      throw InputError("--strike", "has an unknown name", values.begin()->first,
-                       "time_s, x_m, y_m, z_m, fx_n_s, fy_n_s, fz_n_s, contact_s");
-    }
-    if (!(strike.impulse_n_s.norm() > 0.0)) throw InputError("--strike", "has no impulse", text, "fx_n_s, fy_n_s, fz_n_s");
-    strikes.push_back(strike);
-  }
-  if (strikes.empty()) {
-    const Eigen::RowVector3d low = model.mesh.nodes_m.colwise().minCoeff();
-    const Eigen::RowVector3d size = model.mesh.nodes_m.colwise().maxCoeff() - low;
-    Eigen::Index thin = 0, along = 0;
-    size.minCoeff(&thin);
-    size.maxCoeff(&along);
-    modal::Strike strike;
-    Eigen::Vector3d end = (low + 0.5 * size).transpose();
-    end[along] = low[along] + size[along];
-    strike.node = mesh::nearest_surface_node(model.mesh, end);
-    strike.impulse_n_s[thin] = 1.0;
-    strike.contact_duration_s = 2e-5;
-    strikes.push_back(strike);
-  }
-  return strikes;
-}
 
 /// What --transfer adds to the result.
 struct EarSound {
@@ -132,18 +79,16 @@ EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& mod
 
 int run_synth(const SynthOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
-  checked("command line", "--rayleigh-stiffness-s", options.rayleigh_stiffness_s, 0.0, 1.0);
-  checked("command line", "--rayleigh-mass-per-s", options.rayleigh_mass_per_s, 0.0, 1e6);
-  checked("command line", "--loss-factor", options.loss_factor, 0.0, 1.0);
+  options.damping.validate();
   checked("command line", "--duration-s", options.duration_s, 0.001, 3600.0);
   checked("command line", "--rate-hz", options.sample_rate_hz, 1000.0, 768000.0);
   checked("command line", "--peak-db", options.peak_db_re_full_scale, -120.0, 0.0);
   const modal::ModalModel model = modal::read_modal_model(options.model);
-  const auto strikes = read_strikes(options, model);
+  const auto strikes = read_strikes(options.strikes, options.duration_s, model);
   modal::SynthesisOptions synthesis;
   synthesis.sample_rate_hz = options.sample_rate_hz;
   synthesis.duration_s = options.duration_s;
-  Eigen::VectorXd decays = decay_per_s(options, model);
+  Eigen::VectorXd decays = decay_per_s(options.damping, model);
   std::vector<std::filesystem::path> inputs = {options.model};
   EarSound heard;
   if (!options.transfer.empty()) {
@@ -165,9 +110,9 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   audio::write_sound(options.output, sound);
 
   nlohmann::json json = result_header("synth", "done", common,
-                                      {{"rayleigh_stiffness_s", options.rayleigh_stiffness_s},
-                                       {"rayleigh_mass_per_s", options.rayleigh_mass_per_s},
-                                       {"loss_factor", options.loss_factor},
+                                      {{"rayleigh_stiffness_s", options.damping.rayleigh_stiffness_s},
+                                       {"rayleigh_mass_per_s", options.damping.rayleigh_mass_per_s},
+                                       {"loss_factor", options.damping.loss_factor},
                                        {"duration_s", options.duration_s},
                                        {"sample_rate_hz", options.sample_rate_hz},
                                        {"radiation_damping", options.radiation_damping}},
@@ -191,15 +136,8 @@ Subcommand add_synth(CLI::App& program, CommonOptions& common) {
   CLI::App* app = program.add_subcommand("synth", "Sound of strikes on a modal model");
   app->add_option("model", options->model, "Modal model (.vtu) from klang modes -o or klang fit")->required();
   app->add_option("-o,--output", options->output, "Sound file (.wav or .flac)")->required();
-  app->add_option("--strike", options->strikes,
-                  "A strike, may be repeated: time_s=..,x_m=..,y_m=..,z_m=..,fx_n_s=..,fy_n_s=..,fz_n_s=..,contact_s=.. "
-                  "(the nearest node is struck; contact_s: standard deviation of the Gaussian force)");
-  app->add_option("--rayleigh-stiffness-s", options->rayleigh_stiffness_s, "Damping C = this K + rayleigh_mass_per_s M")
-      ->capture_default_str();
-  app->add_option("--rayleigh-mass-per-s", options->rayleigh_mass_per_s, "Damping proportional to the mass")
-      ->capture_default_str();
-  app->add_option("--loss-factor", options->loss_factor, "Constant loss factor: decay_per_s = loss_factor omega / 2")
-      ->capture_default_str();
+  add_strike_option(*app, options->strikes);
+  add_damping_options(*app, options->damping);
   app->add_option("--duration-s", options->duration_s, "Length of the sound")->capture_default_str();
   app->add_option("--rate-hz", options->sample_rate_hz, "Sample rate")->capture_default_str();
   app->add_option("--peak-db", options->peak_db_re_full_scale, "Level of the highest peak, dB re full scale")

@@ -13,6 +13,7 @@
 #include "reports/detail/raster.hpp"
 #include "reports/detail/spectrogram.hpp"
 #include "reports/detail/bubble_page.hpp"
+#include "reports/detail/regression_page.hpp"
 #include "reports/detail/study_figures.hpp"
 #include "reports/detail/study_pictures.hpp"
 #include "reports/detail/text.hpp"
@@ -39,6 +40,7 @@ class ReportWriter {
 
   ReportResult write() {
     if (data_.kind == "study") return write_study();
+    if (data_.kind == "regression") return write_regression();
     parts_.media.resize(data_.specimens.size());
     monitor_.progress("report", 0.0);
     plots();
@@ -72,6 +74,28 @@ class ReportWriter {
       if (std::filesystem::is_regular_file(folder_ / name, ignored)) list.emplace_back(name, what);
     }
     for (const StudyField& field : data_.study.fields) list.emplace_back(field.file, "– for ParaView");
+    list.emplace_back("figures/", "– every figure as SVG and PNG");
+    finish();
+    return std::move(result_);
+  }
+
+  ReportResult write_regression() {
+    monitor_.progress("report", 0.0);
+    const auto add = [&](const char* stem, std::optional<Svg> svg, const char* caption) {
+      if (!svg) return;
+      add_figure(stem, *svg);
+      parts_.regression.push_back({std::move(*svg), stem, caption});
+    };
+    add("spectrum", regression_spectrum_figure(data_.regression), "Partials at the strike, side by side, and mean third-octave levels, the noise taken off.");
+    add("levels", regression_spectrogram_figure(data_.regression),
+        "Levels in bands of a twelfth octave from the onset on. What lies under the floor (12 dB over the louder noise, or 50 dB under the loudest cell) is set to it, "
+        "so that noise shows no difference.");
+    add("partials", regression_partials_figure(data_.regression),
+        "How far the partials lie from the reference. A mark outside its bar is a failed claim; hollow marks were not judged.");
+    auto& list = parts_.downloads;
+    list.emplace_back(result_json_.filename().string(), "– the result this page is made of");
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(folder_ / "junit.xml", ignored)) list.emplace_back("junit.xml", "– the claims for a test report");
     list.emplace_back("figures/", "– every figure as SVG and PNG");
     finish();
     return std::move(result_);

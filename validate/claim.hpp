@@ -16,15 +16,16 @@ struct Claim {
   double tolerance = 0.0;                ///< largest |measured - reference|, in the same unit
   std::optional<double> observed_order;  ///< where the claim is about convergence
   bool passed = false;
+  std::string not_judged = {};           ///< why nothing could be said; empty: it was judged. Never passed then.
 };
 
 /// passed = |measured - reference| <= tolerance, with reference 0 where there is none.
 Claim judged(Claim claim);
 
-/// {"name", "words", "measured", "reference", "tolerance", "observed_order", "passed"}; null where there is none.
+/// {"name", "words", "measured", "reference", "tolerance", "observed_order", "passed", "not_judged"}; null where there is none.
 nlohmann::json to_json(const Claim& claim);
 
-/// One JUnit test suite with a test case a claim; no time stamps, so that the same claims give the same bytes.
+/// One JUnit test suite with a test case a claim, skipped where it was not judged; no time stamps, so that the same claims give the same bytes.
 std::string junit_xml(std::string_view suite, const std::vector<Claim>& claims);
 
 }  // namespace klang::validate

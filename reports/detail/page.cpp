@@ -7,6 +7,7 @@
 #include "reports/detail/fit_tables.hpp"
 #include "reports/detail/page_parts.hpp"
 #include "reports/detail/raster.hpp"
+#include "reports/detail/regression_page.hpp"
 #include "reports/detail/study_page.hpp"
 #include "reports/detail/text.hpp"
 
@@ -141,6 +142,7 @@ std::string specimen_section(const ResultData& data, const PageParts& parts, std
 std::string key_figures(const ResultData& data) {
   if (data.kind == "study") return study_key_figures(data.study);
   if (data.kind == "bubbles") return bubble_key_figures(data);
+  if (data.kind == "regression") return regression_key_figures(data.regression);
   std::string html;
   const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
     html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) +
@@ -238,6 +240,7 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
                            : data.kind == "analysis" ? "Klangprobe · partials of a recording"
                            : data.kind == "study"    ? "Klangprobe · convergence study"
                            : data.kind == "bubbles"  ? "Klangprobe · bubbles in a recording"
+                           : data.kind == "regression" ? "Klangprobe · a sound against its reference"
                                                      : "Klangprobe · modes of a body";
   std::vector<std::pair<std::string, std::string>> contents;
   std::string sections;
@@ -276,6 +279,12 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
     section("specimens", data.specimens.size() == 1 ? "Specimen" : "Specimens", bodies);
   } else if (data.kind == "study") {
     for (const StudySection& part : study_sections(data.study, parts.study)) section(part.id, part.name, part.html);
+  } else if (data.kind == "regression") {
+    std::string figures;
+    for (const CaptionedFigure& plot : parts.regression) figures += figure(sheet(plot.svg), plot.caption);
+    section("overlay", "Overlay", figures);
+    section("partials", "Partials", regression_partial_table(data.regression));
+    section("claims", "Claims", regression_claim_table(data.regression));
   } else if (data.kind == "bubbles") {
     section("sound", "Sound", specimen_section(data, parts, 0));
     section("bubbles", "Bubbles", bubble_table(data.bubbles));

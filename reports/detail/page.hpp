@@ -35,6 +35,7 @@ struct PageParts {
   std::vector<Svg> ladders;
   std::optional<Svg> residuals, decays, spectrum, modes;
   StudyParts study;
+  std::vector<CaptionedFigure> regression;                     ///< spectrum, levels over time, partials
   std::vector<SpecimenMedia> media;                            ///< as data.specimens
   std::vector<std::string> warnings;                           ///< of the report itself
   std::vector<std::pair<std::string, std::string>> downloads;  ///< file beside the page, what it is

@@ -205,16 +205,22 @@ StudySeries read_series(const Node& node) {
   return series;
 }
 
+std::vector<StudyClaim> read_claims(const Node& root) {
+  std::vector<StudyClaim> claims;
+  root.each("claims", [&](const Node& node) {
+    claims.push_back({node.text("name"), node.text("words"), node.number("measured"), node.number("reference"), node.number("tolerance"),
+                      node.boolean("passed").value_or(false), node.text("not_judged")});
+  });
+  return claims;
+}
+
 void read_study(const Node& root, StudyData& study) {
   study.name = root.text("study");
   study.title = root.text("title");
   study.question = root.text("question");
   study.passed = root.boolean("passed").value_or(false);
   root.each("series", [&](const Node& node) { study.series.push_back(read_series(node)); });
-  root.each("claims", [&](const Node& node) {
-    study.claims.push_back({node.text("name"), node.text("words"), node.number("measured"), node.number("reference"),
-                            node.number("tolerance"), node.boolean("passed").value_or(false)});
-  });
+  study.claims = read_claims(root);
   const Node fields = root.child("fields");
   const auto read_fields = [&](const char* key, FieldKind kind) {
     fields.each(key, [&](const Node& node) {
@@ -283,6 +289,51 @@ void read_bubbles(const Node& root, BubbleData& data) {
   });
 }
 
+std::vector<std::vector<double>> read_levels(const Node& node, const char* key, std::size_t n_rows, std::size_t n_columns) {
+  std::vector<std::vector<double>> rows;
+  node.each(key, [&](const Node& row) {
+    if (!row.raw().is_array() || row.raw().size() != n_columns) throw InputError(row.place(), "has the wrong length");
+    rows.emplace_back();
+    for (const json& value : row.raw()) {
+      if (!value.is_number()) throw InputError(row.place(), "not a number");
+      rows.back().push_back(value.get<double>());
+    }
+  });
+  if (rows.size() != n_rows) throw InputError(node.place() + "." + key, "has the wrong number of bands");
+  return rows;
+}
+
+void read_regression(const Node& root, RegressionData& data) {
+  data.claims = read_claims(root);
+  root.each("partials", [&](const Node& node) {
+    RegressionPartial p;
+    if (node.has("reference")) p.reference = partial(node.child("reference"));
+    if (node.has("sound")) p.sound = partial(node.child("sound"));
+    if (!p.reference && !p.sound) throw InputError(node.place(), "has neither reference nor sound");
+    p.cents = node.number("cents");
+    p.cents_tolerance = node.number("cents_tolerance");
+    p.decay_change = node.number("decay_change");
+    p.decay_tolerance = node.number("decay_tolerance");
+    p.note = node.text("note");
+    data.partials.push_back(std::move(p));
+  });
+  root.each("third_octaves", [&](const Node& node) {
+    data.thirds.push_back({node.required("centre_hz"), node.number("reference_db"), node.number("sound_db"), node.number("difference_db"), node.number("tolerance_db")});
+  });
+  data.reference_origin = root.text("reference_origin");
+  data.reference_takes = root.integer("reference_takes");
+  data.gain_db = root.number("gain_db");
+  data.factor = root.number("factor");
+  data.log_spectral_distance_db = root.number("log_spectral_distance_db");
+  data.ring_10db_s = root.number("ring_10db_s");
+  data.reference_ring_10db_s = root.number("reference_ring_10db_s");
+  const Node levels = root.child("spectrogram");
+  data.times_s = levels.numbers("times_s");
+  data.bands_hz = levels.numbers("bands_hz");
+  data.reference_db = read_levels(levels, "reference_db", data.bands_hz.size(), data.times_s.size());
+  data.sound_db = read_levels(levels, "sound_db", data.bands_hz.size(), data.times_s.size());
+}
+
 }  // namespace
 
 ResultData read_result(const std::filesystem::path& result_json) {
@@ -298,8 +349,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
   }
   ResultData data;
   data.kind = root.text("kind");
-  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles") {
-    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles");
+  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles" && data.kind != "regression") {
+    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles, regression");
   }
   data.name = root.text("name");
   data.status = root.text("status");
@@ -310,6 +361,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
     read_fit(root, data);
   } else if (data.kind == "study") {
     read_study(root, data.study);
+  } else if (data.kind == "regression") {
+    read_regression(root, data.regression);
   } else {
     data.specimens.push_back(read_body(root));
     if (data.kind == "bubbles") read_bubbles(root, data.bubbles);

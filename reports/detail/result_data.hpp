@@ -99,6 +99,7 @@ struct StudyClaim {
   std::string name, words;
   Number measured, reference, tolerance;
   bool passed = false;
+  std::string not_judged;  ///< why, empty where it was
 };
 
 enum class FieldKind { kSurface, kSlice, kBalloon };
@@ -132,8 +133,30 @@ struct BubbleData {
   std::vector<Estimate> pitch;  ///< constants, then combinations
 };
 
+struct RegressionPartial {
+  std::optional<Partial> reference, sound;
+  Number cents, cents_tolerance, decay_change, decay_tolerance;
+  std::string note;
+};
+
+struct RegressionThird {
+  double centre_hz = 0;
+  Number reference_db, sound_db, difference_db, tolerance_db;
+};
+
+struct RegressionData {
+  std::vector<StudyClaim> claims;
+  std::vector<RegressionPartial> partials;
+  std::vector<RegressionThird> thirds;
+  std::string reference_origin;
+  std::optional<int> reference_takes;
+  Number gain_db, factor, log_spectral_distance_db, ring_10db_s, reference_ring_10db_s;
+  std::vector<double> times_s, bands_hz;
+  std::vector<std::vector<double>> reference_db, sound_db;  ///< [band][time]
+};
+
 struct ResultData {
-  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles"
+  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression"
   std::string name;
   std::string status, message;
   std::string material;  ///< a preset's name, where the file has one
@@ -148,6 +171,7 @@ struct ResultData {
   std::vector<Specimen> specimens;  ///< none in a study
   StudyData study;                  ///< of a study
   BubbleData bubbles;               ///< of bubbles, beside the one specimen
+  RegressionData regression;        ///< of a regression
   Number cost_initial, cost_final, n_iterations, peak_memory_bytes;
   std::vector<std::string> warnings;
   std::string version, command, seed, options;

@@ -4,6 +4,7 @@
 
 #include "reports/detail/bubble_page.hpp"
 #include "reports/detail/page.hpp"
+#include "reports/detail/regression_page.hpp"
 #include "reports/detail/text.hpp"
 
 namespace klang::reports::detail {
@@ -151,6 +152,7 @@ void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
 std::vector<std::string> summary_sentences(const ResultData& data) {
   if (data.kind == "study") return study_sentences(data.study);
   if (data.kind == "bubbles") return bubble_sentences(data);
+  if (data.kind == "regression") return regression_sentences(data);
   std::vector<std::string> sentences;
   if (data.kind == "fit") {
     if (data.status == "no_partials") {
@@ -231,6 +233,10 @@ Verdict verdict(const ResultData& data) {
       result.details = data.study.series.front().verdict;
     }
     return result;
+  }
+  if (data.kind == "regression") {
+    return {data.status == "passed" ? "Passed" : data.status == "nothing_judged" ? "Nothing could be judged" : "Not passed",
+            data.status == "passed" ? "good" : "bad", data.message};
   }
   if (data.kind == "bubbles") {
     const auto n = static_cast<std::size_t>(std::count_if(data.bubbles.rows.begin(), data.bubbles.rows.end(), [](const BubbleRow& row) { return row.is_bubble; }));

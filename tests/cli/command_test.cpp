@@ -229,7 +229,7 @@ TEST(KlangTransfer, ModalModelGivesAnEntryForEveryMode) {
 
 TEST(KlangHelp, EverySubcommandHasAnExample) {
   const Scratch scratch;
-  for (const char* name : {"mesh", "modes", "analyze", "converge", "fit", "tune", "synth", "transfer", "dataset", "report", "doctor"}) {
+  for (const char* name : {"mesh", "modes", "analyze", "converge", "fit", "tune", "synth", "transfer", "regress make", "regress check", "dataset", "report", "doctor"}) {
     const auto help = run_klang(std::string(name) + " --help", scratch.path());
     EXPECT_EQ(help.exit_code, 0) << name;
     EXPECT_NE(help.out.find("Example"), std::string::npos) << name;

@@ -40,6 +40,7 @@ nlohmann::json bubble_json(const drops::FoundBubble& b) {
   return {{"onset_s", b.chirp.onset_s},
           {"onset_std_s", json_number(spread(2))},
           {"end_s", b.end_s},
+          {"rest_s", b.law.rest_s ? json_number(b.chirp.onset_s + *b.law.rest_s) : nlohmann::json(nullptr)},
           {"frequency_start_hz", f},
           {"frequency_start_std_hz", json_number(spread(3, f))},
           {"frequency_end_hz", end_hz},

@@ -159,6 +159,13 @@ DropSound drop_sound(const Drop& drop, const DropRecipe& recipe) {
   // The life by the rates alone: amplitude of q ~ exp(-int beta) / sqrt(omega_d).
   const bubble::RingRate<double> onset = coefficients.rate(0.0);
   double fall = 0.0, age = 0.0, silent_s = kLongestLifeS, tenth_s = 0.0;
+  const auto note = [&](double at_s) {
+    const bubble::RingRate<double> at = coefficients.rate(at_s);
+    sound.time_s.push_back(at_s);
+    sound.frequency_hz.push_back(at.omega_d_rad_s / (2 * kPi));
+    sound.decay_per_s.push_back(at.decay_per_s);
+    sound.phi_m.push_back(coefficients.phi_m(at_s));
+  };
   for (; age < kLongestLifeS; age += kTrackStepS) {
     const bubble::RingRate<double> at = coefficients.rate(age);
     const double level = fall + 0.5 * std::log(at.omega_d_rad_s / onset.omega_d_rad_s);
@@ -167,10 +174,10 @@ DropSound drop_sound(const Drop& drop, const DropRecipe& recipe) {
                        "radius " + to_text(drop.radius_m) + " m, " + to_text(at.omega_d_rad_s / (2 * kPi)) + " Hz");
     }
     if (level <= kAudibleFall) {
-      sound.time_s.push_back(age);
-      sound.frequency_hz.push_back(at.omega_d_rad_s / (2 * kPi));
-      sound.decay_per_s.push_back(at.decay_per_s);
-      sound.phi_m.push_back(coefficients.phi_m(age));
+      note(age);
+      // A bubble that comes to rest does so between two points: the track's corner is one of its points.
+      for (const double corner_s : coefficients.corners_s())
+        if (corner_s > age && corner_s < age + kTrackStepS) note(corner_s);
       sound.life_s = age;
     }
     const double pressure_level = level - 2.0 * std::log(at.omega0_rad_s / onset.omega0_rad_s);

@@ -1,6 +1,7 @@
 #include "fit/bubble/bubble_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -34,10 +35,16 @@ constexpr double kAttackGain = 10.0;       // chi square that another kind of at
 constexpr double kLeastShare = 0.35;       // of what stands above the noise around it: less is a patch of a splash
 constexpr double kLeastStartShare = 0.1;   // the same before any fitting
 constexpr double kLeastTryShare = 0.2;     // and after a few steps
+constexpr std::array<std::pair<double, double>, 8> kStartPitches = {
+    {{0.0, 0.0}, {10.0, 20.0}, {16.0, 35.0}, {25.0, 20.0}, {25.0, 40.0}, {50.0, 20.0}, {50.0, 60.0}, {-15.0, 0.0}}};  // rate, growth [1/s]
 constexpr int kMostFailures = 20;          // candidates in a row that were none: the rest are weaker still
 constexpr double kQuickAttack = 2.0;       // rate of the quick attack over the frequency: a twelfth of a cycle
 constexpr double kOnsetCycles = 0.1;       // how well a quick attack's form tells the onset
 constexpr double kOnsetDecays = 0.1;       // and a soft one's, in decay times: it may have been quick and faint
+constexpr double kRestGain = 25.0;          // chi square that a rest must win, with its time one more free number
+constexpr double kRestShare = 0.2;          // and of what is left above the noise
+constexpr std::size_t kRestStarts = 5;
+constexpr double kLatestRest = 3.0;         // decay times: later nothing is heard of it
 constexpr double kLeastDecayRatio = 0.6, kMostDecayRatio = 10.0, kLeastRise = 0.05;
 
 double decay_of(const BubbleMedium& medium, BubbleTheory theory, double radius_m, double omega) {
@@ -64,14 +71,16 @@ class Search {
   std::vector<RingGroup> windows(const BubbleSearchResult& result);
 
  private:
-  ChirpLaw law_at(double frequency_hz, double quick_attack_per_s) const;
+  ChirpLaw law_at(double frequency_hz, const ChirpLaw& like) const;
   Span span_of(const Chirp& chirp) const;
   std::pair<double, double> band_of(const FoundBubble& bubble) const;
   ChirpWindow window_of(const std::vector<const FoundBubble*>& group) const;
   void add(const FoundBubble& bubble, double sign);
   std::optional<FoundBubble> fitted_near(const DampedFilterBank::Peak& peak, const DampedFilterBank::Atom& atom) const;
   double choose_attack(const ChirpWindow& own, FoundBubble& bubble, double chi_square, double share) const;
+  double choose_rest(const ChirpWindow& own, FoundBubble& bubble, double chi_square) const;
   void choose_attacks();
+  void choose_rests();
   bool overlap(const FoundBubble& a, const FoundBubble& b) const;
   void refit(const std::vector<std::size_t>& group, bool last);
   std::vector<std::vector<std::size_t>> groups() const;
@@ -91,12 +100,12 @@ class Search {
   std::unique_ptr<DampedFilterBank> filters_;
 };
 
-ChirpLaw Search::law_at(double frequency_hz, double quick_attack_per_s) const {
+/// Law of a ring of this pitch that begins, and comes to rest, as another does.
+ChirpLaw Search::law_at(double frequency_hz, const ChirpLaw& like) const {
   static const auto pitch = std::make_shared<const ExponentialPitch>();
-  ChirpLaw law;
+  ChirpLaw law = like;
   law.pitch = pitch;
   law.amplitude_exponent = options_.amplitude_exponent;
-  law.quick_attack_per_s = quick_attack_per_s;
   const double radius_m = radius_of_frequency_m(frequency_hz, options_.medium, options_.theory), omega = 2.0 * kPi * frequency_hz;
   law.decay_exponent = std::log(decay_of(options_.medium, options_.theory, radius_m, 1.05 * omega) /
                                 decay_of(options_.medium, options_.theory, radius_m, omega / 1.05)) / (2.0 * std::log(1.05));
@@ -114,7 +123,7 @@ Span Search::span_of(const Chirp& chirp) const {
 
 std::pair<double, double> Search::band_of(const FoundBubble& bubble) const {
   const double beta = std::exp(bubble.chirp.log_decay), f = std::exp(bubble.chirp.log_frequency);
-  const double ratio = std::exp(bubble.law.pitch->at(2.5 / beta, bubble.chirp.pitch).log_ratio), side = 3.0 * beta / (2.0 * kPi);
+  const double ratio = std::exp(bubble.law.pitch_at(2.5 / beta, bubble.chirp.pitch).log_ratio), side = 3.0 * beta / (2.0 * kPi);
   return {std::max(options_.band.low_hz, 0.75 * std::min(f, f * ratio) - side),
           std::min(high_hz_, 1.35 * std::max(f, f * ratio) + side)};
 }
@@ -194,14 +203,17 @@ double Search::choose_attack(const ChirpWindow& own, FoundBubble& bubble, double
   double least = 1e300;
   // The same track, begun at another time.
   const auto consider = [&](double shift) {
+    ChirpLaw moved = law;
+    if (moved.rest_s) *moved.rest_s = std::max(0.0, *bubble.law.rest_s - shift);
     Chirp trial = bubble.chirp;
     trial.onset_s += shift;
-    trial.log_frequency += bubble.law.pitch->at(shift, bubble.chirp.pitch).log_ratio;
+    trial.log_frequency += bubble.law.pitch_at(shift, bubble.chirp.pitch).log_ratio;
     trial.pitch[0] *= std::exp(trial.pitch[1] * shift);
-    const double chi = fit_amplitude(own, law, trial);
+    const double chi = fit_amplitude(own, moved, trial);
     if (!(chi < least)) return;
     least = chi;
     start = trial;
+    law.rest_s = moved.rest_s;
   };
   const double first = to_quick ? -1.0 / f : -0.3 / beta - 1.0 / f, last = to_quick ? 0.3 / beta + 2.0 / f : 1.0 / f;
   for (double shift = first; shift < last; shift += 0.25 / f) consider(shift);
@@ -214,9 +226,57 @@ double Search::choose_attack(const ChirpWindow& own, FoundBubble& bubble, double
   return other.chi_square;
 }
 
+/// Whether the pitch stays from some time on, which no smooth law follows: tried where the smooth one leaves more than noise.
+double Search::choose_rest(const ChirpWindow& own, FoundBubble& bubble, double chi_square) const {
+  const auto n_data = static_cast<double>(own.n_real_data());
+  if (!(chi_square > n_data + 4.0 * std::sqrt(2.0 * n_data))) return chi_square;
+  const double f = std::exp(bubble.chirp.log_frequency), beta = std::exp(bubble.chirp.log_decay);
+  FoundBubble best = bubble;
+  double least = 1e300;
+  const auto consider = [&](double rest_s, const Chirp& from, int n_steps) {
+    FoundBubble trial = best;
+    trial.law.rest_s = rest_s;
+    const ChirpFit fit = fit_chirps(own, {trial.law}, {from}, {}, n_steps, false);
+    if (!(fit.ok && fit.chi_square < least)) return;
+    least = fit.chi_square;
+    best.law.rest_s = rest_s;
+    best.chirp = fit.chirps[0];
+  };
+  struct Start {
+    double rest_s;
+    Chirp chirp;
+    double chi_square;
+  };
+  std::vector<Start> starts;
+  for (double rest_s = std::max(0.1 / beta, 2.0 / f); rest_s < kLatestRest / beta; rest_s *= 1.2) {
+    // The same way up until then, growing as a rise at an even speed does.
+    const double rise = bubble.law.pitch_at(rest_s, bubble.chirp.pitch).log_ratio, growth = 20.0;
+    Chirp growing = bubble.chirp;
+    growing.pitch = {rise * growth / std::expm1(growth * rest_s), growth};
+    for (Chirp start : {bubble.chirp, growing}) {
+      ChirpLaw law = bubble.law;
+      law.rest_s = rest_s;
+      const double chi = fit_amplitude(own, law, start);
+      starts.push_back({rest_s, start, chi});
+    }
+  }
+  std::stable_sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.chi_square < b.chi_square; });
+  starts.resize(std::min<std::size_t>(starts.size(), kRestStarts));
+  for (const Start& start : starts) consider(start.rest_s, start.chirp, 8);
+  if (!best.law.rest_s) return chi_square;
+  for (const double step : {0.08, 0.03, 0.01, 0.003})
+    for (const double sign : {-1.0, 1.0}) consider(*best.law.rest_s * (1.0 + sign * step), best.chirp, 8);
+  consider(*best.law.rest_s, best.chirp, 40);
+  if (!(least < chi_square - std::max(kRestGain, kRestShare * (chi_square - n_data)))) return chi_square;
+  bubble.law = best.law;
+  bubble.chirp = best.chirp;
+  return least;
+}
+
 std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& peak, const DampedFilterBank::Atom& atom) const {
   FoundBubble bubble;
-  bubble.law = law_at(atom.frequency_hz, options_.soft_attack ? 0.0 : kQuickAttack * atom.frequency_hz);
+  if (!options_.soft_attack) bubble.law.quick_attack_per_s = kQuickAttack * atom.frequency_hz;
+  bubble.law = law_at(atom.frequency_hz, bubble.law);
   const double time = static_cast<double>(peak.sample) / rate_;
   struct Start {
     Chirp chirp;
@@ -228,10 +288,10 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
   widest.chirp.log_frequency = std::log(atom.frequency_hz);
   widest.chirp.log_decay = std::log(0.7 * atom.decay_per_s);
   const ChirpWindow wide = window_of({&widest});
-  for (const double rate : {0.0, 10.0, 25.0, 50.0, -15.0}) {
+  for (const auto& [rate, growth] : kStartPitches) {
     for (const double earlier : {0.0, 0.5, 1.0}) {
       Chirp chirp;
-      chirp.pitch = {rate, rate > 0.0 ? 20.0 : 0.0};
+      chirp.pitch = {rate, growth};
       chirp.onset_s = std::max(0.0, time - earlier / atom.decay_per_s);
       chirp.log_decay = std::log(atom.decay_per_s);
       // The atom saw the frequency of about half a decay time after its begin.
@@ -270,7 +330,7 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
   const double beta = std::exp(bubble.chirp.log_decay);
   if (!(beta < kHopelessDecay * atom.decay_per_s && beta > atom.decay_per_s / kHopelessDecay)) return std::nullopt;
   if (!(bubble.chirp.onset_s > -1e-3)) return std::nullopt;
-  bubble.law = law_at(f, bubble.law.quick_attack_per_s);
+  bubble.law = law_at(f, bubble.law);
   const ChirpFit fit = fit_chirps(own, {bubble.law}, {bubble.chirp}, {}, 40, false);
   if (!fit.ok) return std::nullopt;
   bubble.chirp = fit.chirps[0];
@@ -293,7 +353,7 @@ void Search::refit(const std::vector<std::size_t>& group, bool last) {
   for (const std::size_t i : group) {
     const FoundBubble& bubble = result_.found[i];
     members.push_back(&bubble);
-    laws.push_back(law_at(std::clamp(std::exp(bubble.chirp.log_frequency), options_.band.low_hz, high_hz_), bubble.law.quick_attack_per_s));
+    laws.push_back(law_at(std::clamp(std::exp(bubble.chirp.log_frequency), options_.band.low_hz, high_hz_), bubble.law));
     start.push_back(bubble.chirp);
   }
   const ChirpWindow window = window_of(members);
@@ -355,6 +415,20 @@ void Search::choose_attacks() {
   result_.found = std::move(kept);
 }
 
+/// Once more with all others known.
+void Search::choose_rests() {
+  for (FoundBubble& bubble : result_.found) {
+    monitor_.throw_if_stopped();
+    const ChirpWindow own = window_of({&bubble});
+    const double before = fit_chirps(own, {bubble.law}, {bubble.chirp}, {}, 0, false).chi_square;
+    FoundBubble resting = bubble;
+    if (!(choose_rest(own, resting, before) < before)) continue;
+    add(bubble, 1.0);
+    bubble = resting;
+    add(bubble, -1.0);
+  }
+}
+
 std::vector<std::vector<std::size_t>> Search::groups() const {
   std::vector<std::size_t> order(result_.found.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -390,7 +464,7 @@ void Search::mask(const FoundBubble& bubble) {
   filters_->mask(sample(onset - kOnsetS), sample(onset + std::max(kOnsetS, 0.2 / beta)), 0.0, 1e9, kOnsetFragmentEnergy * score);
   const double side = std::exp2(kFragmentOctaves), step = 0.5 / beta;
   for (double since = -0.01; since < kHeardSpan / beta; since += step) {
-    const double at = std::max(since, 0.0), ratio = std::exp(bubble.law.pitch->at(at, bubble.chirp.pitch).log_ratio);
+    const double at = std::max(since, 0.0), ratio = std::exp(bubble.law.pitch_at(at, bubble.chirp.pitch).log_ratio);
     const double f = ratio * std::exp(bubble.chirp.log_frequency), left = std::exp(-2.0 * std::max(0.0, beta * at - 1.0));
     filters_->mask(sample(onset + since), sample(onset + since + step), f / side, f * side, kFragmentEnergy * score * left);
     filters_->mask(sample(onset + since), sample(onset + since + step), 0.0, 1e9, kFarFragmentEnergy * score * left);
@@ -412,7 +486,7 @@ void Search::prune() {
       if (!(energy[i] < kFragmentEnergy * energy[j])) continue;
       const double since = weak.chirp.onset_s - strong.chirp.onset_s, beta = std::exp(strong.chirp.log_decay);
       if (since < -0.01 || since > kHeardSpan / beta) continue;
-      const double there = strong.chirp.log_frequency + strong.law.pitch->at(std::max(since, 0.0), strong.chirp.pitch).log_ratio;
+      const double there = strong.chirp.log_frequency + strong.law.pitch_at(std::max(since, 0.0), strong.chirp.pitch).log_ratio;
       if (std::abs(weak.chirp.log_frequency - there) < kFragmentOctaves * std::log(2.0)) keep[i] = false;
     }
   }
@@ -452,7 +526,7 @@ void Search::judge(FoundBubble& bubble) const {
   for (const ChirpPoint& point : track)
     if (point.envelope >= std::max(kHeardLevel * track.front().envelope, floor)) end = point.time_s;
   bubble.end_s = std::min(bubble.chirp.onset_s + end, static_cast<double>(residual_.size()) / rate_);
-  const double rise = bubble.law.pitch->at(end, bubble.chirp.pitch).log_ratio, rate_std = std::sqrt(covariance(0, 0));
+  const double rise = bubble.law.pitch_at(end, bubble.chirp.pitch).log_ratio, rate_std = std::sqrt(covariance(0, 0));
   const double pitch_std = std::sqrt(covariance(3, 3));
   const bool rises = rise > kLeastRise && bubble.chirp.pitch[0] > 3.0 * rate_std;
   if (!(rate_std <= kUnclearRatePerS && 0.5 * spread <= kUnclearDecay && pitch_std <= kUnclearPitch)) {
@@ -512,6 +586,7 @@ BubbleSearchResult Search::run() {
     }
     prune();
     choose_attacks();
+    choose_rests();
     for (const auto& group : groups()) {
       monitor_.throw_if_stopped();
       refit(group, round > 0);

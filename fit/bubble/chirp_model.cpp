@@ -14,6 +14,7 @@ struct Attack {
   double log_value = 0.0, by_x = 0.0;
 };
 Attack attack(double x) {
+  if (x > 1.0) return {};
   const double fallen = std::exp(-x), over = fallen - klang::bubble::kAttackFall;
   if (over < 0.0) return {};
   return {-over * over / klang::bubble::kAttackWidth, 2.0 * over * fallen / klang::bubble::kAttackWidth};
@@ -32,10 +33,10 @@ PitchLaw::Value ExponentialPitch::at(double time_s, const Eigen::Vector2d& param
   const double rate = parameters[0], growth = parameters[1], x = growth * time_s;
   Value value;
   // (e^x - 1)/x and its derivative, by series where they cancel.
-  const double f = std::abs(x) < 1e-4 ? 1.0 + x * (0.5 + x / 6.0) : std::expm1(x) / x;
-  const double df = std::abs(x) < 1e-3 ? 0.5 + x * (1.0 / 3.0 + x / 8.0) : (std::exp(x) - f) / x;
+  const double f = std::abs(x) < 1e-4 ? 1.0 + x * (0.5 + x / 6.0) : std::expm1(x) / x, exponential = 1.0 + x * f;
+  const double df = std::abs(x) < 1e-3 ? 0.5 + x * (1.0 / 3.0 + x / 8.0) : (exponential - f) / x;
   value.log_ratio = rate * time_s * f;
-  value.by_time = rate * std::exp(x);
+  value.by_time = rate * exponential;
   value.by_parameter = {time_s * f, rate * time_s * time_s * df};
   clamp(value, max_log_);
   return value;
@@ -53,6 +54,13 @@ PitchLaw::Value DepthPitch::at(double time_s, const Eigen::Vector2d& parameters)
   value.by_time = p * q * e * speed_m_s_(time_s);
   value.by_parameter = {value.log_ratio, p * q * (-d * e + d0 * e0)};
   clamp(value, max_log_);
+  return value;
+}
+
+PitchLaw::Value ChirpLaw::pitch_at(double time_s, const Eigen::Vector2d& parameters) const {
+  if (!rest_s || time_s < *rest_s) return pitch->at(time_s, parameters);
+  PitchLaw::Value value = pitch->at(*rest_s, parameters);
+  value.by_time = 0.0;
   return value;
 }
 
@@ -81,15 +89,13 @@ void evaluate_chirp(const ChirpLaw& law, const Chirp& chirp, double first_s, dou
     double omega, beta;
   };
   const auto rates = [&](double t) {
-    Rates r{law.pitch->at(t, chirp.pitch), 0.0, 0.0};
+    Rates r{law.pitch_at(t, chirp.pitch), 0.0, 0.0};
     r.omega = omega0 * std::exp(r.pitch.log_ratio);
     r.beta = beta0 * std::exp(m * r.pitch.log_ratio);
     return r;
   };
   Rates left = rates(0.0);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double t = first_s + static_cast<double>(k) / sample_rate_hz - chirp.onset_s;
-    if (t < 0.0) continue;
+  const auto advance = [&](double t) {
     const double step = t - time;
     const Rates middle = rates(time + 0.5 * step), right = rates(t);
     theta += step / 6.0 * (left.omega + 4.0 * middle.omega + right.omega);
@@ -102,6 +108,13 @@ void evaluate_chirp(const ChirpLaw& law, const Chirp& chirp, double first_s, dou
     }
     time = t;
     left = right;
+  };
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double t = first_s + static_cast<double>(k) / sample_rate_hz - chirp.onset_s;
+    if (t < 0.0) continue;
+    if (law.rest_s && time < *law.rest_s && t > *law.rest_s) advance(*law.rest_s);  // Simpson's rule wants no corner within
+    advance(t);
+    const Rates& right = left;
     const Attack begin = attack(attack_rate * t);
     const double weight = std::exp(na * right.pitch.log_ratio - loss + begin.log_value);
     const double c = weight * std::cos(theta), s = weight * std::sin(theta);
@@ -128,11 +141,11 @@ std::vector<ChirpPoint> chirp_track(const ChirpLaw& law, const Chirp& chirp, con
     // Pitch changes by little within a millisecond.
     const int n = std::max(1, static_cast<int>(std::ceil((t - time) / 1e-3)));
     const double step = (t - time) / n;
-    const auto beta = [&](double at) { return beta0 * std::exp(law.decay_exponent * law.pitch->at(at, chirp.pitch).log_ratio); };
+    const auto beta = [&](double at) { return beta0 * std::exp(law.decay_exponent * law.pitch_at(at, chirp.pitch).log_ratio); };
     for (int i = 0; i < n; ++i)
       loss += step / 6.0 * (beta(time + i * step) + 4.0 * beta(time + (i + 0.5) * step) + beta(time + (i + 1.0) * step));
     time = t;
-    const double log_ratio = law.pitch->at(t, chirp.pitch).log_ratio;
+    const double log_ratio = law.pitch_at(t, chirp.pitch).log_ratio;
     track.push_back({t, f0 * std::exp(log_ratio), amplitude * std::exp(law.amplitude_exponent * log_ratio - loss), beta(t)});
   }
   return track;

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace klang::fit::bubble {
@@ -62,7 +63,11 @@ struct ChirpLaw {
   double decay_exponent = 1.5;      ///< beta ~ omega^m
   /// Attack window of HF eq. (39); 0: at the decay's own rate, as printed; > 0: at this rate, for what begins with a snap.
   double quick_attack_per_s = 0.0;
+  /// Since the onset: when the bubble comes to rest (under the surface, at a wall) and keeps its pitch. Empty: while it is heard, never.
+  std::optional<double> rest_s;
   bool soft_attack() const { return quick_attack_per_s == 0.0; }
+  /// The pitch law up to the rest, and what it was there from then on.
+  PitchLaw::Value pitch_at(double time_s, const Eigen::Vector2d& parameters) const;
 };
 
 /// Own parameters of one bubble, in the order in which the solver sees them (pitch law's two come first).

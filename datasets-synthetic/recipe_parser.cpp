@@ -1,4 +1,3 @@
-#include <toml++/toml.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -7,6 +6,7 @@
 
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
+#include "core/toml/toml_table.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 
 namespace klang::datasets {
@@ -15,225 +15,92 @@ namespace {
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxBytes = 1 << 20, kMaxSpecimens = 100, kMaxStrikes = 1000, kMaxPickups = 64;
 
-enum class Type { kText, kNumber, kBoolean, kVector, kTexts, kTable, kTables };
+const TomlField kSchema[] = {
+    {"", "name", TomlType::kText, "the file's name", -kInf, kInf, "title"},
+    {"", "sound", TomlType::kTable, "the defaults below", -kInf, kInf, "rate, length, level"},
+    {"", "material", TomlType::kTable, "required", -kInf, kInf, "the true material"},
+    {"", "damping", TomlType::kTable, "required", -kInf, kInf, "the true damping"},
+    {"", "noise", TomlType::kTable, "none", -kInf, kInf, "noise of the recording"},
+    {"", "mains", TomlType::kTable, "none", -kInf, kInf, "hum"},
+    {"", "room", TomlType::kTable, "none", -kInf, kInf, "reverberation"},
+    {"", "split_pairs", TomlType::kTable, "none", -kInf, kInf,
+     "imperfection that splits pairs of equal frequency"},
+    {"", "fit", TomlType::kTable, "the defaults below", -kInf, kInf,
+     "what the specimen.toml made with the sounds says"},
+    {"", "specimen", TomlType::kTables, "required", -kInf, kInf,
+     "one `[[specimen]]` a body and recording, 1 to 100"},
 
-// One key of a recipe: drives the checks, the messages and docs/recipes.md.
-struct Field {
-  std::string_view table, key;
-  Type type;
-  std::string_view presence;        // "required", or the default in words
-  double low = -kInf, high = kInf;  // low <= value <= high
-  std::string_view meaning;
-};
+    {"sound", "sample_rate_hz", TomlType::kNumber, "48000", 4000, 768000, "sample rate"},
+    {"sound", "duration_s", TomlType::kNumber, "5", 0.01, 120, "length of each recording"},
+    {"sound", "peak", TomlType::kNumber, "0.5", 1e-6, 10,
+     "largest value of the strikes' sound, before all disturbances"},
+    {"sound", "dc_offset", TomlType::kNumber, "0", -1, 1, "added constant"},
+    {"sound", "clip_level", TomlType::kNumber, "none", 1e-6, 10, "hard limit, last in the chain"},
+    {"sound", "highest_hz", TomlType::kNumber, "20000", 20, 100000,
+     "modes above are left out; those above 0.499 of the sample rate always are"},
 
-const std::vector<Field>& schema() {
-  static const std::vector<Field> fields = {
-      {"", "name", Type::kText, "the file's name", -kInf, kInf, "title"},
-      {"", "sound", Type::kTable, "the defaults below", -kInf, kInf, "rate, length, level"},
-      {"", "material", Type::kTable, "required", -kInf, kInf, "the true material"},
-      {"", "damping", Type::kTable, "required", -kInf, kInf, "the true damping"},
-      {"", "noise", Type::kTable, "none", -kInf, kInf, "noise of the recording"},
-      {"", "mains", Type::kTable, "none", -kInf, kInf, "hum"},
-      {"", "room", Type::kTable, "none", -kInf, kInf, "reverberation"},
-      {"", "split_pairs", Type::kTable, "none", -kInf, kInf,
-       "imperfection that splits pairs of equal frequency"},
-      {"", "fit", Type::kTable, "the defaults below", -kInf, kInf,
-       "what the specimen.toml made with the sounds says"},
-      {"", "specimen", Type::kTables, "required", -kInf, kInf,
-       "one `[[specimen]]` a body and recording, 1 to 100"},
+    {"material", "preset", TomlType::kText, "none", -kInf, kInf, "a labelled material"},
+    {"material", "lame_lambda_pa", TomlType::kNumber, "with lame_mu_pa", -1e14, 1e14, "Lamé's λ"},
+    {"material", "lame_mu_pa", TomlType::kNumber, "with lame_lambda_pa", 1e-6, 1e14, "Lamé's μ"},
+    {"material", "youngs_modulus_pa", TomlType::kNumber, "with poissons_ratio", 1e-6, 1e14, "Young's modulus"},
+    {"material", "poissons_ratio", TomlType::kNumber, "with youngs_modulus_pa", -0.999, 0.4999,
+     "Poisson's ratio"},
+    {"material", "density_kg_m3", TomlType::kNumber, "the preset's", 1e-3, 1e6, "density"},
 
-      {"sound", "sample_rate_hz", Type::kNumber, "48000", 4000, 768000, "sample rate"},
-      {"sound", "duration_s", Type::kNumber, "5", 0.01, 120, "length of each recording"},
-      {"sound", "peak", Type::kNumber, "0.5", 1e-6, 10,
-       "largest value of the strikes' sound, before all disturbances"},
-      {"sound", "dc_offset", Type::kNumber, "0", -1, 1, "added constant"},
-      {"sound", "clip_level", Type::kNumber, "none", 1e-6, 10, "hard limit, last in the chain"},
-      {"sound", "highest_hz", Type::kNumber, "20000", 20, 100000,
-       "modes above are left out; those above 0.499 of the sample rate always are"},
+    {"damping", "model", TomlType::kText, "required", -kInf, kInf, "`rayleigh`, `loss_factor` or `zener`"},
+    {"damping", "rayleigh_stiffness_s", TomlType::kNumber, "0", 0, 1, "a of decay = (a ω² + b) / 2"},
+    {"damping", "rayleigh_mass_per_s", TomlType::kNumber, "0", 0, 1e6, "b of decay = (a ω² + b) / 2"},
+    {"damping", "loss_factor", TomlType::kNumber, "0", 0, 1, "η of decay = η ω / 2"},
+    {"damping", "zener_strength", TomlType::kNumber, "0", 0, 1, "Δ of decay = Δ/2 · ω · ωτ / (1 + (ωτ)²)"},
+    {"damping", "zener_relaxation_time_s", TomlType::kNumber, "0", 0, 1e3, "τ of the same"},
 
-      {"material", "preset", Type::kText, "none", -kInf, kInf, "a labelled material"},
-      {"material", "lame_lambda_pa", Type::kNumber, "with lame_mu_pa", -1e14, 1e14, "Lamé's λ"},
-      {"material", "lame_mu_pa", Type::kNumber, "with lame_lambda_pa", 1e-6, 1e14, "Lamé's μ"},
-      {"material", "youngs_modulus_pa", Type::kNumber, "with poissons_ratio", 1e-6, 1e14, "Young's modulus"},
-      {"material", "poissons_ratio", Type::kNumber, "with youngs_modulus_pa", -0.999, 0.4999,
-       "Poisson's ratio"},
-      {"material", "density_kg_m3", Type::kNumber, "the preset's", 1e-3, 1e6, "density"},
+    {"noise", "snr_db", TomlType::kNumber, "required", -60, 200,
+     "mean square of the sound over the whole recording by that of the noise, each channel"},
+    {"noise", "colour", TomlType::kText, "`white`", -kInf, kInf,
+     "`white` or `pink` (3 dB an octave, above 20 Hz)"},
 
-      {"damping", "model", Type::kText, "required", -kInf, kInf, "`rayleigh`, `loss_factor` or `zener`"},
-      {"damping", "rayleigh_stiffness_s", Type::kNumber, "0", 0, 1, "a of decay = (a ω² + b) / 2"},
-      {"damping", "rayleigh_mass_per_s", Type::kNumber, "0", 0, 1e6, "b of decay = (a ω² + b) / 2"},
-      {"damping", "loss_factor", Type::kNumber, "0", 0, 1, "η of decay = η ω / 2"},
-      {"damping", "zener_strength", Type::kNumber, "0", 0, 1, "Δ of decay = Δ/2 · ω · ωτ / (1 + (ωτ)²)"},
-      {"damping", "zener_relaxation_time_s", Type::kNumber, "0", 0, 1e3, "τ of the same"},
+    {"mains", "frequency_hz", TomlType::kNumber, "50", 1, 1000, "fundamental"},
+    {"mains", "amplitude", TomlType::kNumber, "required", 0, 1, "of the fundamental, full scale = 1"},
+    {"mains", "harmonics", TomlType::kNumber, "3", 1, 40,
+     "their number; the k-th has amplitude / k and a seeded phase"},
 
-      {"noise", "snr_db", Type::kNumber, "required", -60, 200,
-       "mean square of the sound over the whole recording by that of the noise, each channel"},
-      {"noise", "colour", Type::kText, "`white`", -kInf, kInf,
-       "`white` or `pink` (3 dB an octave, above 20 Hz)"},
+    {"room", "rt60_s", TomlType::kNumber, "required", 0.01, 20, "time in which the tail falls by 60 dB"},
+    {"room", "level_db", TomlType::kNumber, "-20", -120, 40,
+     "energy of the tail's response against the direct sound"},
 
-      {"mains", "frequency_hz", Type::kNumber, "50", 1, 1000, "fundamental"},
-      {"mains", "amplitude", Type::kNumber, "required", 0, 1, "of the fundamental, full scale = 1"},
-      {"mains", "harmonics", Type::kNumber, "3", 1, 40,
-       "their number; the k-th has amplitude / k and a seeded phase"},
+    {"split_pairs", "relative_detuning", TomlType::kNumber, "required", 0, 0.1,
+     "distance of the two frequencies, as a part of their mean"},
+    {"split_pairs", "angle_rad", TomlType::kNumber, "0.6", -7, 7,
+     "turn of the two shapes within the pair (0: a strike may leave one of them silent)"},
 
-      {"room", "rt60_s", Type::kNumber, "required", 0.01, 20, "time in which the tail falls by 60 dB"},
-      {"room", "level_db", Type::kNumber, "-20", -120, 40,
-       "energy of the tail's response against the direct sound"},
+    {"fit", "parameters", TomlType::kTexts, "left to `klang fit`", -kInf, kInf, "parameters to fit"},
+    {"fit", "youngs_modulus_factor", TomlType::kNumber, "1", 0.1, 10, "starting guess by the truth"},
+    {"fit", "poissons_ratio", TomlType::kNumber, "the true one", -0.999, 0.4999, "starting guess"},
 
-      {"split_pairs", "relative_detuning", Type::kNumber, "required", 0, 0.1,
-       "distance of the two frequencies, as a part of their mean"},
-      {"split_pairs", "angle_rad", Type::kNumber, "0.6", -7, 7,
-       "turn of the two shapes within the pair (0: a strike may leave one of them silent)"},
+    {"specimen", "name", TomlType::kText, "required", -kInf, kInf, "unique; the recording is NAME.wav"},
+    {"specimen", "shape", TomlType::kTable, "required", -kInf, kInf,
+     "`kind` and its dimensions, as in docs/specimen.md"},
+    {"specimen", "support", TomlType::kText, "`free`", -kInf, kInf, "`free`, `clamped:x=0`, ..."},
+    {"specimen", "strike", TomlType::kTables, "required", -kInf, kInf, "one or more blows"},
+    {"specimen", "pickup", TomlType::kTables, "required", -kInf, kInf, "one for each channel"},
+    {"specimen", "mount", TomlType::kTables, "none", -kInf, kInf, "viscous dampers: wire or foam that touches the body"},
+    {"specimen", "predict", TomlType::kBoolean, "`false`", -kInf, kInf, "passed on to the specimen.toml made with the sounds"},
 
-      {"fit", "parameters", Type::kTexts, "left to `klang fit`", -kInf, kInf, "parameters to fit"},
-      {"fit", "youngs_modulus_factor", Type::kNumber, "1", 0.1, 10, "starting guess by the truth"},
-      {"fit", "poissons_ratio", Type::kNumber, "the true one", -0.999, 0.4999, "starting guess"},
+    {"specimen.strike", "time_s", TomlType::kNumber, "0.1", -10, 120, "centre of the force pulse"},
+    {"specimen.strike", "at", TomlType::kVector, "required", -1, 1,
+     "place, in half extents of the body from its centre"},
+    {"specimen.strike", "impulse_n_s", TomlType::kVector, "required", -1e3, 1e3, "impulse vector"},
+    {"specimen.strike", "contact_s", TomlType::kNumber, "0", 0, 0.1,
+     "standard deviation of the Gaussian force pulse"},
 
-      {"specimen", "name", Type::kText, "required", -kInf, kInf, "unique; the recording is NAME.wav"},
-      {"specimen", "shape", Type::kTable, "required", -kInf, kInf,
-       "`kind` and its dimensions, as in docs/specimen.md"},
-      {"specimen", "support", Type::kText, "`free`", -kInf, kInf, "`free`, `clamped:x=0`, ..."},
-      {"specimen", "strike", Type::kTables, "required", -kInf, kInf, "one or more blows"},
-      {"specimen", "pickup", Type::kTables, "required", -kInf, kInf, "one for each channel"},
-      {"specimen", "mount", Type::kTables, "none", -kInf, kInf, "viscous dampers: wire or foam that touches the body"},
-      {"specimen", "predict", Type::kBoolean, "`false`", -kInf, kInf, "passed on to the specimen.toml made with the sounds"},
+    {"specimen.pickup", "at", TomlType::kVector, "required", -1, 1,
+     "place, in half extents of the body from its centre"},
+    {"specimen.pickup", "direction", TomlType::kVector, "required", -1e3, 1e3, "heard direction, any length"},
 
-      {"specimen.strike", "time_s", Type::kNumber, "0.1", -10, 120, "centre of the force pulse"},
-      {"specimen.strike", "at", Type::kVector, "required", -1, 1,
-       "place, in half extents of the body from its centre"},
-      {"specimen.strike", "impulse_n_s", Type::kVector, "required", -1e3, 1e3, "impulse vector"},
-      {"specimen.strike", "contact_s", Type::kNumber, "0", 0, 0.1,
-       "standard deviation of the Gaussian force pulse"},
-
-      {"specimen.pickup", "at", Type::kVector, "required", -1, 1,
-       "place, in half extents of the body from its centre"},
-      {"specimen.pickup", "direction", Type::kVector, "required", -1e3, 1e3, "heard direction, any length"},
-
-      {"specimen.mount", "at", Type::kVector, "required", -1, 1,
-       "place, in half extents of the body from its centre"},
-      {"specimen.mount", "direction", Type::kVector, "all directions", -1e3, 1e3, "damped direction, any length"},
-      {"specimen.mount", "damping_n_s_per_m", Type::kNumber, "required", 0, 1e3, "coefficient of the damper"},
-  };
-  return fields;
-}
-
-const Field* find_field(std::string_view table, std::string_view key) {
-  for (const Field& field : schema()) {
-    if (field.table == table && field.key == key) return &field;
-  }
-  return nullptr;
-}
-
-std::string known_keys(std::string_view table) {
-  std::string text;
-  for (const Field& field : schema()) {
-    if (field.table == table) text.append(text.empty() ? "" : ", ").append(field.key);
-  }
-  return text;
-}
-
-std::string range_text(const Field& field) {
-  return std::isfinite(field.low) ? to_text(field.low) + " to " + to_text(field.high) : "";
-}
-
-// Reads one table by the schema; messages carry file, line and key.
-class Table {
- public:
-  Table(const toml::table& table, const std::string& file, std::string_view schema_table, std::string shown)
-      : table_(table), file_(file), schema_(schema_table), shown_(std::move(shown)) {
-    for (const auto& [key, node] : table_) {
-      if (!find_field(schema_, key.str()))
-        throw InputError(place(key.str()), "unknown key", "", known_keys(schema_));
-    }
-  }
-
-  std::string place(std::string_view key) const {
-    const toml::node* node = table_.get(key);
-    const auto line = (node ? *node : static_cast<const toml::node&>(table_)).source().begin.line;
-    std::string text = file_;
-    if (line > 0) text += ":" + std::to_string(line);
-    text += ": ";
-    if (!shown_.empty()) text += shown_ + ".";
-    return text.append(key);
-  }
-  bool has(std::string_view key) const { return table_.contains(key); }
-
-  std::string text(std::string_view key, const char* fallback = nullptr) const {
-    const toml::node* node = wanted(key, fallback != nullptr);
-    if (!node) return fallback;
-    return text_of(*node, key);
-  }
-  double number(std::string_view key, std::optional<double> fallback = std::nullopt) const {
-    const toml::node* node = wanted(key, fallback.has_value());
-    return node ? number_of(*node, key) : *fallback;
-  }
-  bool flag(std::string_view key) const {
-    if (!has(key)) return false;
-    const auto* value = table_.get(key)->as_boolean();
-    if (!value) throw InputError(place(key), "must be true or false");
-    return value->get();
-  }
-  std::optional<double> optional_number(std::string_view key) const {
-    if (!has(key)) return std::nullopt;
-    return number(key);
-  }
-  Eigen::Vector3d vector(std::string_view key) const {
-    const toml::array* array = wanted(key, false)->as_array();
-    if (!array || array->size() != 3) throw InputError(place(key), "must be a list of 3 numbers");
-    Eigen::Vector3d value;
-    for (std::size_t i = 0; i < 3; ++i) value[static_cast<Eigen::Index>(i)] = number_of(*array->get(i), key);
-    return value;
-  }
-  std::vector<std::string> texts(std::string_view key) const {
-    std::vector<std::string> values;
-    if (!has(key)) return values;
-    const toml::array* array = table_.get(key)->as_array();
-    if (!array) throw InputError(place(key), "must be a list of texts");
-    for (const toml::node& node : *array) values.push_back(text_of(node, key));
-    return values;
-  }
-  const toml::table& table(std::string_view key) const {
-    const toml::table* table = wanted(key, false)->as_table();
-    if (!table) throw InputError(place(key), "must be a table");
-    return *table;
-  }
-  std::vector<const toml::table*> tables(std::string_view key, std::size_t most) const {
-    const toml::array* array = wanted(key, false)->as_array();
-    std::vector<const toml::table*> list;
-    if (array) {
-      for (const toml::node& node : *array) list.push_back(node.as_table());
-    }
-    if (list.empty() || list.size() > most || std::count(list.begin(), list.end(), nullptr) > 0) {
-      throw InputError(place(key), "must be a list of tables", "",
-                       "1 to " + std::to_string(most) + " of them");
-    }
-    return list;
-  }
-
- private:
-  const toml::node* wanted(std::string_view key, bool has_default) const {
-    const toml::node* node = table_.get(key);
-    if (!node && !has_default)
-      throw InputError(place(key), "is missing", "", range_text(*find_field(schema_, key)));
-    return node;
-  }
-  std::string text_of(const toml::node& node, std::string_view key) const {
-    const auto* value = node.as_string();
-    if (!value || value->get().size() > 4096 || value->get().find('\0') != std::string::npos) {
-      throw InputError(place(key), "must be a text");
-    }
-    return value->get();
-  }
-  double number_of(const toml::node& node, std::string_view key) const {
-    if (!node.is_number()) throw InputError(place(key), "must be a number");
-    const Field& field = *find_field(schema_, key);
-    return checked(place(key), "value", *node.value<double>(), field.low, field.high);
-  }
-
-  const toml::table& table_;
-  const std::string& file_;
-  std::string_view schema_;
-  std::string shown_;
+    {"specimen.mount", "at", TomlType::kVector, "required", -1, 1,
+     "place, in half extents of the body from its centre"},
+    {"specimen.mount", "direction", TomlType::kVector, "all directions", -1e3, 1e3, "damped direction, any length"},
+    {"specimen.mount", "damping_n_s_per_m", TomlType::kNumber, "required", 0, 1e3, "coefficient of the damper"},
 };
 
 // Adds the place to complaints of functions that do not know the file.
@@ -246,7 +113,7 @@ auto located(const std::string& place, Function&& function) {
   }
 }
 
-solid::Material read_material(const Table& table) {
+solid::Material read_material(const TomlTable& table) {
   const bool preset = table.has("preset");
   const bool lame = table.has("lame_lambda_pa") || table.has("lame_mu_pa");
   const bool engineering = table.has("youngs_modulus_pa") || table.has("poissons_ratio");
@@ -270,7 +137,7 @@ solid::Material read_material(const Table& table) {
   return material;
 }
 
-void read_damping(const Table& table, Recipe& recipe) {
+void read_damping(const TomlTable& table, Recipe& recipe) {
   const std::string model = table.text("model");
   std::set<std::string_view> keys;
   if (model == "rayleigh") {
@@ -290,33 +157,40 @@ void read_damping(const Table& table, Recipe& recipe) {
   } else {
     throw InputError(table.place("model"), "unknown damping model", model, "rayleigh, loss_factor, zener");
   }
-  for (const Field& field : schema()) {
+  for (const TomlField& field : kSchema) {
     if (field.table == "damping" && field.key != "model" && !keys.count(field.key) && table.has(field.key)) {
       throw InputError(table.place(field.key), "has no meaning in the model", model);
     }
   }
 }
 
-mesh::ShapeSpec read_shape(const toml::table& table, const std::string& place,
-                           const std::filesystem::path& base) {
+mesh::ShapeSpec read_shape(const TomlTable& specimen, const std::filesystem::path& base) {
+  const TomlTable::FreeTable table = specimen.free_table("shape");
   mesh::ShapeSpec shape;
-  for (const auto& [key, node] : table) {
-    const std::string name(key.str());
-    if (name == "kind" || name == "profile_csv") {
-      const auto* text = node.as_string();
-      if (!text) throw InputError(place + "." + name, "must be a text");
-      if (name == "kind")
-        shape.kind = text->get();
-      else
-        shape.profile_csv = base / text->get();
-    } else if (node.is_number()) {
-      shape.dims[name] = *node.value<double>();
+  shape.dims = table.numbers;
+  for (const auto& [name, text] : table.texts) {
+    if (name == "kind") {
+      shape.kind = text;
+    } else if (name == "profile_csv") {
+      shape.profile_csv = base / text;
     } else {
-      throw InputError(place + "." + name, "must be a number");
+      throw InputError(specimen.place("shape") + "." + name, "must be a number", text);
     }
   }
-  located(place, [&] { mesh::validate(shape); });
+  located(specimen.place("shape"), [&] { mesh::validate(shape); });
   return shape;
+}
+
+/// A list of tables that must not be empty.
+std::vector<TomlTable> some_tables(const TomlTable& table, std::string_view key, std::size_t most) {
+  std::vector<TomlTable> list = table.tables(key, most);
+  if (list.empty()) throw InputError(table.place(key), "is missing", "", "1 to " + std::to_string(most) + " of them");
+  return list;
+}
+
+TomlTable required_table(const TomlTable& table, std::string_view key) {
+  if (!table.has(key)) throw InputError(table.place(key), "is missing");
+  return table.table(key);
 }
 
 void check_name(const std::string& name, const std::string& place) {
@@ -327,18 +201,14 @@ void check_name(const std::string& name, const std::string& place) {
   if (!fits) throw InputError(place, "cannot be a file name", name, "1 to 64 letters, digits and _ - + #");
 }
 
-RecipeSpecimen read_specimen(const toml::table& node, std::size_t number, const std::string& file,
-                             const std::filesystem::path& base, const Recipe& recipe) {
-  const std::string shown = "specimen[" + std::to_string(number) + "]";
-  const Table table(node, file, "specimen", shown);
+RecipeSpecimen read_specimen(const TomlTable& table, const std::filesystem::path& base, const Recipe& recipe) {
   RecipeSpecimen specimen;
   specimen.name = table.text("name");
   check_name(specimen.name, table.place("name"));
-  specimen.shape = read_shape(table.table("shape"), table.place("shape"), base);
+  specimen.shape = read_shape(table, base);
   const std::string support = table.text("support", "free");
   specimen.support = located(table.place("support"), [&] { return solid::parse_support(support); });
-  for (const toml::table* entry : table.tables("strike", kMaxStrikes)) {
-    const Table strike(*entry, file, "specimen.strike", shown + ".strike");
+  for (const TomlTable& strike : some_tables(table, "strike", kMaxStrikes)) {
     specimen.strikes.push_back({strike.number("time_s", 0.1), strike.vector("at"),
                                 strike.vector("impulse_n_s"), strike.number("contact_s", 0.0)});
     if (!(specimen.strikes.back().time_s < recipe.duration_s)) {
@@ -348,21 +218,17 @@ RecipeSpecimen read_specimen(const toml::table& node, std::size_t number, const 
     if (specimen.strikes.back().impulse_n_s.isZero(0.0))
       throw InputError(strike.place("impulse_n_s"), "is zero");
   }
-  for (const toml::table* entry : table.tables("pickup", kMaxPickups)) {
-    const Table pickup(*entry, file, "specimen.pickup", shown + ".pickup");
+  for (const TomlTable& pickup : some_tables(table, "pickup", kMaxPickups)) {
     specimen.pickups.push_back({pickup.vector("at"), pickup.vector("direction")});
     if (specimen.pickups.back().direction.isZero(0.0)) throw InputError(pickup.place("direction"), "is zero");
   }
-  if (table.has("mount")) {
-    for (const toml::table* entry : table.tables("mount", kMaxPickups)) {
-      const Table mount(*entry, file, "specimen.mount", shown + ".mount");
-      specimen.mounts.push_back({mount.vector("at"), std::nullopt, mount.number("damping_n_s_per_m")});
-      if (!mount.has("direction")) continue;
-      specimen.mounts.back().direction = mount.vector("direction");
-      if (specimen.mounts.back().direction->isZero(0.0)) throw InputError(mount.place("direction"), "is zero");
-    }
+  for (const TomlTable& mount : table.tables("mount", kMaxPickups)) {
+    specimen.mounts.push_back({mount.vector("at"), std::nullopt, mount.number("damping_n_s_per_m")});
+    if (!mount.has("direction")) continue;
+    specimen.mounts.back().direction = mount.vector("direction");
+    if (specimen.mounts.back().direction->isZero(0.0)) throw InputError(mount.place("direction"), "is zero");
   }
-  specimen.predict = table.flag("predict");
+  specimen.predict = table.boolean("predict", false);
   std::stable_sort(specimen.strikes.begin(), specimen.strikes.end(),
                    [](const RecipeStrike& a, const RecipeStrike& b) { return a.time_s < b.time_s; });
   return specimen;
@@ -400,19 +266,13 @@ Recipe parse_recipe(std::string_view text, const std::string& name,
                     const std::filesystem::path& base_folder) {
   if (text.size() > kMaxBytes)
     throw InputError(name, "is too long for a recipe", std::to_string(text.size()));
-  toml::table root_node;
-  try {
-    root_node = toml::parse(text, name);
-  } catch (const toml::parse_error& error) {
-    throw InputError(name + ":" + std::to_string(error.source().begin.line), error.description());
-  }
-  const Table root(root_node, name, "", "");
+  const TomlTable root = TomlTable::parse(text, name, kSchema);
   Recipe recipe;
   recipe.name = root.text("name", name.c_str());
-  recipe.material = read_material(Table(root.table("material"), name, "material", "material"));
-  read_damping(Table(root.table("damping"), name, "damping", "damping"), recipe);
+  recipe.material = read_material(required_table(root, "material"));
+  read_damping(required_table(root, "damping"), recipe);
   if (root.has("sound")) {
-    const Table sound(root.table("sound"), name, "sound", "sound");
+    const TomlTable sound = root.table("sound");
     recipe.sample_rate_hz = sound.number("sample_rate_hz", recipe.sample_rate_hz);
     recipe.duration_s = sound.number("duration_s", recipe.duration_s);
     recipe.peak = sound.number("peak", recipe.peak);
@@ -421,7 +281,7 @@ Recipe parse_recipe(std::string_view text, const std::string& name,
     recipe.highest_hz = sound.number("highest_hz", recipe.highest_hz);
   }
   if (root.has("noise")) {
-    const Table noise(root.table("noise"), name, "noise", "noise");
+    const TomlTable noise = root.table("noise");
     recipe.snr_db = noise.number("snr_db");
     const std::string colour = noise.text("colour", "white");
     if (colour != "white" && colour != "pink") {
@@ -430,23 +290,23 @@ Recipe parse_recipe(std::string_view text, const std::string& name,
     recipe.pink = colour == "pink";
   }
   if (root.has("mains")) {
-    const Table mains(root.table("mains"), name, "mains", "mains");
+    const TomlTable mains = root.table("mains");
     recipe.mains_frequency_hz = mains.number("frequency_hz", 50.0);
     recipe.mains_amplitude = mains.number("amplitude");
     recipe.mains_harmonics = static_cast<int>(mains.number("harmonics", 3.0));
   }
   if (root.has("room")) {
-    const Table room(root.table("room"), name, "room", "room");
+    const TomlTable room = root.table("room");
     recipe.room_rt60_s = room.number("rt60_s");
     recipe.room_level_db = room.number("level_db", recipe.room_level_db);
   }
   if (root.has("split_pairs")) {
-    const Table split(root.table("split_pairs"), name, "split_pairs", "split_pairs");
+    const TomlTable split = root.table("split_pairs");
     recipe.split_detuning = split.number("relative_detuning");
     recipe.split_angle_rad = split.number("angle_rad", recipe.split_angle_rad);
   }
   if (root.has("fit")) {
-    const Table fit(root.table("fit"), name, "fit", "fit");
+    const TomlTable fit = root.table("fit");
     recipe.fit_parameters = fit.texts("parameters");
     for (const std::string& parameter : recipe.fit_parameters) {
       const bool plain = std::all_of(parameter.begin(), parameter.end(), [](unsigned char c) {
@@ -459,8 +319,8 @@ Recipe parse_recipe(std::string_view text, const std::string& name,
     recipe.start_poissons_ratio = fit.optional_number("poissons_ratio");
   }
   std::set<std::string> names;
-  for (const toml::table* node : root.tables("specimen", kMaxSpecimens)) {
-    recipe.specimens.push_back(read_specimen(*node, recipe.specimens.size() + 1, name, base_folder, recipe));
+  for (const TomlTable& table : some_tables(root, "specimen", kMaxSpecimens)) {
+    recipe.specimens.push_back(read_specimen(table, base_folder, recipe));
     if (!names.insert(recipe.specimens.back().name).second) {
       throw InputError(name, "two specimens have one name", recipe.specimens.back().name);
     }
@@ -473,23 +333,7 @@ std::string recipe_schema_markdown() {
       "# Recipes of synthetic recordings\n\n"
       "`klang dataset RECIPE` makes recordings with known truth. Generated from the table in\n"
       "`datasets-synthetic/recipe_parser.cpp`; a test keeps the two equal. Unknown keys are errors.\n";
-  std::string_view table = "?";
-  for (const Field& field : schema()) {
-    if (field.table != table) {
-      table = field.table;
-      text.append("\n## ").append(table.empty() ? "top level" : "`" + std::string(table) + "`");
-      text += "\n| key | type | range | default | meaning |\n| --- | --- | --- | --- | --- |\n";
-    }
-    constexpr const char* kTypes[] = {"text",      "number",        "true or false", "3 numbers",
-                                      "list of texts", "table", "list of tables"};
-    text.append("| `")
-        .append(field.key)
-        .append("` | ")
-        .append(kTypes[static_cast<int>(field.type)])
-        .append(" | ");
-    text.append(range_text(field)).append(" | ").append(field.presence).append(" | ").append(field.meaning);
-    text += " |\n";
-  }
+  text += toml_schema_markdown(kSchema);
   text +=
       "\n## What is made, in this order\n"
       "1. True modes: boxes and tubes that are free by the Ritz method (`ritz_box.hpp`, `ritz_tube.hpp`: no "

@@ -32,6 +32,13 @@ double number_of(const toml::node& node, const TomlField& field, const std::stri
   return checked(place, "value", *node.value<double>(), field.low, field.high);
 }
 
+std::string text_of(const toml::node& node, const std::string& place) {
+  const auto* value = node.as_string();
+  if (!value || value->get().size() > kMaxTextBytes || value->get().find('\0') != std::string::npos)
+    throw InputError(place, "must be a text", shown_value(node));
+  return value->get();
+}
+
 }  // namespace
 
 struct TomlTable::Document {
@@ -98,10 +105,36 @@ std::string TomlTable::place(std::string_view key) const {
 std::string TomlTable::text(std::string_view key) const {
   const toml::node* node = table_of(node_).get(key);
   if (!node) throw InputError(place(key), "is missing");
-  const auto* value = node->as_string();
-  if (!value || value->get().size() > kMaxTextBytes || value->get().find('\0') != std::string::npos)
-    throw InputError(place(key), "must be a text", shown_value(*node));
-  return value->get();
+  return text_of(*node, place(key));
+}
+
+std::vector<std::string> TomlTable::texts(std::string_view key) const {
+  field(key);
+  std::vector<std::string> values;
+  const toml::node* node = table_of(node_).get(key);
+  if (!node) return values;
+  const toml::array* array = node->as_array();
+  if (!array) throw InputError(place(key), "must be a list of texts", shown_value(*node));
+  for (const toml::node& element : *array) values.push_back(text_of(element, place(key)));
+  return values;
+}
+
+TomlTable::FreeTable TomlTable::free_table(std::string_view key) const {
+  field(key);
+  const toml::node* node = table_of(node_).get(key);
+  if (!node) throw InputError(place(key), "is missing");
+  const toml::table* table = node->as_table();
+  if (!table) throw InputError(place(key), "must be a table", shown_value(*node));
+  FreeTable found;
+  for (const auto& [name, value] : *table) {
+    const std::string at = place(key) + "." + std::string(name.str());
+    if (const auto number = value.is_number() ? value.template value<double>() : std::nullopt) {
+      found.numbers[std::string(name.str())] = checked(at, "value", *number, -1e300, 1e300);
+    } else {
+      found.texts[std::string(name.str())] = text_of(value, at);
+    }
+  }
+  return found;
 }
 
 std::string TomlTable::text(std::string_view key, std::string_view fallback) const {
@@ -189,7 +222,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t most)
 }
 
 std::string toml_schema_markdown(std::span<const TomlField> schema) {
-  constexpr const char* kTypes[] = {"text", "number", "true or false", "3 numbers", "table", "list of tables"};
+  constexpr const char* kTypes[] = {"text", "number", "true or false", "3 numbers", "list of texts", "table", "list of tables"};
   std::string text;
   std::string_view table = "?";
   for (const TomlField& field : schema) {

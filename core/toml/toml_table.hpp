@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,7 +11,7 @@
 
 namespace klang {
 
-enum class TomlType { kText, kNumber, kBoolean, kVector, kTable, kTables };
+enum class TomlType { kText, kNumber, kBoolean, kVector, kTexts, kTable, kTables };
 
 /// One key of a TOML file: drives the checks, the messages and the documentation.
 struct TomlField {
@@ -43,7 +44,14 @@ class TomlTable {
   bool boolean(std::string_view key, bool fallback) const;
   Eigen::Vector3d vector(std::string_view key) const;
   Eigen::Vector3d vector(std::string_view key, const Eigen::Vector3d& fallback) const;
+  std::vector<std::string> texts(std::string_view key) const;  ///< none where the key is absent
   TomlTable table(std::string_view key) const;  ///< an empty one where the key is absent
+  /// A table whose keys no schema knows, of finite numbers and texts.
+  struct FreeTable {
+    std::map<std::string, double> numbers;
+    std::map<std::string, std::string> texts;
+  };
+  FreeTable free_table(std::string_view key) const;  ///< required
   std::vector<TomlTable> tables(std::string_view key, std::size_t most) const;  ///< none where the key is absent
 
  private:

@@ -3,10 +3,8 @@
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCellType.h>
-#include <vtkCommand.h>
 #include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
-#include <vtkExecutive.h>
 #include <vtkIdList.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
@@ -38,34 +36,11 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Takes what VTK's reader has to say, which it would print otherwise.
-class ErrorCatcher : public vtkCommand {
- public:
-  static ErrorCatcher* New() { return new ErrorCatcher; }  // NOLINT: VTK counts references
-  void Execute(vtkObject*, unsigned long event, void*) override { failed = failed || event == vtkCommand::ErrorEvent; }
-  bool failed = false;
-};
-
 template <class Reader>
 vtkSmartPointer<vtkPointSet> read_with(const std::string& bytes, const std::string& name, const char* type) {
-  if (bytes.substr(0, 4096).find("<VTKFile") == std::string::npos) throw InputError(name, "is no VTK XML file");
-  if (bytes.substr(0, 4096).find(type) == std::string::npos) throw InputError(name, "is no VTK file of this type", {}, type);
-  if (bytes.find("</VTKFile>") == std::string::npos) throw InputError(name, "the file is cut off", {}, "</VTKFile> at its end");
-  mesh::detail::check_promises(bytes, name);
   vtkNew<Reader> reader;
-  vtkNew<ErrorCatcher> catcher;
-  reader->AddObserver(vtkCommand::ErrorEvent, catcher);
-  reader->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, catcher);
-  reader->SetReaderErrorObserver(catcher);
-  reader->SetParserErrorObserver(catcher);
-  reader->ReadFromInputStringOn();
-  reader->SetInputString(bytes);
-  try {
-    reader->Update();
-  } catch (const std::exception& error) {
-    throw InputError(name, "the VTK reader failed", error.what());
-  }
-  if (catcher->failed || reader->GetOutput() == nullptr) throw InputError(name, "VTK cannot read it");
+  if (const std::string problem = mesh::detail::update_reader(reader, bytes, name); !problem.empty()) throw InputError(name, problem);
+  if (bytes.substr(0, 4096).find(type) == std::string::npos) throw InputError(name, "is no VTK file of this type", {}, type);
   return reader->GetOutput();
 }
 

@@ -61,6 +61,13 @@ Conditions<Scalar> assemble(Index n_unknowns, Index n_samples, bool scale_column
   return result;
 }
 
+void fail(std::vector<DualDomainResult>& results, const std::string& message) {
+  for (DualDomainResult& r : results) {
+    r.status = DualDomainResult::Status::kFailed;
+    r.message = message;
+  }
+}
+
 detail::RidgeMethod method(LeastSquares solver) {
   return solver == LeastSquares::kDirect ? detail::RidgeMethod::kDirect : detail::RidgeMethod::kSketch;
 }
@@ -269,10 +276,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     const double eps = options.ridge * a.frobenius;
     const detail::RidgeSolution<double> solution = detail::solve_ridge(a.adjoint, a.column_scale, data, eps, method(options.solver));
     if (!solution.solved) {
-      for (DualDomainResult& r : results) {
-        r.status = DualDomainResult::Status::kFailed;
-        r.message = "pass 1: " + solution.message;
-      }
+      fail(results, "pass 1: " + solution.message);
       return results;
     }
     const Matrix<double> error = detail::times(a.adjoint, Matrix<double>(a.column_scale.asDiagonal() * solution.x)) - data;
@@ -349,10 +353,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   const double eps = options.ridge * a.frobenius;
   const detail::RidgeSolution<Complex> solution = detail::solve_ridge(a.adjoint, a.column_scale, air_data, eps, method(options.solver));
   if (!solution.solved) {
-    for (DualDomainResult& r : results) {
-      r.status = DualDomainResult::Status::kFailed;
-      r.message = "pass 2: " + solution.message;
-    }
+    fail(results, "pass 2: " + solution.message);
     return results;
   }
   const Matrix<Complex> error = detail::times(a.adjoint, Matrix<Complex>(a.column_scale.asDiagonal() * solution.x)) - air_data;

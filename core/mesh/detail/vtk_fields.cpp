@@ -26,6 +26,25 @@ class ErrorCatcher : public vtkCommand {
 
 }  // namespace
 
+std::string update_reader(vtkXMLReader* reader, const std::string& bytes, const std::string& name) {
+  if (bytes.substr(0, 4096).find("<VTKFile") == std::string::npos) return "it is no VTK XML file";
+  if (bytes.find("</VTKFile>") == std::string::npos) return "it is cut off";
+  check_promises(bytes, name);
+  vtkNew<ErrorCatcher> catcher;
+  reader->AddObserver(vtkCommand::ErrorEvent, catcher);
+  reader->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, catcher);
+  reader->SetReaderErrorObserver(catcher);
+  reader->SetParserErrorObserver(catcher);
+  reader->ReadFromInputStringOn();
+  reader->SetInputString(bytes);
+  try {
+    reader->Update();
+  } catch (const std::exception& error) {
+    return std::string("the VTK reader failed: ") + error.what();
+  }
+  return catcher->failed || reader->GetOutputAsDataSet() == nullptr ? "VTK cannot read it" : "";
+}
+
 void check_promises(std::string_view bytes, const std::string& name) {
   for (const std::string_view attribute :
        {std::string_view("NumberOfPoints=\""), std::string_view("NumberOfCells=\"")})
@@ -80,24 +99,9 @@ void write_grid(const std::filesystem::path& path, vtkUnstructuredGrid* grid, co
 GridFile::GridFile(const std::filesystem::path& path, std::string what, const char* version_field, int version)
     : place_(path.string()), what_(std::move(what)) {
   const std::string bytes = read_file(path);
-  if (bytes.substr(0, 4096).find("<VTKFile") == std::string::npos) fail("it is no VTK XML file");
-  if (bytes.find("</VTKFile>") == std::string::npos) fail("it is cut off");
-  check_promises(bytes, place_);
   vtkNew<vtkXMLUnstructuredGridReader> reader;
-  vtkNew<ErrorCatcher> catcher;
-  reader->AddObserver(vtkCommand::ErrorEvent, catcher);
-  reader->GetExecutive()->AddObserver(vtkCommand::ErrorEvent, catcher);
-  reader->SetReaderErrorObserver(catcher);
-  reader->SetParserErrorObserver(catcher);
-  reader->ReadFromInputStringOn();
-  reader->SetInputString(bytes);
-  try {
-    reader->Update();
-  } catch (const std::exception& error) {
-    fail(std::string("the VTK reader failed: ") + error.what());
-  }
+  if (const std::string problem = update_reader(reader, bytes, place_); !problem.empty()) fail(problem);
   grid_ = reader->GetOutput();
-  if (catcher->failed || grid_ == nullptr) fail("VTK cannot read it");
   auto* array = vtkIntArray::SafeDownCast(grid_->GetFieldData()->GetAbstractArray(version_field));
   if (array == nullptr || array->GetNumberOfValues() != 1) fail(std::string("field ") + version_field + " is missing");
   if (array->GetValue(0) != version) {

@@ -9,10 +9,15 @@
 #include <string_view>
 #include <vector>
 
+class vtkXMLReader;
+
 namespace klang::mesh::detail {
 
 /// VTK allocates what the header promises: refuses promises that no compression of this file could keep (InputError).
 void check_promises(std::string_view bytes, const std::string& name);
+
+/// Reads a VTK XML file's bytes without a word on the terminal. @return what is wrong, empty when all is well
+std::string update_reader(vtkXMLReader* reader, const std::string& bytes, const std::string& name);
 
 /// Named arrays of a model file. Field data and point data take them alike; reading gives back every bit.
 void add_numbers(vtkFieldData* fields, const std::string& name, const double* values, Eigen::Index n);

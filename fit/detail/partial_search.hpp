@@ -3,6 +3,7 @@
 
 #include "core/base/monitor.hpp"
 #include "fit/detail/ring_data.hpp"
+#include "fit/detail/tail_noise.hpp"
 
 namespace klang::fit::detail {
 
@@ -39,9 +40,5 @@ void polish(const RingData& data, std::vector<FittedPartial>& partials);
 /// False for exponentials that should be well above the noise later on (after 1 / decay) and are not there:
 /// they only mended a disturbed beginning. The strongest of close partials always stays.
 std::vector<bool> persistent(const RingData& data, const std::vector<FittedPartial>& partials);
-
-/// Local noise of a power spectrum (mean over n_averaged exponentially distributed powers): a low quantile
-/// over a neighbourhood that grows with frequency, brought to the mean. Sharp peaks do not move it.
-Eigen::VectorXd noise_floor(const Eigen::VectorXd& power, Eigen::Index n_averaged);
 
 }  // namespace klang::fit::detail

@@ -190,7 +190,7 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
     if (derived && !space.ratio_is_free()) {
       // One elastic number was fitted: the others are that number and an assumption, no measurement.
       parameter.identifiable = false;
-      parameter.why = "follows from a Poisson's ratio that was given, not fitted";
+      parameter.why = "Poisson's ratio was given, not fitted";
     } else if (at_bound) {
       parameter.identifiable = false;
       parameter.why = "the fit ran to the edge of what is allowed; " + instead;

@@ -71,7 +71,8 @@ std::string the_specimens(const ResultData& data) {
 }
 
 void say_material(const ResultData& data, std::vector<std::string>& sentences) {
-  std::vector<std::string> found, missing;
+  std::vector<std::string> found;
+  std::vector<std::pair<std::string, std::vector<std::string>>> missing;  // why, and what
   for (const char* name : {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa",
                            "bulk_modulus_pa", "lame_lambda_pa"}) {
     for (const Estimate& parameter : data.parameters) {
@@ -88,10 +89,13 @@ void say_material(const ResultData& data, std::vector<std::string>& sentences) {
     const Quantity name = quantity(parameter.name, parameter.value.value_or(1));
     std::string why = parameter.why;
     while (!why.empty() && (why.back() == '.' || why.back() == ' ')) why.pop_back();
-    missing.push_back("The " + escaped(name.words) +
-                      (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>") +
-                      " is not determined by these partials" + (why.empty() ? "" : ": " + escaped(why)) +
-                      ".");
+    const std::string words = "the " + escaped(name.words) + (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>");
+    const auto same = std::find_if(missing.begin(), missing.end(), [&](const auto& entry) { return entry.first == why; });
+    if (same == missing.end()) {
+      missing.push_back({why, {words}});
+    } else {
+      same->second.push_back(words);
+    }
   }
   const bool plural = std::count_if(data.specimens.begin(), data.specimens.end(), [](const Specimen& s) { return !s.predicted; }) > 1;
   if (!found.empty()) {
@@ -100,7 +104,10 @@ void say_material(const ResultData& data, std::vector<std::string>& sentences) {
                         (plural ? " ring with " : " rings with ") + list_of(found) + ".");
   }
   std::string open;
-  for (const std::string& sentence : missing) open += (open.empty() ? "" : " ") + sentence;
+  for (const auto& [why, names] : missing) {
+    open += (open.empty() ? "" : " ") + capitalised(list_of(names)) + (names.size() > 1 ? " are" : " is") +
+            " not determined by these partials" + (why.empty() ? "" : ": " + escaped(why)) + ".";
+  }
   if (!open.empty()) sentences.push_back(open);
 }
 

@@ -75,14 +75,31 @@ detail::RidgeMethod method(LeastSquares solver) {
 /// Functions of pass 1 at a sample or point: value, or derivative along normal where it is given.
 class FluidFunctions {
  public:
-  FluidFunctions(double k, int order, const std::vector<Vector3d>& points) : k_(k), points_(points) {
+  FluidFunctions(double k, int order, const std::vector<Vector3d>& points, const std::vector<Vector3d>& solid)
+      : k_(k), points_(points), solid_(solid) {
     if (order >= 0) rows_.emplace(order, k);
   }
-  Index size() const { return rows_ ? rows_->size() : detail::kQuadrupoleSize * static_cast<Index>(points_.size()); }
+  Index size() const { return n_regular() + detail::kQuadrupoleSize * static_cast<Index>(solid_.size()); }
   std::optional<detail::RegularRows::Scratch> scratch() const {
     return rows_ ? std::optional(rows_->scratch()) : std::nullopt;
   }
   void row(const Vector3d& x, const Vector3d* normal, std::optional<detail::RegularRows::Scratch>& scratch, double* out) const {
+    regular_row(x, normal, scratch, out);
+    out += n_regular();
+    std::array<Complex, detail::kQuadrupoleSize> wave;
+    for (const Vector3d& point : solid_) {
+      if (normal == nullptr) {
+        detail::singular_quadrupole(k_, x - point, wave.data());
+      } else {
+        detail::singular_quadrupole_slopes(k_, x - point, *normal, wave.data());
+      }
+      for (const Complex& value : wave) *out++ = -value.imag();  // h^(2) = j - i y
+    }
+  }
+
+ private:
+  Index n_regular() const { return rows_ ? rows_->size() : detail::kQuadrupoleSize * static_cast<Index>(points_.size()); }
+  void regular_row(const Vector3d& x, const Vector3d* normal, std::optional<detail::RegularRows::Scratch>& scratch, double* out) const {
     if (rows_) {
       if (normal == nullptr) {
         rows_->values(x - points_[0], *scratch, out);
@@ -100,9 +117,9 @@ class FluidFunctions {
     }
   }
 
- private:
   double k_;
   const std::vector<Vector3d>& points_;
+  const std::vector<Vector3d>& solid_;
   std::optional<detail::RegularRows> rows_;
 };
 
@@ -215,7 +232,9 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   const bool flat = options.fluid_space == FluidSpace::kFlatLimit;
   const int order = flat ? static_cast<int>(3.0 * std::sqrt(static_cast<double>(points.fluid_m.size())) + 1e-9) - 1 : -1;
   const std::vector<Vector3d> fluid_points = flat ? std::vector{boundary.centre_m()} : points.fluid_m;
-  const FluidFunctions functions(kf, order, fluid_points);
+  if (paper) points.solid_m.clear();
+  points.solid_m.resize(std::min(points.solid_m.size(), boundary.samples().size() / (2 * detail::kQuadrupoleSize * kSamplesPerFluidUnknown)));
+  const FluidFunctions functions(kf, order, fluid_points, points.solid_m);
   const Index n_air = detail::kQuadrupoleSize * static_cast<Index>(points.air_m.size());
   const double length = paper ? 1.0
                               : options.wall_length_m.value_or(boundary.radius_m() / (3.0 * std::sqrt(static_cast<double>(points.fluid_m.size()))));
@@ -236,6 +255,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     r.fluid.bubble_m = bubbles_m[b];
     r.fluid.order = order;
     r.fluid.points_m = fluid_points;
+    r.fluid.solid_m = points.solid_m;
     r.air.wavenumber_per_m = ka;
     r.air.points_m = points.air_m;
     r.n_fluid_sources = static_cast<int>(points.fluid_m.size());
@@ -385,7 +405,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
 namespace {
 
 Complex liquid_at(const DualDomainResult& result, const Vector3d& x, const Vector3d* direction) {
-  const FluidFunctions functions(result.fluid.wavenumber_per_m, result.fluid.order, result.fluid.points_m);
+  const FluidFunctions functions(result.fluid.wavenumber_per_m, result.fluid.order, result.fluid.points_m, result.fluid.solid_m);
   auto scratch = functions.scratch();
   Eigen::VectorXd row(functions.size());
   functions.row(x, direction, scratch, row.data());

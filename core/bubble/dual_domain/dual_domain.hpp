@@ -64,7 +64,8 @@ struct FluidField {
   std::vector<Image> images;                 ///< of the bubble, outside the liquid
   int order = -1;                            ///< of the waves about points_m[0], or -1: quadrupoles at all points_m
   std::vector<Eigen::Vector3d> points_m;
-  Eigen::VectorXcd coefficients;
+  std::vector<Eigen::Vector3d> solid_m;      ///< of singular standing waves y_l(k r) Y, l <= 2, within wet solids
+  Eigen::VectorXcd coefficients;             ///< of the regular waves, then 9 a point of solid_m
 };
 
 /// The air's pressure: h_l^(2) Y, l <= 2, about each point.
@@ -103,6 +104,8 @@ double bubble_source_strength(double radius_m, double frequency_hz, double liqui
 ///   pass 2, air:    (nabla^2 + k_a^2) P = 0 outside,  dP/dn = (rho_a / rho_f) dP_f/dn on the free surface, 0 on walls
 /// with e^{+i omega t} and n out of the liquid. Each by least squares over the samples of the boundary, weighted with
 /// sqrt(area), rigid rows of pass 1 with alpha, and a ridge (eq. 34).
+/// Wet solids: what they throw back into the liquid is singular within them, so that no regular wave makes it; pass 1 takes
+/// standing waves y_l(k r) Y_l^m, l <= 2, about points within them as well (not with the paper's formulas).
 /// Sources beyond a ninth of half the samples (pass 2: of a third) are left out: more would fit the samples and swing between.
 /// The matrices depend on boundary, frequency and points alone: bubbles of one call share assembly and preconditioner.
 /// @param frequency_hz  1 to 1e5

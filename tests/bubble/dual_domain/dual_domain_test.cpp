@@ -42,7 +42,73 @@ double eccentric_slope(double k, double a, double b, double gamma) {
   return sum / (4.0 * kPi * a * a);
 }
 
+/// A rigid ball of radius a within a pressure-release ball of radius b about the same centre, unit source at (0, 0, r0) between:
+/// dP/dr on the free surface at the pole angle gamma. Each degree: j_n(k r<) h_n(k r>) + A j_n(k r) + B y_n(k r), A and B from the
+/// two surfaces; e^{-ikR} / R = -ik sum (2n + 1) j_n h_n P_n.
+Complex shell_slope(double k, double a, double b, double r0, double gamma) {
+  const auto j = [](int n, double x) { return std::sph_bessel(static_cast<unsigned>(n), x); };
+  const auto y = [](int n, double x) { return std::sph_neumann(static_cast<unsigned>(n), x); };
+  const auto slope = [](const auto& f, int n, double x) { return n / x * f(n, x) - f(n + 1, x); };
+  Complex sum = 0.0;
+  double p0 = 1.0, p1 = std::cos(gamma);
+  for (int n = 0; n < 40; ++n) {
+    const Complex out(j(n, k * b), -y(n, k * b)), out_slope(slope(j, n, k * b), -slope(y, n, k * b));
+    const Complex source(j(n, k * r0), -y(n, k * r0));
+    const double ja = slope(j, n, k * a), ya = slope(y, n, k * a), jb = j(n, k * b), yb = y(n, k * b);
+    const Complex at_b = -j(n, k * r0) * out, at_a = -source * ja;
+    const double det = jb * ya - yb * ja;
+    const Complex regular = (at_b * ya - yb * at_a) / det, singular = (jb * at_a - at_b * ja) / det;
+    sum += (2.0 * n + 1.0) * p0 * k * (j(n, k * r0) * out_slope + regular * slope(j, n, k * b) + singular * slope(y, n, k * b));
+    const double next = ((2 * n + 3) * std::cos(gamma) * p1 - (n + 1) * p0) / (n + 2);
+    p0 = p1;
+    p1 = next;
+  }
+  return Complex(0.0, k / (4.0 * kPi)) * sum;
+}
+
+/// Free ball with a rigid one sunk in it.
+bubble::BoundaryMesh shell(double inner_m, double outer_m, int divisions) {
+  bubble::BoundaryMesh mesh = test::ball(outer_m, divisions), solid = test::ball(inner_m, divisions / 2);
+  const Eigen::Index n = mesh.surface.vertices_m.rows(), m = mesh.surface.triangles.rows();
+  mesh.surface.vertices_m.conservativeResize(n + solid.surface.vertices_m.rows(), 3);
+  mesh.surface.vertices_m.bottomRows(solid.surface.vertices_m.rows()) = solid.surface.vertices_m;
+  mesh.surface.triangles.conservativeResize(m + solid.surface.triangles.rows(), 3);
+  for (Eigen::Index t = 0; t < solid.surface.triangles.rows(); ++t) {  // out of the liquid: into the solid
+    const auto corners = solid.surface.triangles.row(t);
+    mesh.surface.triangles.row(m + t) << static_cast<int>(n) + corners[0], static_cast<int>(n) + corners[2], static_cast<int>(n) + corners[1];
+  }
+  mesh.region.insert(mesh.region.end(), static_cast<std::size_t>(solid.surface.triangles.rows()), 2);
+  return mesh;
+}
+
 }  // namespace
+
+TEST(SunkSolid, SurfaceSlopeBesideARigidBallIsTheSeries) {
+  constexpr double kInner = 0.025, kDepth = 0.035;
+  const LiquidBoundary boundary(shell(kInner, kBallRadiusM, 12));
+  for (const double frequency_hz : {500.0, 4000.0}) {
+    const auto result = solve(boundary, frequency_hz, {0, 0, kDepth}, 60, 40);
+    SourcePoints regular = random_source_points(boundary, 60, 40, 1);
+    regular.solid_m.clear();
+    const auto unable = solve_dual_domain(boundary, frequency_hz, regular, {{0, 0, kDepth}}, {0.001});
+    ASSERT_TRUE(result[0].usable() && unable[0].usable()) << result[0].message;
+    double error = 0.0, size = 0.0, without = 0.0, regular_error = 0.0;
+    for (std::size_t i = 0; i < boundary.samples().size(); ++i) {
+      const BoundarySample& s = boundary.samples()[i];
+      if (s.region != BoundaryRegion::kFreeSurface) continue;
+      const double gamma = std::acos(std::clamp(s.point_m.z() / s.point_m.norm(), -1.0, 1.0));
+      const Complex exact = shell_slope(2 * kPi * frequency_hz / 1497, kInner, kBallRadiusM, kDepth, gamma);
+      error += s.area_m2 * std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
+      regular_error += s.area_m2 * std::norm(unable[0].normal_derivative[static_cast<Eigen::Index>(i)] / unable[0].source_strength - exact);
+      without += s.area_m2 * std::norm(eccentric_slope(2 * kPi * frequency_hz / 1497, kBallRadiusM, kDepth, gamma) - exact);
+      size += s.area_m2 * std::norm(exact);
+    }
+    EXPECT_LE(std::sqrt(error / size), 0.005) << frequency_hz;
+    // The solid matters, and regular waves alone cannot tell of it.
+    EXPECT_GT(std::sqrt(without / size), 0.05);
+    EXPECT_GT(std::sqrt(regular_error / size), 5.0 * std::sqrt(error / size));
+  }
+}
 
 TEST(PressureReleaseBall, SurfaceSlopeOfACentralBubbleIsTheReference) {
   const LiquidBoundary boundary(test::ball(kBallRadiusM, 12));

@@ -88,7 +88,8 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
   print_parameters(result.parameters, common);
   if (!result.damping.model.empty()) say(common, "damping: %s fits best (AICc)\n", result.damping.model.c_str());
   for (const fit::SpecimenResult& specimen : result.specimens) {
-    say(common, "%s: rms %.2f cents, worst %.2f cents, %zu partials unmatched\n", specimen.name.c_str(),
+    say(common, "%s%s: rms %.2f cents, worst %.2f cents, %zu partials unmatched\n", specimen.name.c_str(),
+        specimen.predicted ? " (predicted, no part of the fit)" : "",
         specimen.rms_deviation_cents, specimen.max_deviation_cents, specimen.unmatched_partials.size());
   }
   say(common, "report: %s\n", (std::filesystem::path(options.output) / "report.html").c_str());

@@ -72,6 +72,7 @@ Subcommand add_bubble(CLI::App& program, CommonOptions& common);
 Subcommand add_converge(CLI::App& program, CommonOptions& common);
 Subcommand add_transfer(CLI::App& program, CommonOptions& common);
 Subcommand add_regress(CLI::App& program, CommonOptions& common);
+Subcommand add_validate(CLI::App& program, CommonOptions& common);
 Subcommand add_dataset(CLI::App& program, CommonOptions& common);
 Subcommand add_report(CLI::App& program, CommonOptions& common);
 Subcommand add_doctor(CLI::App& program, CommonOptions& common);

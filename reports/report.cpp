@@ -41,6 +41,7 @@ class ReportWriter {
   ReportResult write() {
     if (data_.kind == "study") return write_study();
     if (data_.kind == "regression") return write_regression();
+    if (data_.kind == "papers") return write_papers();
     parts_.media.resize(data_.specimens.size());
     monitor_.progress("report", 0.0);
     plots();
@@ -75,6 +76,14 @@ class ReportWriter {
     }
     for (const StudyField& field : data_.study.fields) list.emplace_back(field.file, "– for ParaView");
     list.emplace_back("figures/", "– every figure as SVG and PNG");
+    finish();
+    return std::move(result_);
+  }
+
+  ReportResult write_papers() {
+    parts_.downloads.emplace_back(result_json_.filename().string(), "– the result this page is made of");
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(folder_ / "junit.xml", ignored)) parts_.downloads.emplace_back("junit.xml", "– the claims for a test report");
     finish();
     return std::move(result_);
   }

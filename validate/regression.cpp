@@ -181,7 +181,7 @@ class Comparison {
     } else if (2 * reference_.partials[i].n_takes <= reference_.n_takes) {
       row.note = "not in every take of the reference";
     }
-    presence(name + ".there", "Partial at " + hz(p.frequency_hz) + " is there [0: yes]", row.note);
+    presence(name + ".there", "Partials missing at " + hz(p.frequency_hz), row.note);
     result_.partials.push_back(std::move(row));
   }
 
@@ -209,7 +209,7 @@ class Comparison {
       row.note = "runs together with a neighbour";
     }
     const std::string number = std::to_string(++n_superfluous_);
-    presence("superfluous-" + number, "No partial at " + hz(q.frequency_hz) + " besides those of the reference [0: none]", row.note);
+    presence("superfluous-" + number, "Partials at " + hz(q.frequency_hz) + " that the reference has not", row.note);
     result_.partials.push_back(std::move(row));
   }
 

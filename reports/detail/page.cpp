@@ -6,6 +6,7 @@
 #include "reports/detail/bubble_page.hpp"
 #include "reports/detail/fit_tables.hpp"
 #include "reports/detail/page_parts.hpp"
+#include "reports/detail/papers_page.hpp"
 #include "reports/detail/raster.hpp"
 #include "reports/detail/regression_page.hpp"
 #include "reports/detail/study_page.hpp"
@@ -143,6 +144,7 @@ std::string key_figures(const ResultData& data) {
   if (data.kind == "study") return study_key_figures(data.study);
   if (data.kind == "bubbles") return bubble_key_figures(data);
   if (data.kind == "regression") return regression_key_figures(data.regression);
+  if (data.kind == "papers") return papers_key_figures(data.papers);
   std::string html;
   const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
     html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) +
@@ -220,6 +222,7 @@ std::string warning_box(const ResultData& data, const PageParts& parts) {
 
 std::string title_of(const ResultData& data) {
   if (!data.name.empty()) return data.name;
+  if (data.kind == "papers") return "The papers’ numbers";
   if (data.kind == "study") return data.study.title.empty() ? "Convergence study" : data.study.title;
   if (data.kind == "analysis") {
     for (const ProvenanceInput& input : data.inputs) {
@@ -241,6 +244,7 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
                            : data.kind == "study"    ? "Klangprobe · convergence study"
                            : data.kind == "bubbles"  ? "Klangprobe · bubbles in a recording"
                            : data.kind == "regression" ? "Klangprobe · a sound against its reference"
+                           : data.kind == "papers" ? "Klangprobe · published numbers"
                                                      : "Klangprobe · modes of a body";
   std::vector<std::pair<std::string, std::string>> contents;
   std::string sections;
@@ -285,6 +289,9 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
     section("overlay", "Overlay", figures);
     section("partials", "Partials", regression_partial_table(data.regression));
     section("claims", "Claims", regression_claim_table(data.regression));
+  } else if (data.kind == "papers") {
+    const auto tables = papers_sections(data.papers);
+    for (std::size_t i = 0; i < tables.size(); ++i) section("table-" + std::to_string(i), tables[i].first, tables[i].second);
   } else if (data.kind == "bubbles") {
     section("sound", "Sound", specimen_section(data, parts, 0));
     section("bubbles", "Bubbles", bubble_table(data.bubbles));

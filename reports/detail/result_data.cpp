@@ -334,6 +334,14 @@ void read_regression(const Node& root, RegressionData& data) {
   data.sound_db = read_levels(levels, "sound_db", data.bands_hz.size(), data.times_s.size());
 }
 
+void read_papers(const Node& root, PapersData& data) {
+  root.each("numbers", [&](const Node& node) {
+    data.numbers.push_back({node.text("paper"), node.text("place"), node.text("quantity"), node.text("reference_source"), node.text("tolerance_source"), node.text("note"),
+                            node.text("verdict"), node.number("printed"), node.number("ours"), node.number("reference"), node.number("tolerance")});
+  });
+  root.each("not_computed", [&](const Node& node) { data.gaps.push_back({node.text("paper"), node.text("place"), node.text("reason")}); });
+}
+
 }  // namespace
 
 ResultData read_result(const std::filesystem::path& result_json) {
@@ -349,8 +357,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
   }
   ResultData data;
   data.kind = root.text("kind");
-  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles" && data.kind != "regression") {
-    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles, regression");
+  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles" && data.kind != "regression" && data.kind != "papers") {
+    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles, regression, papers");
   }
   data.name = root.text("name");
   data.status = root.text("status");
@@ -363,6 +371,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
     read_study(root, data.study);
   } else if (data.kind == "regression") {
     read_regression(root, data.regression);
+  } else if (data.kind == "papers") {
+    read_papers(root, data.papers);
   } else {
     data.specimens.push_back(read_body(root));
     if (data.kind == "bubbles") read_bubbles(root, data.bubbles);

@@ -155,8 +155,22 @@ struct RegressionData {
   std::vector<std::vector<double>> reference_db, sound_db;  ///< [band][time]
 };
 
+struct PaperRow {
+  std::string paper, place, quantity, reference_source, tolerance_source, note, verdict;
+  Number printed, ours, reference, tolerance;
+};
+
+struct PaperGapRow {
+  std::string paper, place, reason;
+};
+
+struct PapersData {
+  std::vector<PaperRow> numbers;
+  std::vector<PaperGapRow> gaps;
+};
+
 struct ResultData {
-  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression"
+  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression", "papers"
   std::string name;
   std::string status, message;
   std::string material;  ///< a preset's name, where the file has one
@@ -172,6 +186,7 @@ struct ResultData {
   StudyData study;                  ///< of a study
   BubbleData bubbles;               ///< of bubbles, beside the one specimen
   RegressionData regression;        ///< of a regression
+  PapersData papers;                ///< of the papers' numbers
   Number cost_initial, cost_final, n_iterations, peak_memory_bytes;
   std::vector<std::string> warnings;
   std::string version, command, seed, options;

@@ -121,3 +121,18 @@ TEST_F(KlangRegress, HelpShowsExamples) {
     EXPECT_NE(help.out.find("--json"), std::string::npos);
   }
 }
+
+TEST(KlangValidate, PapersPassesAndWritesItsPage) {
+  const Scratch scratch;
+  const auto run = run_klang("validate papers -o out --markdown p.md --json p.json", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const json papers = read_json(scratch.path() / "p.json");
+  EXPECT_EQ(papers, read_json(scratch.path() / "out/papers.json"));
+  EXPECT_EQ(papers["status"], "passed");
+  EXPECT_GE(papers["numbers"].size(), 80u);
+  for (const char* key : {"printed", "ours", "reference", "tolerance", "tolerance_source", "verdict"}) EXPECT_TRUE(papers["numbers"][0].contains(key)) << key;
+  for (const char* file : {"out/report.html", "out/junit.xml", "p.md"}) EXPECT_TRUE(std::filesystem::exists(scratch.path() / file)) << file;
+  EXPECT_EQ(run_klang("report out/papers.json", scratch.path()).exit_code, 0);
+  const auto help = run_klang("validate papers --help", scratch.path());
+  EXPECT_NE(help.out.find("Examples"), std::string::npos);
+}

@@ -69,6 +69,7 @@ Subcommand add_fit(CLI::App& program, CommonOptions& common);
 Subcommand add_tune(CLI::App& program, CommonOptions& common);
 Subcommand add_synth(CLI::App& program, CommonOptions& common);
 Subcommand add_bubble(CLI::App& program, CommonOptions& common);
+Subcommand add_proxy(CLI::App& program, CommonOptions& common);
 Subcommand add_converge(CLI::App& program, CommonOptions& common);
 Subcommand add_transfer(CLI::App& program, CommonOptions& common);
 Subcommand add_regress(CLI::App& program, CommonOptions& common);

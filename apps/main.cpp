@@ -58,7 +58,7 @@ int main(int argc, char** argv) {
   common.command_line = joined_command_line(argc, argv);
   const Subcommand subcommands[] = {add_mesh(program, common),   add_modes(program, common), add_analyze(program, common),
                                     add_fit(program, common),    add_tune(program, common),  add_synth(program, common),
-                                    add_transfer(program, common), add_bubble(program, common), add_converge(program, common), add_regress(program, common), add_validate(program, common), add_dataset(program, common), add_report(program, common), add_doctor(program, common)};
+                                    add_transfer(program, common), add_bubble(program, common), add_proxy(program, common), add_converge(program, common), add_regress(program, common), add_validate(program, common), add_dataset(program, common), add_report(program, common), add_doctor(program, common)};
   for (const Subcommand& subcommand : subcommands) {
     const bool is_group = !subcommand.app->get_subcommands([](const CLI::App*) { return true; }).empty();
     if (!is_group) add_common_options(*subcommand.app, common);  // a group's children have them

@@ -23,6 +23,8 @@ expect yes base audio mesh solid modal -- core/modal/oscillator_bank.hpp
 expect no base audio mesh solid modal -- fit/partial_table.hpp
 expect yes base audio bubble -- core/bubble/bubble_physics.hpp
 expect no base audio bubble -- fit/fit.hpp
+expect yes base audio mesh solid modal acoustics soundbank -- core/soundbank/proxy.hpp
+expect no base audio mesh solid modal acoustics soundbank -- fit/fit.hpp
 expect yes base audio mesh solid modal fit -- fit/fit.hpp
 expect no base audio mesh solid modal fit -- reports/report.hpp
 expect no base audio mesh solid modal datasets -- fit/fit.hpp

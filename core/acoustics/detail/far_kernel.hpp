@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace klang::acoustics::detail {
+#include "core/acoustics/detail/vector_math.hpp"
 
-inline constexpr std::size_t kLanes = 8;
+namespace klang::acoustics::detail {
 
 /// Triangles as columns, padded to a multiple of kLanes with triangles of weight 0. Points are those of three_points().
 struct TriangleColumns {

@@ -1,0 +1,65 @@
+// klang proxy: build, info, lookup, and bad input.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/base/output_file.hpp"
+#include "klang_process.hpp"
+
+using klang::test::run_klang;
+using klang::test::Scratch;
+
+namespace {
+
+const std::string kBuild = "proxy build --no-radiation --thinnest 0.6 --tolerance 0.05 --degree 8 --check-shapes 20 --quiet -o a.bank ";
+
+nlohmann::json json_of(const Scratch& scratch, const std::string& name) {
+  std::ifstream file(scratch.path() / name);
+  return nlohmann::json::parse(file);
+}
+
+void expect_refused(const Scratch& scratch, const std::string& arguments, const std::string& word) {
+  const auto before = scratch.files();
+  const auto result = run_klang(arguments, scratch.path());
+  EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
+  EXPECT_EQ(result.err_lines(), 1) << result.err;
+  EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
+  EXPECT_EQ(scratch.files(), before);
+}
+
+}  // namespace
+
+TEST(KlangProxy, BuiltBankTellsItsErrorAndFindsTheProxy) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang(kBuild + "--json b.json", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("proxy info a.bank --json i.json", scratch.path()).exit_code, 0);
+  const nlohmann::json info = json_of(scratch, "i.json");
+  EXPECT_GE(info["n_cells"].get<int>(), 3);
+  EXPECT_LE(info["max_interpolation_error"].get<double>(), 0.05);
+  EXPECT_EQ(info["bytes"].get<std::size_t>(), std::filesystem::file_size(scratch.path() / "a.bank"));
+  // A ball of glass of 50 mm radius: omega a / c_s = 2.501... at nu = 0.2 too (its lowest mode is a torsion).
+  ASSERT_EQ(run_klang("proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 25096 --json l.json", scratch.path()).exit_code, 0);
+  const nlohmann::json found = json_of(scratch, "l.json");
+  for (const double axis : found["axes"]) EXPECT_LE(std::abs(axis - std::sqrt(1.0 / 3.0)), 1e-12);
+  EXPECT_LE(std::abs(found["axes_m"][0].get<double>() / 0.05 - 1.0), 1e-3);
+  EXPECT_LE(std::abs(found["frequencies_hz"][0].get<double>() - 25096.0), 1e-6);
+  EXPECT_LE(std::abs(found["frequencies_hz"][4].get<double>() - 25096.0), 25.0);  // five-fold
+}
+
+TEST(KlangProxy, BadInputIsRefused) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
+  expect_refused(scratch, "proxy lookup a.bank --inertia 3,1,1 --lowest-frequency-hz 500 --json l.json", "no body has these moments");
+  expect_refused(scratch, "proxy lookup a.bank --inertia 1,1 --lowest-frequency-hz 500", "--inertia");
+  expect_refused(scratch, "proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 0", "lowest-frequency-hz");
+  expect_refused(scratch, "proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 500 --poissons-ratio 0.3", "another Poisson's ratio");
+  expect_refused(scratch, "proxy build --poissons-ratio 0.6 -o b.bank", "nu");
+  expect_refused(scratch, "proxy build --tolerance 0 -o b.bank", "tolerance");
+  const std::string bytes = klang::read_file(scratch.path() / "a.bank");
+  scratch.write("short.bank", std::string_view(bytes).substr(0, bytes.size() / 2));
+  expect_refused(scratch, "proxy info short.bank", "truncated");
+  scratch.write("sound.bank", std::string(200, 'x'));
+  expect_refused(scratch, "proxy info sound.bank", "no soundbank");
+}

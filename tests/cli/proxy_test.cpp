@@ -55,7 +55,7 @@ TEST(KlangProxy, BadInputIsRefused) {
   expect_refused(scratch, "proxy lookup a.bank --inertia 1,1 --lowest-frequency-hz 500", "--inertia");
   expect_refused(scratch, "proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 0", "lowest-frequency-hz");
   expect_refused(scratch, "proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 500 --poissons-ratio 0.3", "another Poisson's ratio");
-  expect_refused(scratch, "proxy build --poissons-ratio 0.6 -o b.bank", "nu");
+  expect_refused(scratch, "proxy build --poissons-ratio 0.6 -o b.bank", "poissons_ratio");
   expect_refused(scratch, "proxy build --tolerance 0 -o b.bank", "tolerance");
   const std::string bytes = klang::read_file(scratch.path() / "a.bank");
   scratch.write("short.bank", std::string_view(bytes).substr(0, bytes.size() / 2));

@@ -144,6 +144,7 @@ json to_json(const ReferenceSpectrum& reference) {
           {"scatter_dof", reference.scatter_dof},
           {"sample_rate_hz", reference.sample_rate_hz},
           {"duration_s", reference.duration_s},
+          {"contact_s", reference.contact_s},
           {"band_hz", {reference.band.low_hz, reference.band.high_hz}},
           {"ring_10db_s", reference.ring_10db_s},
           {"partials", std::move(partials)},
@@ -175,6 +176,7 @@ ReferenceSpectrum parse_reference(std::string_view text, const std::string& name
   r.scatter_dof = file.number("scatter_dof", 0.0, 1e9);
   r.sample_rate_hz = file.number("sample_rate_hz", 1.0, 1e8);
   r.duration_s = file.number("duration_s", 1e-6, 1e6);
+  r.contact_s = file.number("contact_s", 0.0, 10.0);
   const std::vector<double> band = file.numbers("band_hz", 0.0, 1e8);
   if (band.size() != 2 || !(band[0] < band[1])) throw InputError(name + ".band_hz", "is no band", "", "two rising numbers");
   r.band = {band[0], band[1]};

@@ -162,6 +162,7 @@ ReferenceSpectrum make_reference(const std::vector<SoundDescription>& takes) {
     result.origin += (result.origin.empty() ? "" : ", ") + take.origin;
     result.sample_rate_hz = std::min(result.sample_rate_hz, take.sample_rate_hz);
     result.duration_s = std::min(result.duration_s, take.duration_s);
+    result.contact_s = std::max(result.contact_s, take.contact_s);
     result.band.high_hz = std::min(result.band.high_hz, take.band.high_hz);
     result.band.low_hz = std::max(result.band.low_hz, take.band.low_hz);
   }

@@ -26,6 +26,7 @@ struct ReferenceSpectrum {
   int n_takes = 0;
   double scatter_dof = 0.0;  ///< degrees of freedom behind the scatters of frequency and decay; 0 with one take
   double sample_rate_hz = 0.0, duration_s = 0.0;  ///< lowest, shortest
+  double contact_s = 0.0;    ///< longest of the takes
   Band band;
   std::vector<ReferencePartial> partials;   ///< ascending; found in more than half of the takes
   std::vector<double> occasional_hz;        ///< found in some takes only: neither missed nor superfluous

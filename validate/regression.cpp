@@ -103,9 +103,10 @@ class Comparison {
   }
 
   /// Amplitude over its deviation that a partial would have in noise of a density, dB: A / sqrt(4 decay N) for a partial whose
-  /// decay is estimated with it (Cramer-Rao), and no longer than the sound.
-  static double heard_db(double amplitude, double decay_per_s, double density, double duration_s) {
+  /// decay is estimated with it (Cramer-Rao), no longer than the sound and only after contact.
+  static double heard_db(double amplitude, double decay_per_s, double density, double duration_s, double contact_s) {
     const double decay = std::max(decay_per_s, 1.0 / duration_s);
+    amplitude *= std::exp(-std::max(decay_per_s, 0.0) * contact_s);
     return 20.0 * std::log10(amplitude / std::sqrt(std::max(4.0 * decay * density, 1e-60)));
   }
 
@@ -169,7 +170,8 @@ class Comparison {
     const fit::Partial& p = expected_[i];
     PartialComparison row{p, {}, {}, {}, {}, {}, {}};
     const double amplitude = p.amplitude.value_or(0.0) * std::pow(10.0, result_.gain_db / 20.0);
-    const double heard = heard_db(amplitude, p.decay_per_s.value_or(0.0), sound_.noise_density(p.frequency_hz), sound_.duration_s);
+    const double heard = heard_db(amplitude, p.decay_per_s.value_or(0.0), sound_.noise_density(p.frequency_hz), sound_.duration_s,
+                                  sound_.contact_s);
     if (p.frequency_hz < sound_.band.low_hz || p.frequency_hz > sound_.band.high_hz) {
       row.note = "outside the band that was analysed";
     } else if (!(heard >= kHeardDb)) {
@@ -191,7 +193,7 @@ class Comparison {
     const double amplitude = q.amplitude.value_or(0.0) * std::pow(10.0, -result_.gain_db / 20.0);
     const double own_db = -20.0 * std::log10(std::max(relative_std(q.amplitude_std, q.amplitude), 1e-12));
     const double heard = heard_db(amplitude, q.decay_per_s.value_or(0.0), validate::noise_density(reference_.fingerprint, q.frequency_hz),
-                                  reference_.duration_s);
+                                  reference_.duration_s, reference_.contact_s);
     const bool occasional = std::any_of(reference_.occasional_hz.begin(), reference_.occasional_hz.end(), [&](double f) {
       return std::abs(cents(q.frequency_hz, f)) <= 50.0;
     });
@@ -350,6 +352,11 @@ RegressionResult compare(const ReferenceSpectrum& reference, const SoundDescript
   options.validate();
   if (reference.partials.empty()) throw InputError(reference.origin, "has an empty spectrum");
   if (sound.partials.partials.empty()) throw InputError(sound.origin, "has an empty spectrum");
+  const Fingerprint &a = reference.fingerprint, &b = sound.fingerprint;
+  if (a.window_s != b.window_s || a.hop_s != b.hop_s || a.first_third != b.first_third) {
+    throw InputError(reference.origin, "its fingerprint has other windows or bands", to_text(a.window_s) + " s every " + to_text(a.hop_s) + " s",
+                     to_text(b.window_s) + " s every " + to_text(b.hop_s) + " s from third octave " + std::to_string(b.first_third));
+  }
   return Comparison(reference, sound, options).run();
 }
 

@@ -65,6 +65,7 @@ struct RegressionResult {
 /// partial missing or superfluous, third-octave levels, log-spectral distance. Not judged rather than passed: a partial whose
 /// tolerance is so wide that a change of catch_cents (catch_decay) would slip through in more than 1 of 100; a partial
 /// that the other recording's noise would hide; partials that run together in one of the two; a band near the noise.
+/// @throws InputError: options out of range, an empty spectrum, a fingerprint of other windows or bands
 RegressionResult compare(const ReferenceSpectrum& reference, const SoundDescription& sound, const RegressionOptions& options = {});
 
 /// {"passed", "log_spectral_distance_db", "claims": [...], "partials": [...], "third_octaves": [...], "spectrogram": {...}, ...};

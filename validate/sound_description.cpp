@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/audio/fft.hpp"
+#include "core/audio/strikes.hpp"
 #include "core/base/errors.hpp"
 #include "fit/ringdown.hpp"
 
@@ -157,6 +158,11 @@ SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& 
   result.origin = sound.origin;
   result.sample_rate_hz = rate;
   result.onset_s = found.strikes_s.empty() ? 0.0 : found.strikes_s.front();
+  audio::StrikeOptions strikes;
+  strikes.band = ringdown.band;
+  for (const audio::Strike& strike : audio::detect_strikes(mono, strikes)) {
+    if (std::abs(strike.time_s - result.onset_s) < 1e-3) result.contact_s = std::max(0.0, strike.settled_s - strike.time_s);
+  }
   const double end_s = found.strikes_s.size() > 1 ? found.strikes_s[1] : sound.duration_s();
   result.duration_s = end_s - result.onset_s;
   result.band = ringdown.band;

@@ -38,6 +38,7 @@ struct SoundDescription {
   double sample_rate_hz = 0.0;
   double duration_s = 0.0;  ///< from the onset to the end or to the next strike
   double onset_s = 0.0;
+  double contact_s = 0.0;   ///< from the onset until the body rings freely: partials are heard from then on
   Band band;                ///< in which partials were looked for
   fit::PartialTable partials;
   Fingerprint fingerprint;

@@ -242,6 +242,13 @@ TEST(ReferenceFile, WhatIsNoReferenceIsRefused) {
   expect_refused(bad.dump(), "decay_per_s");
 }
 
+TEST(Regression, FingerprintOfOtherWindowsIsRefused) {
+  const SoundDescription sound = take_of(bell(), 2);
+  ReferenceSpectrum reference = make_reference({take_of(bell(), 1)});
+  reference.fingerprint.hop_s = 0.02;
+  EXPECT_THROW(compare(reference, sound), InputError);
+}
+
 TEST(SoundDescription, SilenceAndNoiseAreRefused) {
   RandomStream random(1, 1);
   audio::Signal silence{Eigen::MatrixXd::Zero(22050, 1), 22050.0, "silence"};

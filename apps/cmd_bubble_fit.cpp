@@ -20,7 +20,7 @@ namespace drops = fit::bubble;
 
 struct FitOptions {
   std::string recording, output, rise, band = "200:20000", thermal = "leighton";
-  double phi0_m = 0.0;
+  std::optional<double> phi0_m;
   drops::BubbleSearchOptions search;
 };
 
@@ -83,7 +83,7 @@ int run_fit(FitOptions options, const CommonOptions& common) {
   options.search.theory = thermal_theory(options.thermal);
   options.search.validate();
   drops::PitchFitOptions pitch_options;
-  if (options.phi0_m != 0.0) pitch_options.phi0_m = checked("command line", "--phi0-m", options.phi0_m, -1.0, -1e-5);
+  if (options.phi0_m) pitch_options.phi0_m = checked("command line", "--phi0-m", *options.phi0_m, -1.0, -1e-5);
   const std::vector<drops::BubbleRise> rises = options.rise.empty() ? std::vector<drops::BubbleRise>{} : drops::read_rises(options.rise);
   const audio::Signal recording = audio::read_sound(options.recording);
   std::unique_ptr<OutputDirectory> out;
@@ -118,7 +118,7 @@ int run_fit(FitOptions options, const CommonOptions& common) {
                    {"n_bubbles", pitch.n_bubbles},
                    {"parameters", nlohmann::json::array()},
                    {"identifiable", nlohmann::json::array()},
-                   {"chi_square_per_datum", pitch.chi_square_ratio}};
+                   {"chi_square_per_datum", pitch.chi_square_per_datum}};
   for (const drops::PitchNumber& n : pitch.parameters) json["pitch"]["parameters"].push_back(number_json(n, "name"));
   for (const drops::PitchNumber& n : pitch.identifiable) json["pitch"]["identifiable"].push_back(number_json(n, "combination"));
   if (out) {

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "cmd_bubble.hpp"
 #include "core/base/errors.hpp"
@@ -21,10 +22,11 @@ using bubble::DualDomainOptions;
 
 struct TransferOptions {
   std::string boundary, bubble, path, points, output, literature = "right", solver = "sketch", fluid_space = "flat";
-  double frequency_hz = 0.0, radius_m = 0.0, unit_m = 1.0, frame_step_s = 0.0, decay_per_s = -1.0;
+  double frequency_hz = 0.0, unit_m = 1.0, frame_step_s = 0.0;
+  std::optional<double> given_radius_m, decay_per_s, wall_length_m;
+  double radius_m = 0.0;  ///< as given, or that which rings at the frequency
   int fluid_sources = 60, air_sources = 100;
   bool no_images = false, no_scaling = false;
-  double wall_length_m = 0.0;
   bubble::BoundaryOptions surface;
   DualDomainOptions solve;
 };
@@ -55,18 +57,16 @@ void finish(TransferOptions& o) {
       choice("--fluid-functions", o.fluid_space, "flat", "sources") ? bubble::FluidSpace::kSources : bubble::FluidSpace::kFlatLimit;
   o.solve.images = !o.no_images;
   o.solve.scale_columns = !o.no_scaling;
-  if (o.wall_length_m != 0.0) o.solve.wall_length_m = o.wall_length_m;
+  o.solve.wall_length_m = o.wall_length_m;
+  if (o.decay_per_s) checked("command line", "--decay-per-s", *o.decay_per_s, 0.0, 1e6);
   o.solve.validate();
   o.surface.validate();
   if (o.fluid_sources < 1 || o.fluid_sources > 400)
     throw InputError("command line", "--fluid-sources", std::to_string(o.fluid_sources), "1 to 400");
   if (o.air_sources < 1 || o.air_sources > 1000) throw InputError("command line", "--air-sources", std::to_string(o.air_sources), "1 to 1000");
   checked("command line", "--frequency-hz", o.frequency_hz, 1.0, 1e5);
-  if (o.radius_m == 0.0) {
-    o.radius_m = radius_of(o.frequency_hz, paper ? bubble::BubbleTheory::kPaper : bubble::BubbleTheory::kLeighton);
-  } else {
-    checked("command line", "--radius-m", o.radius_m, bubble::kSmallestRadiusM, bubble::kLargestRadiusM);
-  }
+  o.radius_m = o.given_radius_m ? checked("command line", "--radius-m", *o.given_radius_m, bubble::kSmallestRadiusM, bubble::kLargestRadiusM)
+                                : radius_of(o.frequency_hz, paper ? bubble::BubbleTheory::kPaper : bubble::BubbleTheory::kLeighton);
 }
 
 nlohmann::json options_json(const TransferOptions& o) {
@@ -89,7 +89,8 @@ nlohmann::json options_json(const TransferOptions& o) {
 }
 
 int run_series(const TransferOptions& options, const CommonOptions& common) {
-  if (options.output.empty()) throw InputError("command line", "-o", {}, "a .csv file for the transfer over time");
+  if (std::filesystem::path(options.output).extension() != ".csv")
+    throw InputError("command line", "-o", options.output, "a .csv file for the transfer over time");
   const bubble::BoundaryFrames frames = bubble::find_frames(options.boundary, options.frame_step_s);
   bubble::BubblePath path;
   if (options.path.empty()) {
@@ -111,7 +112,7 @@ int run_series(const TransferOptions& options, const CommonOptions& common) {
   series.seed = common.seed;
   series.frequency_hz = options.frequency_hz;
   series.radius_m = options.radius_m;
-  series.decay_per_s = options.decay_per_s >= 0.0 ? options.decay_per_s : bubble::bubble_oscillation(options.radius_m).decay_per_s;
+  series.decay_per_s = options.decay_per_s ? *options.decay_per_s : bubble::bubble_oscillation(options.radius_m).decay_per_s;
   TerminalMonitor monitor(common.quiet);
   const bubble::TransferSeriesResult result = bubble::transfer_series(
       frames.time_s,
@@ -120,9 +121,16 @@ int run_series(const TransferOptions& options, const CommonOptions& common) {
   if (result.status != bubble::TransferSeriesResult::Status::kDone) throw NumericalError("bubble transfer: " + result.message);
   write_file(options.output, bubble::transfer_series_csv(result));
 
-  nlohmann::json json = result_header("bubble_transfer_series", "done", common, options_json(options), {options.points});
+  std::vector<std::filesystem::path> inputs = {options.points};
+  if (!options.path.empty()) inputs.emplace_back(options.path);
+  inputs.insert(inputs.end(), frames.files.begin(), frames.files.end());
+  if (result.n_fluid_sources < options.fluid_sources || result.n_air_sources < options.air_sources)
+    warn("the coarsest frame carries " + std::to_string(result.n_fluid_sources) + " fluid and " + std::to_string(result.n_air_sources) + " air sources");
+  nlohmann::json json = result_header("bubble_transfer_series", "done", common, options_json(options), inputs);
   json["n_frames"] = frames.files.size();
   json["n_solves"] = result.n_solves;
+  json["fluid_sources_used"] = result.n_fluid_sources;
+  json["air_sources_used"] = result.n_air_sources;
   json["n_replaced_sources"] = result.n_replaced_sources;
   json["decay_per_s"] = series.decay_per_s;
   json["transfer"] = nlohmann::json::array();
@@ -208,7 +216,7 @@ Subcommand add_bubble_transfer(CLI::App& group, CommonOptions& common) {
   app->add_option("--bubble", options->bubble, "Position x,y,z [m]");
   app->add_option("--path", options->path, "Series: positions over time (CSV time_s,x_m,y_m,z_m)");
   app->add_option("--frequency-hz", options->frequency_hz, "Frequency of the bubble")->required();
-  app->add_option("--radius-m", options->radius_m, "Its radius; default: the one that rings at this frequency");
+  app->add_option("--radius-m", options->given_radius_m, "Its radius; default: the one that rings at this frequency");
   app->add_option("--points", options->points, "Where to find the pressure: x_m,y_m,z_m a line (CSV)")->required();
   app->add_option("-o,--output", options->output, "Surface with the solution (.vtp); series: transfer over time (.csv) for klang bubble synth");
   app->add_option("--fluid-sources", options->fluid_sources, "Quadrupole sources of pass 1 (liquid)")->capture_default_str();

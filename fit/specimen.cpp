@@ -131,7 +131,8 @@ class Reader {
   double number_of(const toml::node& node, std::string_view key) const {
     const SchemaField& field = *find_field(schema_, key);
     if (!node.is_number()) throw InputError(place(node, key), "must be a number", shown(node), range_text(field));
-    const double value = *node.value<double>();
+    const auto* integer = node.as_integer();  // toml++ gives no double for an integer that is not one exactly
+    const double value = integer ? static_cast<double>(integer->get()) : node.as_floating_point()->get();
     if (!(value > field.low && value < field.high)) {
       throw InputError(place(node, key), "is out of range", to_text(value), range_text(field));
     }

@@ -99,8 +99,9 @@ BubbleDamping<T> bubble_damping(const BubbleMedium& medium, BubbleTheory theory,
     const T psi = theory == BubbleTheory::kPaper
                       ? T(factor * kPrintedG) / omega0_rad_s
                       : T(factor * 2.0 * kPi) * (T(1.0) + tension * T((1.0 - 1.0 / (3.0 * gamma)) / p0)) / omega0_rad_s;
-    damping.delta_thermal =
-        T(2.0) * (sqrt(psi - T(3.0)) - T((3.0 * gamma - 1.0) / (3.0 * (gamma - 1.0)))) / (psi - T(4.0));
+    // Where the bracket is negative the form does not hold; below psi = 4 it would pass for damping, and a great one.
+    const T bracket = sqrt(psi - T(3.0)) - T((3.0 * gamma - 1.0) / (3.0 * (gamma - 1.0)));
+    damping.delta_thermal = T(2.0) * bracket / (psi < T(4.0) ? T(4.0) - psi : psi - T(4.0));
   }
   const T delta = damping.delta_radiation + damping.delta_viscous + damping.delta_thermal;
   damping.decay_per_s = theory == BubbleTheory::kProsperetti ? T(0.5) * omega0_rad_s * delta

@@ -111,8 +111,9 @@ std::shared_ptr<const BubbleMotion> analytic_rise(const Eigen::Vector3d& positio
                                                   const RiseOptions& options, const BubbleMedium& medium) {
   options.validate();
   checked("bubble", "radius_m", radius_m, kSmallestRadiusM, kLargestRadiusM);
-  if (!(position_m.z() < 0.0) || !position_m.allFinite())
-    throw InputError("bubble", "is not in the liquid at its birth", "z = " + to_text(position_m.z()) + " m", "below 0");
+  if (!(position_m.z() <= -radius_m) || !position_m.allFinite())
+    throw InputError("bubble", "is not in the liquid at its birth", "z = " + to_text(position_m.z()) + " m",
+                     "up to " + to_text(-radius_m) + ", its radius below the surface");
   return std::make_shared<AnalyticRise>(position_m, radius_m, options, medium);
 }
 

@@ -84,7 +84,7 @@ const TomlField kSchema[] = {
      "steps"},
     {"bubble", "phi_csv", TomlType::kText, "none", -kInf, kInf,
      "with a position, instead of a rise: `time_s,phi_m`; even time steps"},
-    {"bubble", "phi_lowpass_hz", TomlType::kNumber, "200", 1e-3, 1e9, "low-pass of the φ of a file"},
+    {"bubble", "phi_lowpass_hz", TomlType::kNumber, "200", 1, 1e9, "low-pass of the φ of a file"},
     {"bubble", "transfer_file", TomlType::kText, "none", -kInf, kInf,
      "pressure at the listener for unit vibration amplitude: CSV `time_s,re,im`, or JSON with `transfer[]`: {time_s, "
      "re, im}"},
@@ -201,13 +201,17 @@ SceneBubble read_bubble(const TomlTable& table, const std::filesystem::path& bas
 }
 
 void add_population(const TomlTable& table, std::uint64_t seed, std::uint64_t number, BubbleScene& scene) {
-  const auto count = static_cast<std::size_t>(std::llround(table.number("count")));
+  const double wanted = table.number("count");
+  if (wanted != std::floor(wanted)) throw InputError(table.place("count"), "is no whole number", to_text(wanted));
+  const auto count = static_cast<std::size_t>(wanted);
   if (scene.bubbles.size() + count > kMaxBubbles)
     throw InputError(table.place("count"), "makes too many bubbles", "", std::to_string(kMaxBubbles));
   const std::string distribution = table.choice("distribution", {"lognormal", "gaussian", "uniform"});
   const double middle = table.number("radius_m", 1e-3), spread = table.number("spread", 0.4);
   const double smallest = table.number("smallest_radius_m", 3e-4), largest = table.number("largest_radius_m", 5e-3);
-  if (!(smallest <= middle && middle <= largest)) {
+  if (!(smallest <= largest))
+    throw InputError(table.place("largest_radius_m"), "is below the smallest", to_text(largest), to_text(smallest) + " or more");
+  if (distribution != "uniform" && !(smallest <= middle && middle <= largest)) {
     throw InputError(table.place("radius_m"), "lies outside the limits of the radii", to_text(middle),
                      to_text(smallest) + " to " + to_text(largest));
   }

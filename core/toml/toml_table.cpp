@@ -19,9 +19,15 @@ std::string range_text(const TomlField& field) {
   return std::isfinite(field.low) ? to_text(field.low) + " to " + to_text(field.high) : "";
 }
 
+/// Of a number. toml++ gives no double for an integer that is not one exactly.
+double value_of(const toml::node& node) {
+  const auto* integer = node.as_integer();
+  return integer ? static_cast<double>(integer->get()) : node.as_floating_point()->get();
+}
+
 std::string shown_value(const toml::node& node) {
   if (const auto* text = node.as_string()) return "\"" + text->get().substr(0, 80) + "\"";
-  if (const auto number = node.value<double>()) return to_text(*number);
+  if (node.is_number()) return to_text(value_of(node));
   if (node.is_table()) return "a table";
   if (node.is_array()) return "a list";
   return "another type";
@@ -29,7 +35,7 @@ std::string shown_value(const toml::node& node) {
 
 double number_of(const toml::node& node, const TomlField& field, const std::string& place) {
   if (!node.is_number()) throw InputError(place, "must be a number", shown_value(node), range_text(field));
-  return checked(place, "value", *node.value<double>(), field.low, field.high);
+  return checked(place, "value", value_of(node), field.low, field.high);
 }
 
 std::string text_of(const toml::node& node, const std::string& place) {
@@ -128,8 +134,8 @@ TomlTable::FreeTable TomlTable::free_table(std::string_view key) const {
   FreeTable found;
   for (const auto& [name, value] : *table) {
     const std::string at = place(key) + "." + std::string(name.str());
-    if (const auto number = value.is_number() ? value.template value<double>() : std::nullopt) {
-      found.numbers[std::string(name.str())] = checked(at, "value", *number, -1e300, 1e300);
+    if (value.is_number()) {
+      found.numbers[std::string(name.str())] = checked(at, "value", value_of(value), -1e300, 1e300);
     } else {
       found.texts[std::string(name.str())] = text_of(value, at);
     }

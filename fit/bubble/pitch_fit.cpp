@@ -15,6 +15,7 @@ namespace klang::fit::bubble {
 namespace {
 
 constexpr double kDeterminedStd = 0.2;  // as for elastic constants
+constexpr double kLargestGrowth = 3.0;  // of chi square, a free pitch against the shared constants; right rises give about 1
 constexpr double kNormal95 = 1.959963984540054;
 constexpr int kOwn = Chirp::kParameters - 2;
 
@@ -32,12 +33,13 @@ std::shared_ptr<const PitchLaw> law_of(const BubbleRise& rise, double max_factor
 PitchNumber number(std::string name, double value, double relative_std) {
   PitchNumber n;
   n.name = std::move(name);
+  n.determined = relative_std <= kDeterminedStd;
+  if (!n.determined) return n;  // what the solver began with is no finding
   n.value = value;
   n.standard_deviation = std::abs(value) * relative_std;
   // Of the logarithm: all are positive.
   n.low95 = value * std::exp(-kNormal95 * relative_std);
   n.high95 = value * std::exp(kNormal95 * relative_std);
-  n.determined = relative_std <= kDeterminedStd;
   return n;
 }
 
@@ -128,7 +130,21 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
   std::vector<ChirpLaw> laws;
   for (std::size_t i = 0; i < found.found.size(); ++i) {
     laws.push_back(found.found[i].law);
-    if (along[i]) laws.back().pitch = along[i];
+    if (!along[i]) continue;
+    laws.back().pitch = along[i];
+    laws.back().rest_s.reset();  // the rise says when it rests
+  }
+  // What each bubble's own pitch leaves, for comparison.
+  double free_chi_square = 0.0;
+  for (const RingGroup& group : groups) {
+    if (std::none_of(group.members.begin(), group.members.end(), [&](std::size_t i) { return along[i] != nullptr; })) continue;
+    std::vector<ChirpLaw> own_laws;
+    std::vector<Chirp> chirps;
+    for (const std::size_t i : group.members) {
+      own_laws.push_back(found.found[i].law);
+      chirps.push_back(found.found[i].chirp);
+    }
+    free_chi_square += fit_chirps(*group.window, own_laws, chirps, {}, 0, false).chi_square;
   }
   Joint best;
   Eigen::MatrixXd covariance;
@@ -210,8 +226,14 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
     result.message = "the joint fit of the pitch constants did not converge";
     return result;
   }
+  result.chi_square_per_datum = ratios;
+  if (const double grown = chi_square / std::max(free_chi_square, 1e-300); !(grown <= kLargestGrowth)) {
+    result.status = PitchStatus::kFailed;
+    result.message = "the given rise does not describe these bubbles: chi square is " + klang::to_text(std::round(10.0 * grown) / 10.0) +
+                     " times that of a free pitch";
+    return result;
+  }
   result.status = PitchStatus::kFitted;
-  result.chi_square_ratio = ratios;
   covariance *= std::max(1.0, chi_square / static_cast<double>(std::max<Eigen::Index>(n_data, 1)));
   const double log_p = best.pitch[0], log_q = best.pitch[1], q = std::exp(log_q);
   // ln(K e^eta) = ln P + ln q.

@@ -46,7 +46,7 @@ struct PitchFitResult {
   std::vector<PitchNumber> parameters;    ///< k_delta_per_m, eta, phi0_m
   std::vector<PitchNumber> identifiable;  ///< combinations that the data determine, whatever the rest
   std::size_t n_bubbles = 0;              ///< that carry the joint fit
-  std::vector<double> chi_square_ratio;   ///< by group: chi square a datum of the joint fit over that of the free pitch
+  std::vector<double> chi_square_per_datum;   ///< of the joint fit, by group of bubbles that overlap
 };
 
 /// Constants of HF eq. (6) shared by all bubbles with a known rise. Pitch depends on P = K e^eta |phi0| / eta and

@@ -155,13 +155,27 @@ TEST(BubbleTransfer, SeriesWritesATransferOfGrowingStepsThatFreezesOutside) {
     scratch.write("tank_" + std::to_string(100 + i) + ".vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.03)));
   scratch.write("pts.csv", "0.1,0.1,0.5\n");
   scratch.write("path.csv", "time_s,x_m,y_m,z_m\n0,0.13,0.1,-0.04\n0.01,0.13,0.1,0.01\n");
-  const auto run = run_klang("bubble transfer --boundary tank_###.vtp --frame-step-s 0.001 --path path.csv --frequency-hz 2000 --decay-per-s 50 "
-                             "--fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv --json t.json", scratch.path());
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const nlohmann::json t = json_of(scratch, "t.json");
+  const auto series = [&](const std::string& decay_per_s) {
+    const auto run = run_klang("bubble transfer --boundary tank_###.vtp --frame-step-s 0.001 --path path.csv --frequency-hz 2000 --decay-per-s " + decay_per_s +
+                               " --fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv --json t.json", scratch.path());
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return json_of(scratch, "t.json");
+  };
+  const auto solved_ms = [](const nlohmann::json& t) {
+    std::vector<long> times;
+    for (const auto& step : t["transfer"])
+      if (!step["frozen"].get<bool>()) times.push_back(std::lround(1e3 * step["time_s"].get<double>()));
+    return times;
+  };
+  // The bubble is out after 8 frames of 1 ms. Steps grow as e^{beta t}: 1, 1.5, 2.2, 5 ms at 400 per s.
+  nlohmann::json t = series("0");
   EXPECT_EQ(t["n_frames"], 12);
-  EXPECT_LE(t["n_solves"].get<int>(), 8);  // the bubble is out after 8 frames
-  EXPECT_GE(t["n_solves"].get<int>(), 4);
+  EXPECT_EQ(solved_ms(t), (std::vector<long>{0, 1, 2, 3, 4, 5, 6, 7}));
+  t = series("1000");  // ends at 1/1000 of the amplitude, 6.9 ms
+  EXPECT_EQ(solved_ms(t), (std::vector<long>{0, 1, 4}));
+  EXPECT_LE(t["transfer"].back()["time_s"].get<double>(), 0.0069);
+  t = series("400");
+  EXPECT_EQ(solved_ms(t), (std::vector<long>{0, 1, 2, 4}));
   EXPECT_TRUE(t["transfer"].back()["frozen"].get<bool>());
   std::ifstream csv(scratch.path() / "z.csv");
   std::string line;
@@ -183,6 +197,7 @@ TEST(BubbleTransfer, BadInputIsNamed) {
   expect_refused(scratch, with("0.13,0.10,-0.05", "-0.13,0.10,-0.05"), {"outside the liquid"});
   expect_refused(scratch, with("0.13,0.10,-0.05", "0.13,0.10"), {"--bubble"});
   expect_refused(scratch, with("1500", "0"), {"--frequency-hz"});
+  expect_refused(scratch, with("1500", "1500 --radius-m 0"), {"--radius-m"});
   expect_refused(scratch, with("--fluid-sources 30", "--fluid-sources 0"), {"--fluid-sources", "1 to 400"});
   expect_refused(scratch, kTank + "--radius-m 1", {"--radius-m"});
   expect_refused(scratch, kTank + "--literature book", {"--literature", "right, paper"});

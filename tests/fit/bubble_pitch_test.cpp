@@ -53,7 +53,7 @@ TEST(BubblePitch, ConstantsComeOutWithinTenPercentAndTheirIntervalsCover) {
     EXPECT_LE(std::abs(*k.value / drops[0].k_per_m - 1.0), 0.1) << seed;
     EXPECT_LE(std::abs(*eta.value / drops[0].eta - 1.0), 0.1) << seed;
     n_covered += (*k.low95 <= drops[0].k_per_m && drops[0].k_per_m <= *k.high95) + (*eta.low95 <= drops[0].eta && drops[0].eta <= *eta.high95);
-    for (const double ratio : fit.chi_square_ratio) EXPECT_LE(ratio, 1.5) << seed;
+    for (const double ratio : fit.chi_square_per_datum) EXPECT_LE(ratio, 1.5) << seed;
   }
   // Of twelve 95 % intervals three or more miss with probability 0.02.
   EXPECT_GE(n_covered, 10);

@@ -219,7 +219,7 @@ BoundaryMesh read_boundary(const std::filesystem::path& path, double unit_m) {
 }
 
 bool is_series(const std::string& name) {
-  return name.find('#') != std::string::npos || lower(std::filesystem::path(name).extension().string()) == ".pvd";
+  return std::filesystem::path(name).filename().string().find('#') != std::string::npos || lower(std::filesystem::path(name).extension().string()) == ".pvd";
 }
 
 BoundaryFrames find_frames(const std::string& pattern, double frame_step_s) {

@@ -68,7 +68,6 @@ TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s, co
     const LiquidBoundary liquid = boundary(i);
     if (!points) {
       points = random_source_points(liquid, options.fluid_sources, options.air_sources, options.seed);
-      if (liquid.inside_air_boundary(listener_m)) throw InputError("listener", "lies inside the liquid (" + liquid.name() + ")");
     } else {
       advect(*points, liquid, time_s - before_s);
     }
@@ -82,6 +81,7 @@ TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s, co
       result.steps.push_back(held);
       continue;
     }
+    if (liquid.inside_air_boundary(listener_m)) throw InputError("listener", "lies inside the liquid (" + liquid.name() + ")");
     const DualDomainResult solved = solve_dual_domain(liquid, options.frequency_hz, *points, {at}, {options.radius_m}, options.solver)[0];
     if (!solved.usable()) {
       result.status = TransferSeriesResult::Status::kFailed;
@@ -89,6 +89,8 @@ TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s, co
       return result;
     }
     ++result.n_solves;
+    result.n_fluid_sources = result.n_solves == 1 ? solved.n_fluid_sources : std::min(result.n_fluid_sources, solved.n_fluid_sources);
+    result.n_air_sources = result.n_solves == 1 ? solved.n_air_sources : std::min(result.n_air_sources, solved.n_air_sources);
     result.steps.push_back({time_s, air_pressure(solved, listener_m), solved.fit_error_fluid, solved.fit_error_air, false});
     // Half a step of slack: frames do not fall on the grown steps exactly.
     next_s = time_s + step_s * (std::exp(options.decay_per_s * (time_s - birth_s)) - 0.5);

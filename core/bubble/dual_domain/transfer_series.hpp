@@ -41,6 +41,7 @@ struct TransferSeriesResult {
   std::string message;
   std::vector<TransferAtTime> steps;
   int n_solves = 0;
+  int n_fluid_sources = 0, n_air_sources = 0;  ///< that the coarsest frame carried
   std::uint32_t n_replaced_sources = 0;
 };
 

@@ -238,6 +238,17 @@ TEST(DualDomain, SketchedAnswerIsThatOfLapack) {
   }
 }
 
+TEST(DualDomain, AStrongRidgeIsSolvedByTheSketchToo) {
+  const LiquidBoundary boundary(test::tank({0.30, 0.22, 0.15}, 0.02));
+  DualDomainOptions options;
+  options.ridge = 0.01;
+  const auto fast = solve(boundary, 1500.0, {0.13, 0.10, -0.05}, 20, 30, 1, options);
+  options.solver = LeastSquares::kDirect;
+  const auto direct = solve(boundary, 1500.0, {0.13, 0.10, -0.05}, 20, 30, 1, options);
+  ASSERT_TRUE(fast[0].usable() && direct[0].usable()) << fast[0].message;
+  EXPECT_LE(std::abs(fast[0].air_residual / direct[0].air_residual - 1.0), 1e-3);
+}
+
 TEST(DualDomain, SameBitsOnAnyNumberOfThreads) {
   const auto run = [](int n_threads) {
     set_thread_count(n_threads);

@@ -218,10 +218,11 @@ template <class Scalar>
 std::optional<Matrix<Scalar>> cholesky(const Matrix<Scalar>& g, double eps) {
   double trace = 0.0;
   for (Eigen::Index i = 0; i < g.rows(); ++i) trace += std::real(g(i, i));
-  for (double shift = eps * eps; shift < 1e-6 * trace; shift = std::max(10.0 * shift, 1e-16 * trace)) {
+  for (double more = 0.0; more < 1e-6 * trace; more = std::max(10.0 * more, 1e-16 * trace)) {
     Matrix<Scalar> factor = g;
-    factor.diagonal().array() += Scalar(shift);
+    factor.diagonal().array() += Scalar(eps * eps + more);
     if (potrf(static_cast<int>(g.rows()), factor.data()) == 0 && factor.diagonal().allFinite()) return factor;
+    if (!(trace > 0.0)) break;
   }
   return std::nullopt;
 }

@@ -11,6 +11,7 @@ Subcommand add_proxy(CLI::App& program, CommonOptions& common) {
   auto children = std::make_shared<std::vector<Subcommand>>();
   children->push_back(add_proxy_build(*group, common));
   children->push_back(add_proxy_info(*group, common));
+  children->push_back(add_proxy_fit(*group, common));
   children->push_back(add_proxy_lookup(*group, common));
   for (const Subcommand& child : *children) add_common_options(*child.app, common);
   return {group, [children] {

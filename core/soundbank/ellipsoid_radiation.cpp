@@ -219,6 +219,7 @@ class Shell {
     const EllipsoidPoints check(frame_.axes, even_octant(side / 2 + 1, side / 2 + 2));
     const Eigen::VectorXcd wanted = weighted_velocity(check).cast<Complex>();
     error = (system_matrix(check) * coefficients_ - wanted).norm() / wanted.norm();
+    significant = std::min(1.0, wanted.norm() / (kHardlyNormal * displacement(check)));
     n_unknowns = functions;
     n_equations = rows;
   }
@@ -227,10 +228,19 @@ class Shell {
   Eigen::VectorXcd multipole(int order) const;
 
   double error = 0.0;
+  double significant = 1.0;  ///< below 1 where the surface hardly moves along its normal: torsion of nearly round bodies
   int n_unknowns = 0, n_equations = 0;
 
  private:
   static constexpr double kDepth = 0.85;
+  static constexpr double kHardlyNormal = 0.03;
+
+  /// Root of the integral of the squared displacement over the boundary's octant.
+  double displacement(const EllipsoidPoints& at) const {
+    Eigen::Matrix3Xd xi(3, at.xi.cols());
+    for (Eigen::Index i = 0; i < xi.cols(); ++i) xi.col(i) = frame_.to_body(at.xi.col(i));
+    return std::sqrt(modes_.shape_at(mode_, xi).colwise().squaredNorm().dot(at.areas_m2));
+  }
 
   /// sqrt(area) times the normal velocity at points of the boundary.
   Eigen::VectorXd weighted_velocity(const EllipsoidPoints& at) const {
@@ -379,7 +389,7 @@ EllipsoidRadiation radiate(const EllipsoidModes& modes, const ModeId& mode, cons
   Resolution resolution{static_cast<int>(std::ceil(ka)) + 10, 2.2};
   auto shell = std::make_unique<Shell>(modes, mode, k, resolution);
   shell->solve();
-  for (int step = 0; step < options.max_refinements && !(shell->error <= options.boundary_tolerance); ++step) {
+  for (int step = 0; step < options.max_refinements && !(shell->error * shell->significant <= options.boundary_tolerance); ++step) {
     resolution.degree += 6;
     resolution.density *= 1.2;
     auto finer = std::make_unique<Shell>(modes, mode, k, resolution);

@@ -7,7 +7,7 @@ namespace klang::soundbank {
 struct EllipsoidRadiationOptions {
   acoustics::Medium medium;
   acoustics::OrderOptions order;
-  double boundary_tolerance = 5e-3;  ///< relative rms error of the normal velocity at which refinement ends, 1e-8 to 0.1
+  double boundary_tolerance = 5e-3;  ///< rms error of the normal velocity at which refinement ends, of its rms or of 3 % of the displacement's, 1e-8 to 0.1
   int max_refinements = 4;           ///< of the sources, 0 to 8
   void validate() const;             ///< InputError
 };

@@ -48,6 +48,23 @@ TEST(KlangProxy, BuiltBankTellsItsErrorAndFindsTheProxy) {
   EXPECT_LE(std::abs(found["frequencies_hz"][4].get<double>() - 25096.0), 25.0);  // five-fold
 }
 
+TEST(KlangProxy, FitTellsErrorsBeforeAndAfter) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
+                      "--count 8 -o box.vtu", scratch.path()).exit_code, 0);
+  const auto run = run_klang("proxy fit a.bank box.vtu -o out --duration-s 0.2", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json fit = json_of(scratch, "out/fit.json");
+  for (const char* key : {"partial_rms_cents", "log_spectral_distance_db", "loudness_difference_db"})
+    EXPECT_LE(fit["after"][key].get<double>(), fit["before"][key].get<double>() * (1.0 + 1e-9) + 1e-9) << key;
+  EXPECT_EQ(fit["parameters"].size(), 6U);
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/after.wav"));
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.3,density_kg_m3=2600 "
+                      "--count 3 -o other.vtu", scratch.path()).exit_code, 0);
+  expect_refused(scratch, "proxy fit a.bank other.vtu -o out2", "another Poisson's ratio");
+}
+
 TEST(KlangProxy, BadInputIsRefused) {
   const Scratch scratch;
   ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);

@@ -1,0 +1,27 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "core/soundbank/soundbank.hpp"
+
+namespace ceres {
+class CostFunction;
+}
+
+namespace klang::fit {
+
+/// Two shape numbers in the unit square: u = -depth s, v = u t, depth = -ln(thinnest); s = 0 is the ball, t = 0 the spheroid b = c,
+/// t = 1 the one with a = b.
+soundbank::ShapePoint shape_of_square(const soundbank::Soundbank& bank, double s, double t);
+
+/// Residuals ln(f_proxy / f_target) in cents / 100 of the first partials, rank by rank; parameters: {s, t} and ln scale.
+/// The slopes are those of the bank's interpolation; at equal frequencies of two classes they jump.
+std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const soundbank::Soundbank& bank, std::vector<double> target_hz, double shear_speed_m_s);
+
+/// Residuals ln(decay_proxy / decay_target) of the partials with (alpha + beta omega^2) / 2; parameters: ln alpha, ln beta.
+std::unique_ptr<ceres::CostFunction> rayleigh_cost(std::vector<double> angular_frequency_rad_s, std::vector<double> decay_per_s);
+
+/// Residual ln(gain) - ln(wanted); parameter: ln gain. The amplitude that gives the proxy the target's energy.
+std::unique_ptr<ceres::CostFunction> gain_cost(double wanted);
+
+}  // namespace klang::fit

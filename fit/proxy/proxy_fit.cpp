@@ -71,7 +71,18 @@ class Fit {
     for (const VoicePartial& p : voice) sum += p.amplitude * p.amplitude / p.decay_per_s;
     return sum;
   }
-  Point solve_shape(Point p) const;
+  Point solve_shape(Point p, bool keep_lowest) const;
+  static double solve_gain(double wanted, double from) {
+    double ln_gain = std::log(from);
+    ceres::Problem problem;
+    problem.AddResidualBlock(gain_cost(wanted).release(), nullptr, &ln_gain);
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::DENSE_QR;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    return std::exp(ln_gain);
+  }
   void solve_damping(const Point& p, double& alpha, double& beta) const;
   ProxyParameters parameters(const Point& p, double alpha, double beta, double gain) const {
     return {soundbank::unit_axes(shape_of_square(bank_, p.square[0], p.square[1])), std::exp(p.ln_scale), alpha, beta, gain};
@@ -85,8 +96,11 @@ class Fit {
   std::vector<double> hz_;
 };
 
-Point Fit::solve_shape(Point p) const {
+Point Fit::solve_shape(Point p, bool keep_lowest) const {
   ceres::Problem problem;
+  if (keep_lowest)
+    problem.AddResidualBlock(proxy_frequency_cost(bank_, {hz_[0]}, speed_).release(), new ceres::ScaledLoss(nullptr, 1e4, ceres::TAKE_OWNERSHIP),
+                             p.square.data(), &p.ln_scale);
   problem.AddResidualBlock(proxy_frequency_cost(bank_, hz_, speed_).release(), nullptr, p.square.data(), &p.ln_scale);
   for (int i = 0; i < 2; ++i) {
     problem.SetParameterLowerBound(p.square.data(), i, 0.0);
@@ -157,40 +171,41 @@ ProxyFitResult Fit::run() {
   result.fitted_voice = result.start_voice;
   result.status = ProxyFitStatus::kKept;
 
-  std::vector<Point> starts{start};
-  for (std::size_t i = 0; i < std::min<std::size_t>(samples.size(), 6); ++i) starts.push_back(samples[i].second);
+  std::vector<Point> starts{start}, points;
+  for (std::size_t i = 0; i < std::min<std::size_t>(samples.size(), 3); ++i) starts.push_back(samples[i].second);
   for (const Point& from : starts) {
-    const Point p = solve_shape(from);
-    if (!(rms_cents(p) < result.after.partial_rms_cents)) continue;
-    // With the start's lowest partial kept, the start's damping, and everything free: a measure may prefer one to the other.
+    // All partials alike; and with the lowest one kept, which sounds longest and loudest. Also part of the way there.
+    points.push_back(solve_shape(from, false));
+    const Point kept = solve_shape(from, true);
+    for (const double part : {1.0, 0.75, 0.5, 0.25})
+      points.push_back(at_lowest({{start.square[0] + part * (kept.square[0] - start.square[0]),
+                                   start.square[1] + part * (kept.square[1] - start.square[1])}, 0.0}));
+  }
+  std::stable_sort(points.begin(), points.end(), [&](const Point& p, const Point& q) { return rms_cents(p) < rms_cents(q); });
+  // By rising error of the partials: the first that is no worse in any measure is the best.
+  for (const Point& p : points) {
+    if (result.status == ProxyFitStatus::kImproved || !(rms_cents(p) < result.before.partial_rms_cents)) break;
     for (const bool refit_damping : {true, false}) {
       double a = alpha, b = beta;
       if (refit_damping) solve_damping(p, a, b);
-      const double wanted = std::sqrt(energy(target_.voice) / energy(voice(p, a, b, 1.0)));
-      double ln_gain = std::log(gain);
-      ceres::Problem problem;
-      problem.AddResidualBlock(gain_cost(wanted).release(), nullptr, &ln_gain);
-      ceres::Solver::Options options;
-      options.linear_solver_type = ceres::DENSE_QR;
-      options.logging_type = ceres::SILENT;
-      ceres::Solver::Summary summary;
-      ceres::Solve(options, &problem, &summary);
-      double g = std::exp(ln_gain);
-      // The gain that makes the A-weighted energies equal, from that of the plain ones.
-      const audio::SpectralDistance level = audio::spectral_distance(voice_sound(target_.voice, options_.duration_s, options_.sample_rate_hz),
-                                                                     voice_sound(voice(p, a, b, g), options_.duration_s, options_.sample_rate_hz));
-      for (const double factor : {std::pow(10.0, -level.loudness_difference_db / 20.0), 1.0, gain / g}) {
+      const double equal_energy = solve_gain(std::sqrt(energy(target_.voice) / energy(voice(p, a, b, 1.0))), gain);
+      // The gain that makes the A-weighted energies equal, that of the energies, and the start's.
+      const audio::SpectralDistance level =
+          audio::spectral_distance(voice_sound(target_.voice, options_.duration_s, options_.sample_rate_hz),
+                                   voice_sound(voice(p, a, b, equal_energy), options_.duration_s, options_.sample_rate_hz));
+      const double equal_loudness = equal_energy * std::pow(10.0, -level.loudness_difference_db / 20.0);
+      for (const double g : {equal_loudness, equal_energy, gain}) {
         ++result.n_candidates;
-        const Voice found = voice(p, a, b, g * factor);
+        const Voice found = voice(p, a, b, g);
         const ProxyErrors now = errors(found);
         if (!no_worse(now, result.before)) {
           ++result.n_refused;
           continue;
         }
-        if (!(now.partial_rms_cents < result.after.partial_rms_cents)) continue;
+        if (result.status == ProxyFitStatus::kImproved && !(now.log_spectral_distance_db < result.after.log_spectral_distance_db)) continue;
         result.status = ProxyFitStatus::kImproved;
         result.after = now;
-        result.fitted = parameters(p, a, b, g * factor);
+        result.fitted = parameters(p, a, b, g);
         result.fitted_voice = found;
       }
     }

@@ -61,7 +61,9 @@ TEST(ProxyFit, NoMeasureIsWorseThanBefore) {
     for (std::size_t k = 0; k < target.voice.size(); ++k) target.voice[k].frequency_hz *= 1.0 + 0.02 * std::sin(7.0 * k + 100.0 * length);
     std::sort(target.voice.begin(), target.voice.end(), [](const auto& a, const auto& b) { return a.frequency_hz < b.frequency_hz; });
     target.moments = Eigen::Vector3d(2.0, 1.7, 1.4);
-    const fit::ProxyFitResult result = fit::fit_proxy(test::small_bank(), target);
+    fit::ProxyFitOptions options;
+    options.duration_s = 0.2;
+    const fit::ProxyFitResult result = fit::fit_proxy(test::small_bank(), target, options);
     EXPECT_TRUE(fit::no_worse(result.after, result.before));
     if (result.status == fit::ProxyFitStatus::kImproved) {
       EXPECT_LT(result.after.partial_rms_cents, result.before.partial_rms_cents);

@@ -250,7 +250,8 @@ TEST(KlangDoctor, ListsTheLibrariesAndThreads) {
 TEST(KlangInterrupt, TwoSignalsInARowTidyUpAsOneDoes) {
   const Scratch scratch;
   const auto result = run_klang("converge fem -o out", scratch.path(),
-                                "sh -c '\"$@\" & p=$!; sleep 1; kill -INT $p; sleep 0.01; kill -INT $p; wait $p' sh");
+                                "sh -c '\"$@\" & p=$!; until [ -n \"$(ls -A)\" ]; do sleep 0.02; done; "
+                                "kill -INT $p; sleep 0.01; kill -INT $p; wait $p' sh");
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_TRUE(scratch.files().empty());
 }

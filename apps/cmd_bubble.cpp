@@ -1,8 +1,8 @@
 #include "cmd_bubble.hpp"
 
 #include <CLI/CLI.hpp>
-#include <memory>
 
+#include "command_group.hpp"
 #include "core/base/errors.hpp"
 
 namespace klang::apps {
@@ -18,20 +18,8 @@ void add_thermal_option(CLI::App& app, std::string& choice) {
 }
 
 Subcommand add_bubble(CLI::App& program, CommonOptions& common) {
-  CLI::App* group = program.add_subcommand("bubble", "Gas bubbles: how they ring, their sound, recordings of drops");
-  group->require_subcommand(1);
-  auto children = std::make_shared<std::vector<Subcommand>>();
-  children->push_back(add_bubble_info(*group, common));
-  children->push_back(add_bubble_synth(*group, common));
-  children->push_back(add_bubble_fit(*group, common));
-  children->push_back(add_bubble_transfer(*group, common));
-  for (const Subcommand& child : *children) add_common_options(*child.app, common);
-  return {group, [children] {
-            for (const Subcommand& child : *children) {
-              if (child.app->parsed()) return child.run();
-            }
-            return static_cast<int>(kBadInput);
-          }};
+  return add_group(program, common, "bubble", "Gas bubbles: how they ring, their sound, recordings of drops",
+                   {add_bubble_info, add_bubble_synth, add_bubble_fit, add_bubble_transfer});
 }
 
 }  // namespace klang::apps

@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "command.hpp"
+#include "command_group.hpp"
 #include "core/audio/sound_file.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
@@ -180,7 +180,7 @@ int run_check(const CheckCommand& command, const CommonOptions& common) {
   return result.passed() ? kDone : kCheckNotPassed;
 }
 
-Subcommand add_make(CLI::App& group, const CommonOptions& common) {
+Subcommand add_make(CLI::App& group, CommonOptions& common) {
   auto command = std::make_shared<MakeCommand>();
   CLI::App* app = group.add_subcommand("make", "A reference spectrum from recordings of one object, or from a modal model");
   app->add_option("sounds", command->sound.sounds, "WAV, FLAC, OGG or AIFF of one strike each, or a modal model (.vtu)")->required();
@@ -194,7 +194,7 @@ Subcommand add_make(CLI::App& group, const CommonOptions& common) {
   return {app, [command, &common] { return run_make(*command, common); }};
 }
 
-Subcommand add_check(CLI::App& group, const CommonOptions& common) {
+Subcommand add_check(CLI::App& group, CommonOptions& common) {
   auto command = std::make_shared<CheckCommand>();
   CLI::App* app = group.add_subcommand("check", "Hold a recording or a modal model against a reference spectrum; page, JUnit XML");
   app->add_option("reference", command->reference, "File from klang regress make")->required();
@@ -223,18 +223,7 @@ Subcommand add_check(CLI::App& group, const CommonOptions& common) {
 }  // namespace
 
 Subcommand add_regress(CLI::App& program, CommonOptions& common) {
-  CLI::App* group = program.add_subcommand("regress", "Recordings and models against a reference spectrum");
-  group->require_subcommand(1);
-  auto children = std::make_shared<std::vector<Subcommand>>();
-  children->push_back(add_make(*group, common));
-  children->push_back(add_check(*group, common));
-  for (const Subcommand& child : *children) add_common_options(*child.app, common);
-  return {group, [children] {
-            for (const Subcommand& child : *children) {
-              if (child.app->parsed()) return child.run();
-            }
-            return static_cast<int>(kBadInput);
-          }};
+  return add_group(program, common, "regress", "Recordings and models against a reference spectrum", {add_make, add_check});
 }
 
 }  // namespace klang::apps

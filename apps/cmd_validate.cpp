@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "command.hpp"
+#include "command_group.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
 #include "core/base/output_file.hpp"
@@ -45,13 +45,9 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
   return tables.passed() ? kDone : kCheckNotPassed;
 }
 
-}  // namespace
-
-Subcommand add_validate(CLI::App& program, CommonOptions& common) {
-  CLI::App* group = program.add_subcommand("validate", "Published numbers against this program");
-  group->require_subcommand(1);
+Subcommand add_papers(CLI::App& group, CommonOptions& common) {
   auto command = std::make_shared<PapersCommand>();
-  CLI::App* papers = group->add_subcommand("papers", "Every number of the papers' tables that can be computed: printed, ours, reference, verdict");
+  CLI::App* papers = group.add_subcommand("papers", "Every number of the papers' tables that can be computed: printed, ours, reference, verdict");
   papers->add_option("-o,--output", command->output, "Folder for papers.json, junit.xml and report.html");
   papers->add_option("--markdown", command->markdown, "Write the tables as Markdown (docs/papers.md)")->type_name("FILE");
   papers->footer(
@@ -59,8 +55,13 @@ Subcommand add_validate(CLI::App& program, CommonOptions& common) {
       "  klang validate papers -o papers\n"
       "  klang validate papers --markdown docs/papers.md\n"
       "Exit code 1: a number differs from the paper and it is not known why.");
-  add_common_options(*papers, common);
-  return {group, [command, &common] { return run_papers(*command, common); }};
+  return {papers, [command, &common] { return run_papers(*command, common); }};
+}
+
+}  // namespace
+
+Subcommand add_validate(CLI::App& program, CommonOptions& common) {
+  return add_group(program, common, "validate", "Published numbers against this program", {add_papers});
 }
 
 }  // namespace klang::apps

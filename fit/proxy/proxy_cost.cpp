@@ -65,40 +65,6 @@ class FrequencyCost : public ceres::CostFunction {
   double speed_, depth_;
 };
 
-class RayleighCost : public ceres::CostFunction {
- public:
-  RayleighCost(std::vector<double> omega, std::vector<double> decay) : omega_(std::move(omega)), decay_(std::move(decay)) {
-    set_num_residuals(static_cast<int>(omega_.size()));
-    *mutable_parameter_block_sizes() = {1, 1};
-  }
-  bool Evaluate(double const* const* p, double* residuals, double** jacobians) const override {
-    const double alpha = std::exp(p[0][0]), beta = std::exp(p[1][0]);
-    for (std::size_t k = 0; k < omega_.size(); ++k) {
-      const double sum = alpha + beta * omega_[k] * omega_[k];
-      residuals[k] = std::log(0.5 * sum / decay_[k]);
-      if (jacobians != nullptr && jacobians[0] != nullptr) jacobians[0][k] = alpha / sum;
-      if (jacobians != nullptr && jacobians[1] != nullptr) jacobians[1][k] = 1.0 - alpha / sum;
-    }
-    return true;
-  }
-
- private:
-  std::vector<double> omega_, decay_;
-};
-
-class GainCost : public ceres::SizedCostFunction<1, 1> {
- public:
-  explicit GainCost(double wanted) : ln_wanted_(std::log(wanted)) {}
-  bool Evaluate(double const* const* p, double* residuals, double** jacobians) const override {
-    residuals[0] = p[0][0] - ln_wanted_;
-    if (jacobians != nullptr && jacobians[0] != nullptr) jacobians[0][0] = 1.0;
-    return true;
-  }
-
- private:
-  double ln_wanted_;
-};
-
 }  // namespace
 
 soundbank::ShapePoint shape_of_square(const soundbank::Soundbank& bank, double s, double t) {
@@ -109,9 +75,5 @@ soundbank::ShapePoint shape_of_square(const soundbank::Soundbank& bank, double s
 std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const soundbank::Soundbank& bank, std::vector<double> target_hz, double shear_speed_m_s) {
   return std::make_unique<FrequencyCost>(bank, std::move(target_hz), shear_speed_m_s);
 }
-std::unique_ptr<ceres::CostFunction> rayleigh_cost(std::vector<double> angular_frequency_rad_s, std::vector<double> decay_per_s) {
-  return std::make_unique<RayleighCost>(std::move(angular_frequency_rad_s), std::move(decay_per_s));
-}
-std::unique_ptr<ceres::CostFunction> gain_cost(double wanted) { return std::make_unique<GainCost>(wanted); }
 
 }  // namespace klang::fit

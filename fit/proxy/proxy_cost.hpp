@@ -18,10 +18,4 @@ soundbank::ShapePoint shape_of_square(const soundbank::Soundbank& bank, double s
 /// The slopes are those of the bank's interpolation; at equal frequencies of two classes they jump.
 std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const soundbank::Soundbank& bank, std::vector<double> target_hz, double shear_speed_m_s);
 
-/// Residuals ln(decay_proxy / decay_target) of the partials with (alpha + beta omega^2) / 2; parameters: ln alpha, ln beta.
-std::unique_ptr<ceres::CostFunction> rayleigh_cost(std::vector<double> angular_frequency_rad_s, std::vector<double> decay_per_s);
-
-/// Residual ln(gain) - ln(wanted); parameter: ln gain. The amplitude that gives the proxy the target's energy.
-std::unique_ptr<ceres::CostFunction> gain_cost(double wanted);
-
 }  // namespace klang::fit

@@ -10,6 +10,7 @@
 
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
+#include "fit/damping.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 
 namespace klang::fit {
@@ -72,17 +73,6 @@ class Fit {
     return sum;
   }
   Point solve_shape(Point p, bool keep_lowest) const;
-  static double solve_gain(double wanted, double from) {
-    double ln_gain = std::log(from);
-    ceres::Problem problem;
-    problem.AddResidualBlock(gain_cost(wanted).release(), nullptr, &ln_gain);
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    return std::exp(ln_gain);
-  }
   void solve_damping(const Point& p, double& alpha, double& beta) const;
   ProxyParameters parameters(const Point& p, double alpha, double beta, double gain) const {
     return {soundbank::unit_axes(shape_of_square(bank_, p.square[0], p.square[1])), std::exp(p.ln_scale), alpha, beta, gain};
@@ -118,22 +108,15 @@ Point Fit::solve_shape(Point p, bool keep_lowest) const {
 
 void Fit::solve_damping(const Point& p, double& alpha, double& beta) const {
   const Eigen::VectorXd f = frequencies_hz(p, static_cast<int>(n_));
-  std::vector<double> omega, decay;
-  for (std::size_t k = 0; k < n_; ++k) {
-    omega.push_back(2.0 * kPi * f[static_cast<Eigen::Index>(k)]);
-    decay.push_back(target_.voice[k].decay_per_s);
-  }
-  double ln_alpha = std::log(std::max(alpha, 1e-3 * decay[0])), ln_beta = std::log(std::max(beta, 1e-3 * decay[0] / (omega.back() * omega.back())));
-  ceres::Problem problem;
-  problem.AddResidualBlock(rayleigh_cost(omega, decay).release(), nullptr, &ln_alpha, &ln_beta);
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  alpha = std::exp(ln_alpha);
-  beta = std::exp(ln_beta);
+  std::vector<DecayPoint> decays;
+  for (std::size_t k = 0; k < n_; ++k)
+    decays.push_back({f[static_cast<Eigen::Index>(k)], target_.voice[k].decay_per_s});
+  std::vector<std::string> unheard;
+  const DampingResult damping = fit_damping(decays, unheard);
+  const DampingCandidate* rayleigh = find_candidate(damping, DampingKind::kRayleigh);
+  if (!rayleigh) return;
+  beta = rayleigh->parameters[0].value;
+  alpha = rayleigh->parameters[1].value;
 }
 
 ProxyFitResult Fit::run() {
@@ -188,7 +171,7 @@ ProxyFitResult Fit::run() {
     for (const bool refit_damping : {true, false}) {
       double a = alpha, b = beta;
       if (refit_damping) solve_damping(p, a, b);
-      const double equal_energy = solve_gain(std::sqrt(energy(target_.voice) / energy(voice(p, a, b, 1.0))), gain);
+      const double equal_energy = std::sqrt(energy(target_.voice) / energy(voice(p, a, b, 1.0)));
       // The gain that makes the A-weighted energies equal, that of the energies, and the start's.
       const audio::SpectralDistance level =
           audio::spectral_distance(voice_sound(target_.voice, options_.duration_s, options_.sample_rate_hz),
@@ -274,8 +257,8 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
   options.validate();
   if (target.voice.size() < 3) throw InputError("target", "a proxy needs at least 3 partials", std::to_string(target.voice.size()));
   if (!(target.voice[0].frequency_hz < 0.4 * options.sample_rate_hz))
-    throw InputError("target", "its lowest partial cannot be heard at this sample rate", to_text(target.voice[0].frequency_hz) + " Hz",
-                     "below " + to_text(0.4 * options.sample_rate_hz) + " Hz");
+    throw InputError("target", "its lowest partial cannot be heard at this sample rate", klang::to_text(target.voice[0].frequency_hz) + " Hz",
+                     "below " + klang::to_text(0.4 * options.sample_rate_hz) + " Hz");
   return Fit(bank, target, options).run();
 }
 

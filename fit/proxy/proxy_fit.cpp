@@ -2,14 +2,13 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
+#include "core/mesh/inertia.hpp"
 #include "fit/damping.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 
@@ -199,34 +198,13 @@ ProxyFitResult Fit::run() {
 
 }  // namespace
 
-Eigen::Vector3d principal_moments(const mesh::TetMesh& mesh) {
-  // Of a tetrahedron with corners x_i: volume V, int x = V mean, int x x^T = V/20 (sum x_i x_i^T + (sum x_i)(sum x_i)^T).
-  double volume = 0.0;
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (Eigen::Index e = 0; e < mesh.elements.rows(); ++e) {
-    Eigen::Matrix<double, 3, 4> x;
-    for (int i = 0; i < 4; ++i) x.col(i) = mesh.nodes_m.row(mesh.elements(e, i)).transpose();
-    Eigen::Matrix3d edges;
-    for (int i = 0; i < 3; ++i) edges.col(i) = x.col(i + 1) - x.col(0);
-    const double v = edges.determinant() / 6.0;
-    const Eigen::Vector3d sum = x.rowwise().sum();
-    volume += v;
-    first += 0.25 * v * sum;
-    second += v / 20.0 * (x * x.transpose() + sum * sum.transpose());
-  }
-  second -= first * first.transpose() / volume;
-  const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia, Eigen::EigenvaluesOnly).eigenvalues();
-}
-
 ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass_per_s, double rayleigh_stiffness_s) {
   if (model.n_modes() < 3) throw InputError("target", "a proxy needs at least 3 modes", std::to_string(model.n_modes()));
   checked("target", "rayleigh_mass_per_s", rayleigh_mass_per_s, 0.0, 1e6);
   checked("target", "rayleigh_stiffness_s", rayleigh_stiffness_s, 0.0, 1.0);
   if (!(rayleigh_mass_per_s + rayleigh_stiffness_s > 0.0)) throw InputError("target", "a model needs damping to sound", {}, "Rayleigh's two, not both 0");
   ProxyTarget target;
-  target.moments = principal_moments(model.mesh);
+  target.moments = mesh::principal_moments(mesh::mass_properties(model.mesh));
   target.shear_speed_m_s = model.material.shear_speed_m_s();
   target.rayleigh_mass_per_s = rayleigh_mass_per_s;
   target.rayleigh_stiffness_s = rayleigh_stiffness_s;

@@ -24,9 +24,6 @@ ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass
 /// @throws InputError for partials without decay or amplitude
 ProxyTarget target_of_partials(const PartialTable& table);
 
-/// Principal moments of a mesh of density 1 about its centre of mass, from its corners (curved sides count as straight).
-Eigen::Vector3d principal_moments(const mesh::TetMesh& mesh);
-
 struct ProxyFitOptions {
   int n_partials = 10;            ///< first partials that are fitted and compared, 3 to 40
   double duration_s = 1.0;        ///< of the sounds that are compared, 0.05 to 20

@@ -6,7 +6,6 @@
 #include "../soundbank/small_bank.hpp"
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
-#include "core/mesh/shape.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 #include "fit/proxy/proxy_fit.hpp"
 #include "gradient_checker.hpp"
@@ -70,13 +69,6 @@ TEST(ProxyFit, NoMeasureIsWorseThanBefore) {
 
 TEST(ProxyFit, UltrasoundIsRefused) {
   EXPECT_THROW(fit::fit_proxy(test::small_bank(), ellipsoid_target(soundbank::unit_axes({-0.3, -0.1}), 0.01, 8)), InputError);
-}
-
-TEST(PrincipalMoments, BoxHasItsClosedForm) {
-  const mesh::TetMesh box = mesh::mesh_shape({"box", {{"length_m", 0.05}, {"width_m", 0.03}, {"height_m", 0.01}}, {}});
-  const double m = 0.05 * 0.03 * 0.01;
-  const Eigen::Vector3d exact(m / 12 * (0.03 * 0.03 + 0.01 * 0.01), m / 12 * (0.05 * 0.05 + 0.01 * 0.01), m / 12 * (0.05 * 0.05 + 0.03 * 0.03));
-  EXPECT_LE((fit::principal_moments(box) - exact).norm(), 1e-12 * exact.norm());
 }
 
 TEST(ProxyErrors, GainAndShiftAreWhatTheyAre) {

@@ -5,11 +5,11 @@
 #include <complex>
 #include <memory>
 
-#include "core/acoustics/helmholtz_basis.hpp"
+#include "core/acoustics/spherical_harmonics.hpp"
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/parallel.hpp"
-#include "core/base/quadrature.hpp"
+#include "core/soundbank/detail/octant.hpp"
 #include "core/soundbank/detail/shell_kernel.hpp"
 
 extern "C" {
@@ -21,60 +21,8 @@ namespace klang::soundbank {
 namespace {
 
 using Complex = std::complex<double>;
-
-/// Directions cos(phi) sin(theta), sin(phi) sin(theta), cos(theta) of one octant; weights of the sphere.
-struct Octant {
-  Eigen::VectorXd theta, phi, theta_weights, phi_weights;
-  Eigen::Index size() const { return theta.size() * phi.size(); }
-  Eigen::Vector3d direction(Eigen::Index i) const {
-    const double t = theta[i / phi.size()], p = phi[i % phi.size()];
-    return {std::sin(t) * std::cos(p), std::sin(t) * std::sin(p), std::cos(t)};
-  }
-  double weight(Eigen::Index i) const { return theta_weights[i / phi.size()] * phi_weights[i % phi.size()]; }
-};
-
-/// Gauss in cos(theta), even steps in phi.
-Octant even_octant(int n_theta, int n_phi) {
-  const QuadratureRule rule = gauss_rule(2 * n_theta);
-  Octant octant{rule.points.tail(n_theta).array().acos(), Eigen::VectorXd(n_phi), rule.weights.tail(n_theta),
-                Eigen::VectorXd::Constant(n_phi, 0.5 * kPi / n_phi)};
-  for (int j = 0; j < n_phi; ++j) octant.phi[j] = (j + 0.5) * 0.5 * kPi / n_phi;
-  return octant;
-}
-
-const QuadratureRule& cached_gauss_rule(int n) {
-  thread_local std::vector<QuadratureRule> rules(201);
-  if (rules[n].points.size() == 0) rules[n] = gauss_rule(n);
-  return rules[n];
-}
-
-/// Gauss points of a variable s on [0, pi/2] with ds/dx = 1 / sqrt((x - centre)^2 + near^2) + 1 / far: crowded at the centre, where
-/// the integrand nearly is singular, and nowhere further apart than `far` wants.
-void crowded_rule(double centre, double near, double far, double density, Eigen::VectorXd& points, Eigen::VectorXd& weights) {
-  const auto s_of = [&](double x) { return std::asinh((x - centre) / near) + (x - centre) / far; };
-  const auto slope = [&](double x) { return 1.0 / std::hypot(x - centre, near) + 1.0 / far; };
-  const double first = s_of(0.0), last = s_of(0.5 * kPi);
-  const int n = std::clamp(static_cast<int>(std::ceil(density * (last - first))), 4, 200);
-  const QuadratureRule& rule = cached_gauss_rule(n);
-  points.resize(n);
-  weights.resize(n);
-  double low = 0.0;
-  for (int i = 0; i < n; ++i) {
-    const double s = first + 0.5 * (1.0 + rule.points[i]) * (last - first);
-    double high = 0.5 * kPi, x = 0.5 * (low + high);
-    for (int step = 0; step < 100; ++step) {  // Newton between bounds
-      const double wrong = s_of(x) - s;
-      (wrong > 0.0 ? high : low) = x;
-      double next = x - wrong / slope(x);
-      if (!(next > low && next < high)) next = 0.5 * (low + high);
-      if (std::abs(next - x) <= 1e-15) break;
-      x = next;
-    }
-    points[i] = x;
-    weights[i] = rule.weights[i] * 0.5 * (last - first) / slope(x);
-    low = x;
-  }
-}
+using detail::even_octant;
+using detail::Octant;
 
 /// The problem with the axes turned so that the polar axis of theta is the one about which the body is rounder.
 struct Frame {
@@ -102,65 +50,13 @@ struct Frame {
   }
 };
 
-/// Real spherical harmonics of a class: P_n^m(cos theta) times cos or sin(m phi), m and n - m of one parity each.
-struct ClassHarmonics {
-  int degree;
-  bool sine;
-  std::vector<int> orders;          ///< m
-  std::vector<Eigen::Index> first;  ///< column of the lowest n of each m; and the number of columns
-  ClassHarmonics(int mode_class, int highest) : degree(highest), sine((mode_class & 2) != 0) {
-    const int m_parity = (mode_class & 1) ^ (mode_class >> 1 & 1), n_parity = mode_class >> 2 & 1;
-    Eigen::Index columns = 0;
-    for (int m = m_parity; m + n_parity <= degree; m += 2) {
-      if (sine && m == 0) continue;
-      orders.push_back(m);
-      first.push_back(columns);
-      columns += (degree - m - n_parity) / 2 + 1;
-    }
-    first.push_back(columns);
-    step_ = n_parity;
-    for (const int m : orders)
-      for (int n = m; n <= degree; ++n) {
-        const double square = static_cast<double>(n + 1) * (n + 1) - static_cast<double>(m) * m;
-        const double up = std::sqrt((4.0 * (n + 1) * (n + 1) - 1.0) / square);
-        const double down = n > m ? std::sqrt((static_cast<double>(n) * n - static_cast<double>(m) * m) / (4.0 * n * n - 1.0)) : 0.0;
-        recurrence_.push_back({up, up * down});
-      }
-  }
-  Eigen::Index size() const { return first.back(); }
-
-  /// Orthonormal P_n^m at an angle, all columns.
-  void legendre(double theta, double* values) const {
-    const double z = std::cos(theta), s = std::sin(theta);
-    double diagonal = std::sqrt(0.25 / kPi);  // of m = 0
-    const std::pair<double, double>* coefficient = recurrence_.data();
-    int m = 0;
-    for (std::size_t i = 0; i < orders.size(); ++i) {
-      for (; m < orders[i]; ++m) diagonal *= s * std::sqrt((2.0 * m + 3.0) / (2.0 * m + 2.0));
-      double before = 0.0, now = diagonal;
-      Eigen::Index at = first[i];
-      for (int n = m; n <= degree; ++n) {
-        if ((n - m) % 2 == step_) values[at++] = now;
-        const double next = coefficient->first * z * now - coefficient->second * before;
-        ++coefficient;
-        before = now;
-        now = next;
-      }
-    }
-  }
-  double around(std::size_t i, double phi) const { return sine ? std::sin(orders[i] * phi) : std::cos(orders[i] * phi); }
-
- private:
-  int step_ = 0;
-  std::vector<std::pair<double, double>> recurrence_;  // by m, then n
-};
-
 /// Points on an ellipsoid over directions of an octant.
 struct EllipsoidPoints {
+  Eigen::Index n_theta, n_phi;
   Eigen::Matrix3Xd xi, points_m, normals;
   Eigen::VectorXd areas_m2;
   EllipsoidPoints(const Eigen::Vector3d& axes, const Octant& octant)
-      : xi(3, octant.size()), points_m(3, octant.size()), normals(3, octant.size()), areas_m2(octant.size()) {
+      : n_theta(octant.theta.size()), n_phi(octant.phi.size()), xi(3, octant.size()), points_m(3, octant.size()), normals(3, octant.size()), areas_m2(octant.size()) {
     for (Eigen::Index i = 0; i < octant.size(); ++i) {
       xi.col(i) = octant.direction(i);
       points_m.col(i) = axes.cwiseProduct(xi.col(i));
@@ -197,7 +93,7 @@ class Shell {
 
   /// Least squares, and the relative error at other points.
   void solve() {
-    const int side = resolution_.degree / 2 + 3;
+    const int side = (46 * resolution_.degree + 99) / 100 + 2;  // twice as many equations as unknowns
     const EllipsoidPoints fit(frame_.axes, even_octant(side, side));
     const Eigen::MatrixXcd matrix = system_matrix(fit);
     const int rows = static_cast<int>(matrix.rows()), functions = static_cast<int>(matrix.cols()), one = 1;
@@ -252,113 +148,172 @@ class Shell {
     return velocity;
   }
 
-  Eigen::MatrixXcd system_matrix(const EllipsoidPoints& boundary) const {
-    Eigen::MatrixXcd matrix(boundary.areas_m2.size(), harmonics_.size());
-    Octant around;
-    detail::SourceColumns sources;
-    std::vector<double> re, im, legendre(static_cast<std::size_t>(harmonics_.size()));
-    Eigen::VectorXcd line(harmonics_.size());
-    Eigen::MatrixXd cosines;
-    const double far = 3.0 / resolution_.degree;
-    for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-      const Eigen::Vector3d xi = boundary.xi.col(row), x = boundary.points_m.col(row), n = boundary.normals.col(row);
-      const double theta = std::acos(xi[2]), phi = std::atan2(xi[1], xi[0]);
-      const double gap = (x - inner_.cwiseProduct(xi)).norm();
-      const Eigen::Vector3d by_theta(std::cos(theta) * std::cos(phi), std::cos(theta) * std::sin(phi), -std::sin(theta));
-      const Eigen::Vector3d by_phi(-xi[1], xi[0], 0.0);
-      crowded_rule(theta, gap / inner_.cwiseProduct(by_theta).norm(), far, resolution_.density, around.theta, around.theta_weights);
-      crowded_rule(phi, gap / inner_.cwiseProduct(by_phi).norm(), far, resolution_.density, around.phi, around.phi_weights);
-      const Eigen::Index n_theta = around.theta.size(), n_phi = around.phi.size(), size = n_theta * n_phi;
-      sources.n_padded = static_cast<std::size_t>((size + 7) / 8 * 8);
-      re.resize(sources.n_padded);
-      im.resize(sources.n_padded);
-      for (int d = 0; d < 3; ++d) {
-        sources.points_m[d].resize(sources.n_padded);
-        sources.normals[d].resize(sources.n_padded);
-      }
-      const Eigen::VectorXd cos_phi = around.phi.array().cos(), sin_phi = around.phi.array().sin();
-      std::size_t at = 0;
-      const auto put = [&](double s, double z, Eigen::Index j) {
-        const Eigen::Vector3d direction(s * cos_phi[j], s * sin_phi[j], z);
-        const Eigen::Vector3d nu = direction.cwiseQuotient(inner_) * inner_.minCoeff();
-        for (int d = 0; d < 3; ++d) {
-          sources.points_m[d][at] = inner_[d] * direction[d];
-          sources.normals[d][at] = nu[d];
-        }
-        ++at;
-      };
-      for (Eigen::Index i = 0; i < n_theta; ++i) {
-        const double s = std::sin(around.theta[i]), z = std::cos(around.theta[i]);
-        for (Eigen::Index j = 0; j < n_phi; ++j) put(s, z, j);
-      }
-      while (at < sources.n_padded) put(std::sin(around.theta[n_theta - 1]), std::cos(around.theta[n_theta - 1]), n_phi - 1);
-      detail::mirrored_normal_derivative(sources, {{x[0], x[1], x[2]}, {n[0], n[1], n[2]}}, frame_.mode_class, k_, eta_, re.data(), im.data());
-      const auto n_orders = static_cast<Eigen::Index>(harmonics_.orders.size());
-      cosines.resize(n_phi, n_orders);
-      for (Eigen::Index m = 0; m < n_orders; ++m)
-        for (Eigen::Index j = 0; j < n_phi; ++j)
-          cosines(j, m) = around.phi_weights[j] * harmonics_.around(static_cast<std::size_t>(m), around.phi[j]);
-      const Eigen::Map<const Eigen::MatrixXd> kernel_re(re.data(), n_phi, n_theta), kernel_im(im.data(), n_phi, n_theta);
-      const Eigen::MatrixXd sum_re = cosines.transpose() * kernel_re, sum_im = cosines.transpose() * kernel_im;  // n_orders x n_theta
-      line.setZero();
-      for (Eigen::Index i = 0; i < n_theta; ++i) {
-        harmonics_.legendre(around.theta[i], legendre.data());
-        const double weight = around.theta_weights[i] * std::sin(around.theta[i]) * std::sqrt(boundary.areas_m2[row]);
-        for (Eigen::Index m = 0; m < n_orders; ++m) {
-          const Complex value = weight * Complex(sum_re(m, i), sum_im(m, i));
-          for (Eigen::Index f = harmonics_.first[m]; f < harmonics_.first[m + 1]; ++f) line[f] += value * legendre[f];
-        }
-      }
-      matrix.row(row) = line.transpose();
-    }
-    return matrix;
-  }
+  Eigen::MatrixXcd system_matrix(const EllipsoidPoints& boundary) const;
+  detail::SourceColumns source_columns(const Octant& octant) const;
 
   const EllipsoidModes& modes_;
   const ModeId mode_;
   const double k_;
   const Resolution resolution_;
   const Frame frame_;
-  const ClassHarmonics harmonics_;
+  const detail::ClassHarmonics harmonics_;
   Eigen::Vector3d inner_;
   double eta_ = 0.0;
   Eigen::VectorXcd coefficients_;
 };
 
-Eigen::VectorXcd Shell::multipole(int order) const {
-  const acoustics::HelmholtzBasis basis(order);
-  Eigen::VectorXcd value, sum = Eigen::VectorXcd::Zero(basis.size());
-  Eigen::MatrixX3cd gradient;
-  // The regular functions are smooth on the shell: the degrees of density and basis decide.
-  const int side = (resolution_.degree + order) / 4 + 6;
-  const Octant octant = even_octant(side, side);
-  std::vector<double> legendre(static_cast<std::size_t>(harmonics_.size()));
-  for (Eigen::Index j = 0; j < octant.size(); ++j) {
-    const Eigen::Vector3d direction = octant.direction(j);
-    harmonics_.legendre(octant.theta[j / octant.phi.size()], legendre.data());
-    Complex density = 0.0;
-    for (std::size_t m = 0; m < harmonics_.orders.size(); ++m) {
-      const double around = harmonics_.around(m, octant.phi[j % octant.phi.size()]);
-      for (Eigen::Index f = harmonics_.first[m]; f < harmonics_.first[m + 1]; ++f) density += coefficients_[f] * (around * legendre[f]);
-    }
-    const Eigen::Vector3d nu = frame_.to_body(direction.cwiseQuotient(inner_) * inner_.minCoeff());
-    basis.values_and_gradients(acoustics::Wave::kRegular, k_, frame_.to_body(inner_.cwiseProduct(direction)), value, gradient);
-    sum += octant.weight(j) * density * ((gradient * nu).conjugate() + Complex(0.0, eta_) * value.conjugate());
+/// Points of the shell over an octant's directions; nu is longest, 1, where the shell is thinnest.
+detail::SourceColumns Shell::source_columns(const Octant& octant) const {
+  detail::SourceColumns sources;
+  const auto n_phi = static_cast<std::size_t>(octant.phi.size()), size = static_cast<std::size_t>(octant.size());
+  sources.n_padded = (size + 7) / 8 * 8;
+  for (int d = 0; d < 3; ++d) {
+    sources.points_m[d].resize(sources.n_padded);
+    sources.normals[d].resize(sources.n_padded);
   }
-  const int mode_class = mode_.mode_class;
-  const bool odd_x = (mode_class & 1) != 0, odd_y = (mode_class & 2) != 0, odd_z = (mode_class & 4) != 0;
-  // The octant's sum holds every class. Folding: cos(m phi) for even y, sin(m phi) for odd y.
-  Eigen::VectorXcd folded = Eigen::VectorXcd::Zero(sum.size());
-  for (int n = 0; n <= order; ++n)
-    for (int m = 0; m <= n; ++m) {
-      if ((m % 2 == 1) != (odd_x != odd_y) || ((n - m) % 2 == 1) != odd_z || (odd_y && m == 0)) continue;
-      const Complex plus = sum[acoustics::basis_index(n, m)], minus = sum[acoustics::basis_index(n, -m)];
-      const double sign = m % 2 == 0 ? 1.0 : -1.0;  // Y_n^-m = (-1)^m conj(Y_n^m)
-      const Complex part = odd_y ? 0.5 * (plus - sign * minus) : 0.5 * (plus + sign * minus);
-      folded[acoustics::basis_index(n, m)] = 8.0 * part;
-      folded[acoustics::basis_index(n, -m)] = m == 0 ? 8.0 * part : (odd_y ? -sign : sign) * 8.0 * part;
+  const double thin = inner_.minCoeff();
+  std::array<Eigen::ArrayXd, 3> along{octant.phi.array().cos(), octant.phi.array().sin(), Eigen::ArrayXd::Ones(octant.phi.size())};
+  for (Eigen::Index i = 0; i < octant.theta.size(); ++i) {
+    const double s = std::sin(octant.theta[i]), z = std::cos(octant.theta[i]);
+    for (int d = 0; d < 3; ++d) {
+      const double across = d == 2 ? z : s;
+      double* point = sources.points_m[d].data() + static_cast<std::size_t>(i) * n_phi;
+      double* normal = sources.normals[d].data() + static_cast<std::size_t>(i) * n_phi;
+      for (std::size_t j = 0; j < n_phi; ++j) {
+        const double direction = across * along[static_cast<std::size_t>(d)][static_cast<Eigen::Index>(j)];
+        point[j] = inner_[d] * direction;
+        normal[j] = thin / inner_[d] * direction;
+      }
     }
-  return Complex(0.0, -k_) * folded;
+  }
+  for (int d = 0; d < 3; ++d)
+    for (std::size_t at = size; at < sources.n_padded; ++at) {
+      sources.points_m[d][at] = sources.points_m[d][size - 1];
+      sources.normals[d][at] = sources.normals[d][size - 1];
+    }
+  return sources;
+}
+
+/// Row: a point of the boundary; column: a harmonic. All points of one theta share the quadrature over theta, so that its Legendre
+/// functions are made once and the sums over theta are products of matrices.
+Eigen::MatrixXcd Shell::system_matrix(const EllipsoidPoints& boundary) const {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Eigen::MatrixXcd matrix(boundary.xi.cols(), harmonics_.size());
+  const Eigen::Index n_orders = harmonics_.n_orders();
+  const double far = 3.0 / resolution_.degree;
+  Octant around;
+  std::vector<double> re, im;
+  RowMajor legendre, cosines;
+  std::vector<RowMajor> sums(static_cast<std::size_t>(n_orders));  // by order: real parts over imaginary parts of the points x n_theta
+  for (Eigen::Index row = 0; row < boundary.n_theta; ++row) {
+    const Eigen::Index first = row * boundary.n_phi;
+    double near_theta = HUGE_VAL;
+    std::vector<double> near_phi(static_cast<std::size_t>(boundary.n_phi));
+    for (Eigen::Index j = 0; j < boundary.n_phi; ++j) {
+      const Eigen::Vector3d xi = boundary.xi.col(first + j);
+      const double s = std::hypot(xi[0], xi[1]), gap = (boundary.points_m.col(first + j) - inner_.cwiseProduct(xi)).norm();
+      const Eigen::Vector3d by_theta(xi[2] * xi[0] / s, xi[2] * xi[1] / s, -s), by_phi(-xi[1], xi[0], 0.0);
+      near_theta = std::min(near_theta, gap / inner_.cwiseProduct(by_theta).norm());
+      near_phi[static_cast<std::size_t>(j)] = gap / inner_.cwiseProduct(by_phi).norm();
+    }
+    detail::crowded_rule(std::acos(boundary.xi(2, first)), near_theta, far, resolution_.density, around.theta, around.theta_weights);
+    const Eigen::Index n_theta = around.theta.size();
+    legendre.resize(n_theta, harmonics_.size());
+    for (Eigen::Index i = 0; i < n_theta; ++i) {
+      harmonics_.legendre(around.theta[i], legendre.row(i).data());
+      legendre.row(i) *= around.theta_weights[i] * std::sin(around.theta[i]);
+    }
+    for (RowMajor& sum : sums) sum.resize(2 * boundary.n_phi, n_theta);
+    for (Eigen::Index j = 0; j < boundary.n_phi; ++j) {
+      const Eigen::Index at = first + j;
+      const double phi = std::atan2(boundary.xi(1, at), boundary.xi(0, at));
+      detail::crowded_rule(phi, near_phi[static_cast<std::size_t>(j)], far, resolution_.density, around.phi, around.phi_weights);
+      const Eigen::Index n_phi = around.phi.size();
+      const detail::SourceColumns sources = source_columns(around);
+      re.resize(sources.n_padded);
+      im.resize(sources.n_padded);
+      const auto x = boundary.points_m.col(at), n = boundary.normals.col(at);
+      detail::mirrored_normal_derivative(sources, {{x[0], x[1], x[2]}, {n[0], n[1], n[2]}}, frame_.mode_class, k_, eta_, re.data(), im.data());
+      cosines.resize(n_phi, n_orders);
+      for (Eigen::Index i = 0; i < n_phi; ++i) {
+        harmonics_.around(around.phi[i], cosines.row(i).data());
+        cosines.row(i) *= around.phi_weights[i] * std::sqrt(boundary.areas_m2[at]);
+      }
+      const Eigen::Map<const RowMajor> kernel_re(re.data(), n_theta, n_phi), kernel_im(im.data(), n_theta, n_phi);
+      const Eigen::MatrixXd sum_re = kernel_re * cosines, sum_im = kernel_im * cosines;  // n_theta x n_orders
+      for (Eigen::Index m = 0; m < n_orders; ++m) {
+        sums[static_cast<std::size_t>(m)].row(j) = sum_re.col(m).transpose();
+        sums[static_cast<std::size_t>(m)].row(boundary.n_phi + j) = sum_im.col(m).transpose();
+      }
+    }
+    for (Eigen::Index m = 0; m < n_orders; ++m) {
+      const Eigen::MatrixXd block = sums[static_cast<std::size_t>(m)] * legendre.middleCols(harmonics_.first(m), harmonics_.count(m));
+      auto target = matrix.block(first, harmonics_.first(m), boundary.n_phi, harmonics_.count(m));
+      target.real() = block.topRows(boundary.n_phi);
+      target.imag() = block.bottomRows(boundary.n_phi);
+    }
+  }
+  return matrix;
+}
+
+/// By the field far away: with q = sigma dS, int q (d/dnu + i eta) e^{ik d.y} = 4 pi sum_nm i^n Y_n^m(d) int q (d/dnu + i eta) conj(R_n^m).
+Eigen::VectorXcd Shell::multipole(int order) const {
+  const int side = (resolution_.degree + order) / 4 + 6;  // the sources are smooth on the shell: their degree and that of the wave decide
+  const Octant octant = even_octant(side, side);
+  const detail::SourceColumns sources = source_columns(octant);
+  std::vector<double> q_re(sources.n_padded, 0.0), q_im(sources.n_padded, 0.0);
+  Eigen::VectorXd legendre(harmonics_.size()), around(harmonics_.n_orders());
+  for (Eigen::Index i = 0; i < octant.theta.size(); ++i) {
+    harmonics_.legendre(octant.theta[i], legendre.data());
+    Eigen::VectorXcd by_order(harmonics_.n_orders());
+    for (Eigen::Index m = 0; m < by_order.size(); ++m)
+      by_order[m] = coefficients_.segment(harmonics_.first(m), harmonics_.count(m)).cwiseProduct(legendre.segment(harmonics_.first(m), harmonics_.count(m)).cast<Complex>()).sum();
+    for (Eigen::Index j = 0; j < octant.phi.size(); ++j) {
+      harmonics_.around(octant.phi[j], around.data());
+      const Eigen::Index at = i * octant.phi.size() + j;
+      const Complex q = octant.weight(at) * by_order.cwiseProduct(around.cast<Complex>()).sum();
+      q_re[static_cast<std::size_t>(at)] = q.real();
+      q_im[static_cast<std::size_t>(at)] = q.imag();
+    }
+  }
+  // Directions and harmonics in the body's own axes.
+  const int mode_class = mode_.mode_class, n_odd = (mode_class & 1) + (mode_class >> 1 & 1) + (mode_class >> 2 & 1);
+  const bool odd_y = (mode_class & 2) != 0;
+  const detail::ClassHarmonics harmonics(mode_class, order);
+  const Octant directions = even_octant(order / 2 + 1, order / 2 + 1);
+  Eigen::VectorXcd projected = Eigen::VectorXcd::Zero(harmonics.size());
+  legendre.resize(harmonics.size());
+  around.resize(harmonics.n_orders());
+  for (Eigen::Index i = 0; i < directions.theta.size(); ++i) {
+    Eigen::VectorXcd by_order = Eigen::VectorXcd::Zero(harmonics.n_orders());
+    for (Eigen::Index j = 0; j < directions.phi.size(); ++j) {
+      const Eigen::Index at = i * directions.phi.size() + j;
+      const Eigen::Vector3d body = directions.direction(at);
+      std::array<double, 3> here{};
+      for (std::size_t d = 0; d < 3; ++d) here[d] = body[frame_.axis[d]];
+      const auto [re, im] = detail::mirrored_far_field(sources, here, frame_.mode_class, k_, eta_, q_re.data(), q_im.data());
+      harmonics.around(directions.phi[j], around.data());
+      by_order += directions.weight(at) * Complex(re, im) * around.cast<Complex>();
+    }
+    harmonics.legendre(directions.theta[i], legendre.data());
+    for (Eigen::Index m = 0; m < by_order.size(); ++m)
+      projected.segment(harmonics.first(m), harmonics.count(m)) += by_order[m] * legendre.segment(harmonics.first(m), harmonics.count(m)).cast<Complex>();
+  }
+  // M = -ik / (4 pi i^n) x 8 octants of d x 8 i^n_odd, the images of y. conj(Y_n^m) leaves cos, or -i sin where odd in y, times (-1)^m.
+  constexpr std::array<Complex, 4> kPowerOfI{Complex(1.0, 0.0), Complex(0.0, 1.0), Complex(-1.0, 0.0), Complex(0.0, -1.0)};
+  Eigen::VectorXcd out = Eigen::VectorXcd::Zero(acoustics::basis_size(order));
+  for (Eigen::Index i = 0; i < harmonics.n_orders(); ++i) {
+    const int m = harmonics.order(i);
+    const double sign = m % 2 == 0 ? 1.0 : -1.0;
+    for (Eigen::Index f = 0; f < harmonics.count(i); ++f) {
+      const int n = harmonics.lowest_degree(i) + 2 * static_cast<int>(f);
+      const Complex power = kPowerOfI[static_cast<std::size_t>((n_odd - n) % 4 + 4) % 4];
+      const Complex part = Complex(0.0, -16.0 * k_ / kPi) * power * sign * projected[harmonics.first(i) + f] * (odd_y ? Complex(0.0, -1.0) : Complex(1.0, 0.0));
+      out[acoustics::basis_index(n, m)] = part;  // Y_n^-m = (-1)^m conj(Y_n^m)
+      if (m > 0) out[acoustics::basis_index(n, -m)] = (odd_y ? -sign : sign) * part;
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -386,12 +341,12 @@ EllipsoidRadiation radiate(const EllipsoidModes& modes, const ModeId& mode, cons
     result.kept_power_fraction = 1.0;
     return result;
   }
-  Resolution resolution{static_cast<int>(std::ceil(ka)) + 10, 2.2};
+  Resolution resolution{static_cast<int>(std::ceil(0.8 * ka)) + 6, 1.7};
   auto shell = std::make_unique<Shell>(modes, mode, k, resolution);
   shell->solve();
   for (int step = 0; step < options.max_refinements && !(shell->error * shell->significant <= options.boundary_tolerance); ++step) {
-    resolution.degree += 6;
-    resolution.density *= 1.2;
+    resolution.degree += std::max(4, resolution.degree / 6);
+    resolution.density *= 1.15;
     auto finer = std::make_unique<Shell>(modes, mode, k, resolution);
     finer->solve();
     if (finer->error <= shell->error) shell = std::move(finer);

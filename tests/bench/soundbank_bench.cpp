@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "../soundbank/small_bank.hpp"
+#include "core/soundbank/ellipsoid_radiation.hpp"
 #include "core/soundbank/proxy.hpp"
 
 namespace {
@@ -28,5 +29,17 @@ void BM_Ellipsoid_modes(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(sb::EllipsoidModes({0.1, 0.6, 1.0}, klang::test::glass(), {static_cast<int>(state.range(0)), 12}));
 }
 BENCHMARK(BM_Ellipsoid_modes)->ArgName("degree")->Arg(8)->Arg(12)->Unit(benchmark::kMillisecond);
+
+// Sound of one mode; ka rises with the mode's rank. The shape is the costliest kind: long, of two thicknesses.
+void BM_Ellipsoid_radiation(benchmark::State& state) {
+  const sb::EllipsoidModes modes({0.2, 0.25, 1.0}, klang::test::glass(), {12, 12});
+  const sb::ModeId mode = modes.lowest(static_cast<int>(state.range(0))).back();
+  sb::EllipsoidRadiation found;
+  for (auto _ : state) benchmark::DoNotOptimize(found = sb::radiate(modes, mode));
+  state.counters["ka"] = found.multipole.wavenumber_per_m;
+  state.counters["unknowns"] = found.n_unknowns;
+  state.counters["boundary_error"] = found.boundary_error;
+}
+BENCHMARK(BM_Ellipsoid_radiation)->ArgName("rank")->Arg(1)->Arg(8)->Arg(16)->Unit(benchmark::kMillisecond);
 
 }  // namespace

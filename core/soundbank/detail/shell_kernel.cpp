@@ -54,4 +54,40 @@ KLANG_CLONES void mirrored_normal_derivative(const SourceColumns& sources, const
   }
 }
 
+KLANG_CLONES std::array<double, 2> mirrored_far_field(const SourceColumns& sources, const std::array<double, 3>& direction, int mode_class,
+                                                      double wavenumber_per_m, double eta_per_m, const double* q_re, const double* q_im) {
+  Vector sum_re{}, sum_im{};
+  const double k[3] = {wavenumber_per_m * direction[0], wavenumber_per_m * direction[1], wavenumber_per_m * direction[2]};
+  for (std::size_t j = 0; j < sources.n_padded; j += kLanes) {
+    Vector value[3], slope[3];  // cos(k_a y_a), or sin where odd; and k_a nu_a times its derivative
+    for (int axis = 0; axis < 3; ++axis) {
+      Vector y, nu, sine, cosine;
+      load(y, sources.points_m[axis].data() + j);
+      load(nu, sources.normals[axis].data() + j);
+      sine_cosine(k[axis] * y, sine, cosine);
+      nu *= k[axis];
+      if ((mode_class >> axis & 1) != 0) {
+        value[axis] = sine;
+        slope[axis] = nu * cosine;
+      } else {
+        value[axis] = cosine;
+        slope[axis] = -(nu * sine);
+      }
+    }
+    const Vector monopole = eta_per_m * (value[0] * value[1] * value[2]);
+    const Vector dipole = slope[0] * value[1] * value[2] + value[0] * (slope[1] * value[2] + value[1] * slope[2]);
+    Vector re, im;
+    load(re, q_re + j);
+    load(im, q_im + j);
+    sum_re += re * dipole - im * monopole;
+    sum_im += im * dipole + re * monopole;
+  }
+  std::array<double, 2> out{0.0, 0.0};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    out[0] += sum_re[lane];
+    out[1] += sum_im[lane];
+  }
+  return out;
+}
+
 }  // namespace klang::soundbank::detail

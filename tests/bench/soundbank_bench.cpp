@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "../soundbank/small_bank.hpp"
+#include "core/soundbank/detail/shell_kernel.hpp"
 #include "core/soundbank/ellipsoid_radiation.hpp"
 #include "core/soundbank/proxy.hpp"
 
@@ -41,5 +42,22 @@ void BM_Ellipsoid_radiation(benchmark::State& state) {
   state.counters["boundary_error"] = found.boundary_error;
 }
 BENCHMARK(BM_Ellipsoid_radiation)->ArgName("rank")->Arg(1)->Arg(8)->Arg(16)->Unit(benchmark::kMillisecond);
+
+// The hot loop of the radiation: 103 additions and multiplications an image of a source.
+void BM_Shell_kernel(benchmark::State& state) {
+  sb::detail::SourceColumns sources;
+  sources.n_padded = 1024;
+  for (int d = 0; d < 3; ++d) {
+    sources.points_m[d].assign(sources.n_padded, 0.1 * (d + 1));
+    sources.normals[d].assign(sources.n_padded, 0.5);
+  }
+  std::vector<double> re(sources.n_padded), im(sources.n_padded);
+  for (auto _ : state) {
+    sb::detail::mirrored_normal_derivative(sources, {{0.3, 0.4, 0.5}, {0.6, 0.64, 0.48}}, 3, 40.0, 30.0, re.data(), im.data());
+    benchmark::DoNotOptimize(re.data());
+  }
+  state.counters["flop_per_s"] = benchmark::Counter(8.0 * 103.0 * 1024.0 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+}
+BENCHMARK(BM_Shell_kernel);
 
 }  // namespace

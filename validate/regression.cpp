@@ -18,6 +18,7 @@ constexpr double kDbPerNeper = 8.685889638065037;
 constexpr double kHeardDb = 26.0;
 constexpr double kClearSuperfluousDb = 20.0;  // what the sound's own analysis must say of it
 constexpr double kClearBand = 20.0;           // band power over noise, 13 dB
+constexpr double kLeastFall = 0.5;            // decay times duration, 4 dB: below, what is not exponential decides about the decay
 constexpr float kClearCell = 16.0f;           // cell power over noise, 12 dB
 constexpr float kCellRange = 1e-5f;           // cells down to 50 dB below the loudest
 
@@ -74,10 +75,10 @@ class Comparison {
     return std::max(floor, std::hypot(result_.factor * std, scatter_factor_ * scatter));
   }
 
-  /// Whether two partials of one sound cannot be told apart safely: within two line widths and two cells of the shorter sound.
-  bool together(const fit::Partial& a, const fit::Partial& b) const {
+  /// Whether two partials of one sound cannot be told apart safely: within some line widths and two cells of the shorter sound.
+  bool together(const fit::Partial& a, const fit::Partial& b, double widths = 2.0) const {
     const double decay = std::max({a.decay_per_s.value_or(0.0), b.decay_per_s.value_or(0.0), 0.0});
-    const double width_hz = 2.0 * decay / kPi + 2.0 / std::min(reference_.duration_s, sound_.duration_s);
+    const double width_hz = widths * decay / kPi + 2.0 / std::min(reference_.duration_s, sound_.duration_s);
     return std::abs(a.frequency_hz - b.frequency_hz) < width_hz;
   }
 
@@ -98,8 +99,16 @@ class Comparison {
     return false;
   }
 
-  static bool runs_into_another(const std::vector<fit::Partial>& others, const fit::Partial& p, const Comparison& c) {
-    return std::any_of(others.begin(), others.end(), [&](const fit::Partial& q) { return &q != &p && c.together(p, q); });
+  /// Near enough that noise may decide whether it is found at all.
+  bool runs_into_another(const std::vector<fit::Partial>& others, const fit::Partial& p) const {
+    return std::any_of(others.begin(), others.end(), [&](const fit::Partial& q) { return &q != &p && together(p, q, 3.0); });
+  }
+
+  /// A neighbour with a third of the amplitude or more takes part in it.
+  bool runs_into_louder(const std::vector<fit::Partial>& others, const fit::Partial& p) const {
+    return std::any_of(others.begin(), others.end(), [&](const fit::Partial& q) {
+      return &q != &p && together(p, q) && q.amplitude.value_or(0.0) > 0.3 * p.amplitude.value_or(0.0);
+    });
   }
 
   /// Amplitude over its deviation that a partial would have in noise of a density, dB: A / sqrt(4 decay N) for a partial whose
@@ -134,7 +143,12 @@ class Comparison {
     const ReferencePartial& known = reference_.partials[i];
     const std::string where = "Partial at " + hz(p.frequency_hz);
     PartialComparison row{p, q, {}, {}, {}, {}, {}};
-    if (disturbed(i, j)) row.note = "runs together with a neighbour that only one of the two analyses tells apart";
+    if (disturbed(i, j)) {
+      row.note = "runs together with a neighbour that only one of the two analyses tells apart";
+    } else if (reference_.n_takes == 1 && (runs_into_louder(expected_, p) || runs_into_louder(found_, q))) {
+      // Real ringing is not quite a sum of exponentials: noise decides how neighbours share what is left over. Takes show by how much.
+      row.note = "runs together with a neighbour; several takes would tell how much that matters";
+    }
 
     const double std_cents = kCentsPerNeper * std::hypot(relative_std(p.frequency_std_hz, p.frequency_hz),
                                                          relative_std(q.frequency_std_hz, q.frequency_hz));
@@ -148,8 +162,9 @@ class Comparison {
                                           q.decay_std_per_s.value_or(0.0) / *p.decay_per_s);
       row.decay_change = *q.decay_per_s / *p.decay_per_s - 1.0;
       row.decay_tolerance = tolerance(options_.floor_decay, std_decay, known.decay_scatter);
+      const bool falls = *p.decay_per_s * std::min(reference_.duration_s, sound_.duration_s) >= kLeastFall;
       add(name + ".decay", where + " keeps its decay [%]", 100.0 * *row.decay_change, 100.0 * *row.decay_tolerance,
-          100.0 * std_decay, 100.0 * known.decay_scatter, 100.0 * options_.catch_decay, "%", row.note);
+          100.0 * std_decay, 100.0 * known.decay_scatter, 100.0 * options_.catch_decay, "%", row.note.empty() && !falls ? "rings far beyond the end of the sound" : row.note);
     }
     result_.partials.push_back(std::move(row));
   }
@@ -178,7 +193,7 @@ class Comparison {
       row.note = "the sound's noise would hide it";
     } else if (!(p.amplitude.value_or(0.0) >= loudest_ * std::pow(10.0, -options_.range_db / 20.0))) {
       row.note = "far below the loudest partial";
-    } else if (runs_into_another(expected_, p, *this)) {
+    } else if (runs_into_another(expected_, p)) {
       row.note = "runs together with a neighbour";
     } else if (2 * reference_.partials[i].n_takes <= reference_.n_takes) {
       row.note = "not in every take of the reference";
@@ -207,7 +222,7 @@ class Comparison {
       row.note = "far below the loudest partial";
     } else if (occasional) {
       row.note = "in some takes of the reference";
-    } else if (runs_into_another(found_, q, *this)) {
+    } else if (runs_into_another(found_, q)) {
       row.note = "runs together with a neighbour";
     }
     const std::string number = std::to_string(++n_superfluous_);

@@ -273,7 +273,7 @@ void Builder::make_cells() {
 
 BuildResult Builder::run() {
   const BlasThreads one(1);
-  bank_.poissons_ratio = std::round(1e12 * options_.material.poissons_ratio()) * 1e-12;  // 0.2, not 0.19999...
+  bank_.poissons_ratio = std::round(1e12 * options_.material.poissons_ratio()) / 1e12;  // 0.2, not 0.19999...
   bank_.material = options_.material;
   bank_.medium = options_.medium;
   bank_.thinnest = options_.thinnest;

@@ -137,6 +137,28 @@ TEST(Regression, WhatNoiseLetsHideIsNotJudged) {
   for (const Claim& claim : result.claims) EXPECT_FALSE(claim.passed && !claim.not_judged.empty()) << claim.name;
 }
 
+// What lies within two line widths is shared out by the analysis: one take cannot tell how surely, several can.
+TEST(Regression, NeighboursWithinTwoLineWidthsAreJudgedBySeveralTakesOnly) {
+  const RingingObject object = {{900, 5, 0.2, 0.0}, {3000, 30, 0.2, 1.0}, {3010, 30, 0.2, 2.0}};
+  const RegressionResult one = compare(make_reference({take_of(object, 1, 60.0)}), take_of(object, 2, 60.0));
+  ASSERT_EQ(one.partials.size(), 3u);
+  EXPECT_TRUE(one.partials[0].note.empty());
+  EXPECT_FALSE(one.partials[1].note.empty());
+  EXPECT_FALSE(one.partials[2].note.empty());
+  const RegressionResult three =
+      compare(make_reference({take_of(object, 1, 60.0), take_of(object, 3, 60.0), take_of(object, 4, 60.0)}), take_of(object, 2, 60.0));
+  ASSERT_EQ(three.partials.size(), 3u);
+  EXPECT_TRUE(three.partials[1].note.empty());
+}
+
+TEST(Regression, DecayThatHardlyFallsWithinTheSoundIsNotJudged) {
+  const RingingObject object = {{900, 0.2, 0.2, 0.0}, {3000, 20, 0.2, 1.0}};
+  const RegressionResult result = compare(make_reference({take_of(object, 1)}), take_of(object, 2));
+  EXPECT_NE(find(result, "partial-1.decay")->not_judged.find("beyond the end"), std::string::npos);
+  EXPECT_TRUE(find(result, "partial-1.frequency")->passed);
+  EXPECT_TRUE(find(result, "partial-2.decay")->passed);
+}
+
 TEST(Regression, AnotherSampleRateLevelOnsetAndMoreNoisePass) {
   const ReferenceSpectrum reference = make_reference({take_of(bell(), 1)});
   RandomStream random(18, 0);

@@ -5,20 +5,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "json_file.hpp"
 #include "klang_process.hpp"
 
+using klang::test::read_json;
 using klang::test::run_klang;
 using klang::test::Scratch;
 using nlohmann::json;
-
-namespace {
-
-json read_json(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  return json::parse(in);
-}
-
-}  // namespace
 
 TEST(KlangModes, ReferenceTubesTetrahedraMatchTheRitzSolutionWithin200Ppm) {
   const Scratch scratch;

@@ -9,18 +9,15 @@
 
 #include "core/base/conventions.hpp"
 #include "core/base/random.hpp"
+#include "json_file.hpp"
 #include "klang_process.hpp"
 
+using klang::test::read_json;
 using klang::test::run_klang;
 using klang::test::Scratch;
 using nlohmann::json;
 
 namespace {
-
-json read_json(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  return json::parse(in);
-}
 
 /// Three partials in noise of about -46 dB; the second one's pitch is moved.
 std::string ring(double shift_cents, std::uint64_t seed, float gain = 1.0f) {

@@ -2,25 +2,21 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/acoustics/spherical_harmonics.hpp"
 #include "core/acoustics/transfer_model_file.hpp"
 #include "core/audio/sound_file.hpp"
+#include "json_file.hpp"
 #include "klang_process.hpp"
 
+using klang::test::read_json;
 using klang::test::run_klang;
 using klang::test::Scratch;
 using nlohmann::json;
 using namespace klang;
 
 namespace {
-
-json read_json(const std::filesystem::path& path) {
-  std::ifstream in(path);
-  return json::parse(in);
-}
 
 // A small block with four modes, m.vtu, and a transfer of a dipole along z for each of them, t.vtu.
 class KlangSynthTransfer : public testing::Test {

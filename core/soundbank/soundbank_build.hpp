@@ -15,7 +15,7 @@ struct BuildOptions {
   double thinnest = 0.04;            ///< smallest a/c, 0.01 to 0.9
   int n_checked_modes = 10;          ///< 1 to modes_per_cell
   int modes_per_cell = 16;           ///< 1 to 40
-  int degree = 12;                   ///< of the polynomials, 6 to 24
+  int degree = 14;                   ///< of the polynomials, 6 to 24
   int max_halvings = 20;             ///< depth of the tree, 2 to 30
   int check_shapes = 100;            ///< random shapes a round of independent checks, 1 to 100000
   bool radiation = true;             ///< false: frequencies only

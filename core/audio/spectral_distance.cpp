@@ -26,17 +26,26 @@ void extend(Signal& signal, Eigen::Index n_frames) {
   signal.samples.bottomRows(n_frames - before).setZero();
 }
 
-/// Rows: triangles over the bins.
-Eigen::MatrixXf mel_triangles(const std::vector<double>& frequencies_hz, const Band& band, int n_mel) {
+/// Sums power by triangles of even width on the mel scale; a bin lies in two of them at most.
+Eigen::MatrixXf mel_power(const Eigen::MatrixXf& bins, const std::vector<double>& frequencies_hz, const Band& band, int n_mel) {
+  struct Share {
+    Eigen::Index bin, mel;
+    float weight;
+  };
   const double low = mel(band.low_hz), step = (mel(band.high_hz) - low) / (n_mel + 1);
-  Eigen::MatrixXf weights = Eigen::MatrixXf::Zero(n_mel, static_cast<Eigen::Index>(frequencies_hz.size()));
-  for (Eigen::Index k = 0; k < weights.cols(); ++k) {
+  std::vector<Share> shares;
+  for (Eigen::Index k = 0; k < bins.rows(); ++k) {
     const double position = (mel(frequencies_hz[static_cast<std::size_t>(k)]) - low) / step;  // band m has its tip at m + 1
-    for (Eigen::Index m = 0; m < n_mel; ++m) {
-      weights(m, k) = static_cast<float>(std::max(0.0, 1.0 - std::abs(position - static_cast<double>(m + 1))));
+    const auto below = static_cast<Eigen::Index>(std::floor(position)) - 1;
+    for (const Eigen::Index m : {below, below + 1}) {
+      const double weight = 1.0 - std::abs(position - static_cast<double>(m + 1));
+      if (m >= 0 && m < n_mel && weight > 0.0) shares.push_back({k, m, static_cast<float>(weight)});
     }
   }
-  return weights;
+  Eigen::MatrixXf result = Eigen::MatrixXf::Zero(n_mel, bins.cols());
+  for (Eigen::Index t = 0; t < bins.cols(); ++t)
+    for (const Share& share : shares) result(share.mel, t) += share.weight * bins(share.bin, t);
+  return result;
 }
 
 struct FrameDistance {
@@ -45,38 +54,18 @@ struct FrameDistance {
 };
 
 /// Mean over the columns with anything above the floor of the rms level difference.
-FrameDistance frame_distance(const Eigen::MatrixXf& reference, const Eigen::MatrixXf& sound, double floor_db) {
+FrameDistance frame_distance(const Eigen::MatrixXf& reference, const Eigen::MatrixXf& sound, float gain_sq, double floor_db) {
   const float floor = reference.maxCoeff() * static_cast<float>(std::pow(10.0, 0.1 * floor_db));
   FrameDistance result;
   double sum = 0.0;
   for (Eigen::Index t = 0; t < reference.cols(); ++t) {
-    if (!(std::max(reference.col(t).maxCoeff(), sound.col(t).maxCoeff()) > floor)) continue;
-    const Eigen::ArrayXf ratio = sound.col(t).array().max(floor) / reference.col(t).array().max(floor);
+    if (!(std::max(reference.col(t).maxCoeff(), gain_sq * sound.col(t).maxCoeff()) > floor)) continue;
+    const Eigen::ArrayXf ratio = (gain_sq * sound.col(t).array()).max(floor) / reference.col(t).array().max(floor);
     sum += std::sqrt((10.0f * ratio.log10()).square().cast<double>().mean());
     ++result.n_frames;
   }
   result.mean_db = sum / std::max(result.n_frames, 1);
   return result;
-}
-
-void third_octave_differences(const EnergySpectrum& reference, const EnergySpectrum& sound, double floor_db, double gain_sq,
-                              SpectralDistance& result) {
-  double loudest = 0.0;
-  for (const ThirdOctave& band : third_octaves(result.band)) loudest = std::max(loudest, reference.within(band));
-  const double floor = loudest * std::pow(10.0, 0.1 * floor_db);
-  double sum = 0.0;
-  int count = 0;
-  for (const ThirdOctave& band : third_octaves(result.band)) {
-    const double expected = reference.within(band), found = gain_sq * sound.within(band);
-    BandDifference difference{band, level_db(expected, reference.duration_s()), {}};
-    if (std::max(expected, found) > floor) {
-      difference.difference_db = 10.0 * std::log10(std::max(found, floor) / std::max(expected, floor));
-      sum += *difference.difference_db * *difference.difference_db;
-      ++count;
-    }
-    result.third_octaves.push_back(difference);
-  }
-  result.third_octave_db = std::sqrt(sum / std::max(count, 1));
 }
 
 }  // namespace
@@ -89,47 +78,84 @@ void SpectralDistanceOptions::validate() const {
   checked(kPlace, "n_mel", n_mel, 8, 256);
 }
 
+FramePowers frame_powers(const Signal& signal, const Band& band, const SpectralDistanceOptions& options) {
+  StftOptions frames;
+  frames.window_s = options.window_s;
+  frames.hop_s = options.window_s / 4.0;
+  const Stft power = stft(signal, frames);
+  const std::vector<double>& f = power.frequencies_hz;
+  const auto first = std::lower_bound(f.begin(), f.end(), band.low_hz);
+  const auto count = std::upper_bound(f.begin(), f.end(), band.high_hz) - first;
+  if (count < 1) throw InputError(kPlace, "the band holds no bin of the window", to_text(options.window_s), "a longer window_s");
+  FramePowers result;
+  result.bins = power.power.middleRows(first - f.begin(), count);
+  result.mel = mel_power(result.bins, {first, first + count}, band, options.n_mel);
+  return result;
+}
+
+BandEnergies band_energies(const Signal& signal, const Band& band) {
+  const EnergySpectrum energy(signal);
+  BandEnergies result;
+  result.band = band;
+  result.in_band = energy.within(band.low_hz, band.high_hz);
+  result.a_weighted = energy.a_weighted(band.low_hz, band.high_hz);
+  result.duration_s = energy.duration_s();
+  for (const ThirdOctave& third : third_octaves(band)) result.third_octaves.push_back(energy.within(third));
+  return result;
+}
+
+void compare_frames(const FramePowers& reference, const FramePowers& sound, double gain, const SpectralDistanceOptions& options, SpectralDistance& result) {
+  const auto gain_sq = static_cast<float>(gain * gain);
+  const FrameDistance bins = frame_distance(reference.bins, sound.bins, gain_sq, options.floor_db);
+  result.log_spectral_db = bins.mean_db;
+  result.n_frames = bins.n_frames;
+  result.mel_db = frame_distance(reference.mel, sound.mel, gain_sq, options.floor_db).mean_db;
+}
+
+void compare_energies(const BandEnergies& reference, const BandEnergies& sound, double gain, const SpectralDistanceOptions& options,
+                      SpectralDistance& result) {
+  const double gain_sq = gain * gain;
+  result.band = reference.band;
+  result.level_difference_db = 10.0 * std::log10(gain_sq * sound.in_band / reference.in_band);
+  result.loudness_difference_db = 10.0 * std::log10(gain_sq * sound.a_weighted / reference.a_weighted);
+  const std::vector<ThirdOctave> bands = third_octaves(result.band);
+  double loudest = 0.0;
+  for (const double energy : reference.third_octaves) loudest = std::max(loudest, energy);
+  const double floor = loudest * std::pow(10.0, 0.1 * options.floor_db);
+  double sum = 0.0;
+  int count = 0;
+  result.third_octaves.clear();
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    const double expected = reference.third_octaves[i], found = gain_sq * sound.third_octaves[i];
+    BandDifference difference{bands[i], level_db(expected, reference.duration_s), {}};
+    if (std::max(expected, found) > floor) {
+      difference.difference_db = 10.0 * std::log10(std::max(found, floor) / std::max(expected, floor));
+      sum += *difference.difference_db * *difference.difference_db;
+      ++count;
+    }
+    result.third_octaves.push_back(difference);
+  }
+  result.third_octave_db = std::sqrt(sum / std::max(count, 1));
+}
+
 SpectralDistance spectral_distance(const Signal& reference, const Signal& sound, const SpectralDistanceOptions& options) {
   options.validate();
-  const EnergySpectrum reference_energy(reference), sound_energy(sound);
   const double rate = std::min(reference.sample_rate_hz, sound.sample_rate_hz);
+  const Band band{options.band.low_hz, std::min(options.band.high_hz, kUsableRate * rate)};
+  if (!(band.low_hz < band.high_hz)) throw InputError(kPlace, "no common band", to_text(band.low_hz) + " to " + to_text(band.high_hz) + " Hz");
+  const BandEnergies expected = band_energies(reference, band), found = band_energies(sound, band);
+  if (!(expected.in_band > 0.0)) throw InputError(reference.origin, "silent in the band");
+  if (!(found.in_band > 0.0)) throw InputError(sound.origin, "silent in the band");
+  const double gain = options.align_level ? std::sqrt(expected.in_band / found.in_band) : 1.0;
   SpectralDistance result;
-  result.band = {options.band.low_hz, std::min(options.band.high_hz, kUsableRate * rate)};
-  if (!(result.band.low_hz < result.band.high_hz)) {
-    throw InputError(kPlace, "no common band", to_text(result.band.low_hz) + " to " + to_text(result.band.high_hz) + " Hz");
-  }
-
-  const double expected = reference_energy.within(result.band.low_hz, result.band.high_hz);
-  const double found = sound_energy.within(result.band.low_hz, result.band.high_hz);
-  if (!(expected > 0.0)) throw InputError(reference.origin, "silent in the band");
-  if (!(found > 0.0)) throw InputError(sound.origin, "silent in the band");
-  result.level_difference_db = 10.0 * std::log10(found / expected);
-  const double gain_sq = options.align_level ? expected / found : 1.0;
-  result.loudness_difference_db =
-      10.0 * std::log10(gain_sq * sound_energy.a_weighted(result.band.low_hz, result.band.high_hz) /
-                        reference_energy.a_weighted(result.band.low_hz, result.band.high_hz));
-  third_octave_differences(reference_energy, sound_energy, options.floor_db, gain_sq, result);
+  compare_energies(expected, found, gain, options, result);
+  result.level_difference_db = 10.0 * std::log10(found.in_band / expected.in_band);  // before any alignment
 
   Signal a = at_rate(reference, rate), b = at_rate(sound, rate);
   const Eigen::Index n_frames = std::max(a.n_frames(), b.n_frames());
   extend(a, n_frames);
   extend(b, n_frames);
-  b.samples *= std::sqrt(gain_sq);
-  StftOptions frames;
-  frames.window_s = options.window_s;
-  frames.hop_s = options.window_s / 4.0;
-  const Stft expected_power = stft(a, frames), found_power = stft(b, frames);
-
-  const std::vector<double>& f = expected_power.frequencies_hz;
-  const auto first = std::lower_bound(f.begin(), f.end(), result.band.low_hz) - f.begin();
-  const auto count = std::upper_bound(f.begin(), f.end(), result.band.high_hz) - f.begin() - first;
-  if (count < 1) throw InputError(kPlace, "the band holds no bin of the window", to_text(options.window_s), "a longer window_s");
-  const FrameDistance bins = frame_distance(expected_power.power.middleRows(first, count),
-                                            found_power.power.middleRows(first, count), options.floor_db);
-  result.log_spectral_db = bins.mean_db;
-  result.n_frames = bins.n_frames;
-  const Eigen::MatrixXf triangles = mel_triangles(f, result.band, options.n_mel);
-  result.mel_db = frame_distance(triangles * expected_power.power, triangles * found_power.power, options.floor_db).mean_db;
+  compare_frames(frame_powers(a, band, options), frame_powers(b, band, options), gain, options, result);
   return result;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -34,6 +35,24 @@ struct SpectralDistance {
   Band band;                          ///< that was compared
   int n_frames = 0;                   ///< that hold anything above the floor
 };
+
+/// Short-time power of a sound: what log_spectral_db and mel_db are made of.
+struct FramePowers {
+  Eigen::MatrixXf bins, mel;  ///< bins of the band x frames; n_mel x frames
+};
+/// Energies of the whole sound: what the other measures are made of.
+struct BandEnergies {
+  Band band;
+  double in_band = 0.0, a_weighted = 0.0, duration_s = 0.0;
+  std::vector<double> third_octaves;  ///< of the bands that lie wholly within band
+};
+/// For many comparisons with one reference: all sounds of one sample rate and length.
+FramePowers frame_powers(const Signal& signal, const Band& band, const SpectralDistanceOptions& options = {});
+BandEnergies band_energies(const Signal& signal, const Band& band);
+/// Fill log_spectral_db, mel_db and n_frames; and the rest. The sound is that of the arguments times gain (an amplitude).
+void compare_frames(const FramePowers& reference, const FramePowers& sound, double gain, const SpectralDistanceOptions& options, SpectralDistance& result);
+void compare_energies(const BandEnergies& reference, const BandEnergies& sound, double gain, const SpectralDistanceOptions& options,
+                      SpectralDistance& result);
 
 /// Distance of a sound from a reference, both starting at the same instant (the shorter is continued by silence, the one
 /// with the higher rate is resampled to the lower).

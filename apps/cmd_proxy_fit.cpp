@@ -59,7 +59,7 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
     target = fit::target_of_partials(ringdown.partials);
   }
   OutputDirectory folder(o.output);
-  const fit::ProxyFitResult result = fit::fit_proxy(bank, target, o.fit);
+  const fit::ProxyFitResult result = fit::fit_proxy(bank, target, o.fit, monitor);
   if (result.start_clamped) warn("the body is thinner than the bank's thinnest shape, 1:" + to_text(1.0 / bank.thinnest) + ": the start lies on the border");
   nlohmann::json json = result_header("proxy_fit", "done", common,
                                       {{"partials", o.fit.n_partials},
@@ -78,6 +78,8 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   json["message"] = result.message;
   json["n_candidates"] = result.n_candidates;
   json["n_refused"] = result.n_refused;
+  json["least_partial_rms_cents"] = result.least_cents;
+  json["n_worse"] = result.n_worse;
   const auto add = [&](const char* name, double start, double value) { json["parameters"].push_back({{"name", name}, {"start", start}, {"value", value}}); };
   const fit::ProxyParameters &a = result.start, &b = result.fitted;
   add("shape_a_over_c", a.axes[0] / a.axes[2], b.axes[0] / b.axes[2]);

@@ -2,7 +2,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/soundbank/soundbank.hpp"
+#include "fit/proxy/proxy_frequencies.hpp"
 
 namespace ceres {
 class CostFunction;
@@ -16,6 +16,7 @@ soundbank::ShapePoint shape_of_square(const soundbank::Soundbank& bank, double s
 
 /// Residuals ln(f_proxy / f_target) in cents / 100 of the first partials, rank by rank; parameters: {s, t} and ln scale.
 /// The slopes are those of the bank's interpolation; at equal frequencies of two classes they jump.
-std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const soundbank::Soundbank& bank, std::vector<double> target_hz, double shear_speed_m_s);
+/// @param frequencies  of at least as many; must outlive the cost
+std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const ProxyFrequencies& frequencies, std::vector<double> target_hz, double shear_speed_m_s);
 
 }  // namespace klang::fit

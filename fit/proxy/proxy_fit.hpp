@@ -1,33 +1,18 @@
 #pragma once
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "core/modal/modal_model.hpp"
-#include "core/soundbank/proxy.hpp"
-#include "fit/partial_table.hpp"
-#include "fit/proxy/proxy_sound.hpp"
+#include "core/base/monitor.hpp"
+#include "core/soundbank/soundbank.hpp"
+#include "fit/proxy/proxy_search.hpp"
+#include "fit/proxy/proxy_target.hpp"
 
 namespace klang::fit {
-
-/// What a proxy is to sound like: a model's modes from the lowest up, or the partials of a recording.
-struct ProxyTarget {
-  Voice voice;                             ///< by frequency
-  std::optional<Eigen::Vector3d> moments;  ///< principal moments over density, of a model
-  double shear_speed_m_s = 0.0;            ///< of its material; 0: the bank's
-  double rayleigh_mass_per_s = 0.0, rayleigh_stiffness_s = 0.0;  ///< a model's damping: decay = (mass + stiffness omega^2) / 2
-};
-
-/// A struck body on the average over all places of strike and microphone: mode k rings with amplitude 1 / (m omega_k), its mean square shape
-/// being 1 / m.
-ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass_per_s, double rayleigh_stiffness_s);
-/// @throws InputError for partials without decay or amplitude
-ProxyTarget target_of_partials(const PartialTable& table);
 
 struct ProxyFitOptions {
   int n_partials = 10;            ///< first partials that are fitted and compared, 3 to 40
   double duration_s = 1.0;        ///< of the sounds that are compared, 0.05 to 20
   double sample_rate_hz = 48000;  ///< 8000 to 192000
+  ProxySearchOptions search;
   void validate() const;          ///< InputError
 };
 
@@ -41,16 +26,18 @@ struct ProxyFitResult {
   ProxyFitStatus status = ProxyFitStatus::kNotRun;
   std::string message;
   ProxyErrors before, after;
+  double least_cents = 0.0;  ///< least error of the partials, whatever it costs in the other measures
   ProxyParameters start, fitted;
   Voice target, start_voice, fitted_voice;
   bool start_clamped = false;
-  int n_candidates = 0, n_refused = 0;  ///< fits that ended, and those refused because one measure had become worse
+  int n_candidates = 0, n_refused = 0;  ///< proxies that were heard, and those refused because a measure had become worse
+  std::array<int, 5> n_worse{};         ///< how many were worse in: log-spectral, mel, third octaves, loudness, decays (of those heard to the end)
 };
 
 /// The best ellipsoid for a target. Start: shape from the moments (a recording: the sample whose ratios of frequencies lie nearest), scale from
-/// the lowest partial. Then Ceres over two shape numbers, ln scale, ln Rayleigh alpha and beta, ln gain from several starts. Of the fits the
-/// one with the smallest error of the partials is taken among those in which no measure is worse than at the start; where there is none
-/// the start is kept.
-ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& target, const ProxyFitOptions& options = {});
+/// the lowest partial, damping as given (a recording: fitted). Then search_proxy: the least error of the partials under the condition
+/// that no other measure is worse than at the start; where there is none the start is kept.
+ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& target, const ProxyFitOptions& options = {},
+                         Monitor& monitor = silent_monitor());
 
 }  // namespace klang::fit

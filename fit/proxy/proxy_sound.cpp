@@ -1,51 +1,171 @@
 #include "fit/proxy/proxy_sound.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 
+#include "core/audio/sound_level.hpp"
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 
 namespace klang::fit {
+namespace {
+
+constexpr double kUsableRate = 0.45;
+constexpr double kInaudibleNeper = 60.0;  // also keeps the samples clear of denormal numbers, which are slow
+
+/// All measures in one order, the partials' last.
+std::array<double, 6> measures(const ProxyErrors& e) {
+  return {e.log_spectral_distance_db, e.mel_distance_db, e.third_octave_db, e.loudness_difference_db, e.decay_rms_percent, e.partial_rms_cents};
+}
+
+/// A-weighted energy of partials that do not overlap, lasting for ever; nothing outside the band.
+double rough_a_weighted(const Voice& voice, const Band& band) {
+  double sum = 0.0;
+  for (const VoicePartial& p : voice)
+    if (p.frequency_hz > band.low_hz && p.frequency_hz < band.high_hz && p.decay_per_s > 0.0)
+      sum += p.amplitude * p.amplitude / p.decay_per_s * std::pow(10.0, audio::a_weighting_db(p.frequency_hz) / 10.0);
+  return sum;
+}
+
+bool holds(double now, double before) { return now <= before * (1.0 + 1e-9) + 1e-9; }
+
+}  // namespace
+
+Voice with_gain(Voice voice, double gain) {
+  for (VoicePartial& p : voice) p.amplitude *= gain;
+  return voice;
+}
 
 audio::Signal voice_sound(const Voice& voice, double duration_s, double sample_rate_hz) {
+  constexpr Eigen::Index kLanes = 8;  // samples in a row, each with its own state: independent products
   audio::Signal sound;
   const auto n = static_cast<Eigen::Index>(std::llround(duration_s * sample_rate_hz));
   sound.sample_rate_hz = sample_rate_hz;
   sound.samples = decltype(sound.samples)::Zero(n, 1);
+  double* out = sound.samples.data();
   for (const VoicePartial& p : voice) {
-    if (!(p.frequency_hz < 0.45 * sample_rate_hz)) continue;
-    const std::complex<double> step = std::exp(std::complex<double>(-p.decay_per_s, 2.0 * kPi * p.frequency_hz) / sample_rate_hz);
-    std::complex<double> state = p.amplitude;
-    for (Eigen::Index i = 0; i < n; ++i, state *= step) sound.samples(i, 0) += state.imag();
+    if (!(p.frequency_hz < kUsableRate * sample_rate_hz)) continue;
+    const std::complex<double> rate(-p.decay_per_s / sample_rate_hz, 2.0 * kPi * p.frequency_hz / sample_rate_hz);
+    const std::complex<double> step = std::exp(rate * static_cast<double>(kLanes));
+    std::array<double, kLanes> re{}, im{};
+    for (Eigen::Index i = 0; i < kLanes; ++i) {
+      const std::complex<double> state = p.amplitude * std::exp(rate * static_cast<double>(i));
+      re[static_cast<std::size_t>(i)] = state.real();
+      im[static_cast<std::size_t>(i)] = state.imag();
+    }
+    const double end = kInaudibleNeper * sample_rate_hz / std::max(p.decay_per_s, 1e-300);
+    const auto last = static_cast<Eigen::Index>(std::min(end, static_cast<double>(n)));
+    const double a = step.real(), b = step.imag();
+    for (Eigen::Index start = 0; start < last; start += kLanes) {
+      const Eigen::Index count = std::min(kLanes, n - start);
+      for (Eigen::Index i = 0; i < count; ++i) out[start + i] += im[static_cast<std::size_t>(i)];
+      for (std::size_t i = 0; i < kLanes; ++i) {
+        const double x = re[i] * a - im[i] * b;
+        im[i] = re[i] * b + im[i] * a;
+        re[i] = x;
+      }
+    }
   }
   return sound;
 }
 
-ProxyErrors proxy_errors(const Voice& target, const Voice& proxy, int n_partials, double duration_s, double sample_rate_hz) {
+bool no_worse(const ProxyErrors& now, const ProxyErrors& before) {
+  const auto a = measures(now), b = measures(before);
+  return std::equal(a.begin(), a.end(), b.begin(), holds);
+}
+
+std::array<bool, 5> worse_measures(const ProxyErrors& now, const ProxyErrors& before) {
+  const auto a = measures(now), b = measures(before);
+  std::array<bool, 5> worse{};
+  for (std::size_t i = 0; i < worse.size(); ++i) worse[i] = !holds(a[i], b[i]);
+  return worse;
+}
+
+double excess(const ProxyErrors& now, const ProxyErrors& before) {
+  constexpr double kSmall = 1e-3;  // dB or %: a start that is exact in one measure must not blow up the logarithm
+  const auto a = measures(now), b = measures(before);
+  double sum = 0.0;
+  for (std::size_t i = 0; i + 1 < a.size(); ++i)
+    if (!holds(a[i], b[i])) sum += std::log((a[i] + kSmall) / (b[i] + kSmall));
+  return sum;
+}
+
+TargetSound::TargetSound(Voice target, int n_partials, double duration_s, double sample_rate_hz)
+    : target_(std::move(target)), n_partials_(static_cast<std::size_t>(n_partials)), duration_s_(duration_s), sample_rate_hz_(sample_rate_hz) {
+  options_.band.high_hz = std::min(options_.band.high_hz, kUsableRate * sample_rate_hz);
+  const audio::Signal sound = voice_sound(target_, duration_s_, sample_rate_hz_);
+  frames_ = audio::frame_powers(sound, options_.band, options_);
+  energies_ = audio::band_energies(sound, options_.band);
+  rough_energy_ = rough_a_weighted(target_, options_.band);
+  if (!(energies_.in_band > 0.0)) throw InputError("target", "silent in the band that is compared");
+}
+
+ProxyErrors TargetSound::partial_errors(const Voice& proxy) const {
   ProxyErrors errors;
-  const std::size_t n = std::min({target.size(), proxy.size(), static_cast<std::size_t>(n_partials)});
+  const std::size_t n = std::min({target_.size(), proxy.size(), n_partials_});
   for (std::size_t k = 0; k < n; ++k) {
-    errors.partial_rms_cents += std::pow(1200.0 * std::log2(proxy[k].frequency_hz / target[k].frequency_hz), 2);
-    errors.decay_rms_percent += std::pow(100.0 * (proxy[k].decay_per_s / target[k].decay_per_s - 1.0), 2);
+    errors.partial_rms_cents += std::pow(1200.0 * std::log2(proxy[k].frequency_hz / target_[k].frequency_hz), 2);
+    errors.decay_rms_percent += std::pow(100.0 * (proxy[k].decay_per_s / target_[k].decay_per_s - 1.0), 2);
   }
   errors.partial_rms_cents = std::sqrt(errors.partial_rms_cents / static_cast<double>(n));
   errors.decay_rms_percent = std::sqrt(errors.decay_rms_percent / static_cast<double>(n));
-  const audio::SpectralDistance distance =
-      audio::spectral_distance(voice_sound(target, duration_s, sample_rate_hz), voice_sound(proxy, duration_s, sample_rate_hz));
-  errors.log_spectral_distance_db = distance.log_spectral_db;
-  errors.mel_distance_db = distance.mel_db;
-  errors.third_octave_db = distance.third_octave_db;
-  errors.loudness_difference_db = std::abs(distance.loudness_difference_db);
   return errors;
 }
 
-bool no_worse(const ProxyErrors& now, const ProxyErrors& before) {
-  const auto holds = [](double a, double b) { return a <= b * (1.0 + 1e-9) + 1e-9; };
-  return holds(now.partial_rms_cents, before.partial_rms_cents) && holds(now.log_spectral_distance_db, before.log_spectral_distance_db) &&
-         holds(now.mel_distance_db, before.mel_distance_db) && holds(now.third_octave_db, before.third_octave_db) &&
-         holds(now.loudness_difference_db, before.loudness_difference_db) && holds(now.decay_rms_percent, before.decay_rms_percent);
+void TargetSound::add_frames(const audio::FramePowers& sound, double gain, ProxyErrors& errors) const {
+  audio::SpectralDistance distance;
+  audio::compare_frames(frames_, sound, gain, options_, distance);
+  errors.log_spectral_distance_db = distance.log_spectral_db;
+  errors.mel_distance_db = distance.mel_db;
+}
+
+void TargetSound::add_energies(const audio::BandEnergies& sound, double gain, ProxyErrors& errors) const {
+  audio::SpectralDistance distance;
+  audio::compare_energies(energies_, sound, gain, options_, distance);
+  errors.third_octave_db = distance.third_octave_db;
+  errors.loudness_difference_db = std::abs(distance.loudness_difference_db);
+}
+
+ProxyErrors TargetSound::errors(const Voice& proxy) const {
+  const audio::Signal sound = voice_sound(proxy, duration_s_, sample_rate_hz_);
+  const audio::BandEnergies energies = audio::band_energies(sound, options_.band);
+  if (!(energies.in_band > 0.0)) throw InputError("proxy", "silent in the band that is compared");
+  ProxyErrors errors = partial_errors(proxy);
+  add_frames(audio::frame_powers(sound, options_.band, options_), 1.0, errors);
+  add_energies(energies, 1.0, errors);
+  return errors;
+}
+
+TargetSound::Level TargetSound::at_level(const Voice& proxy, const ProxyErrors& before, std::optional<double> level, double start_gain) const {
+  constexpr double kHopeless = 0.2;  // ln: the frames alone are a fifth worse
+  Level result;
+  result.excess = HUGE_VAL;
+  const double unit_db = 0.999 * before.loudness_difference_db;
+  const auto set_gain = [&](double equal) {
+    const double own = unit_db > 0.0 ? 20.0 * std::log10(start_gain / equal) / unit_db : 0.0;
+    result.level = std::clamp(level.value_or(own), -1.0, 1.0);
+    result.gain = equal * std::pow(10.0, result.level * unit_db / 20.0);
+  };
+  const double rough = rough_a_weighted(proxy, options_.band);
+  if (!(rough > 0.0)) return result;
+  const audio::Signal sound = voice_sound(proxy, duration_s_, sample_rate_hz_);
+  const audio::FramePowers frames = audio::frame_powers(sound, options_.band, options_);
+  set_gain(std::sqrt(rough_energy_ / rough));
+  ProxyErrors errors = partial_errors(proxy);
+  add_frames(frames, result.gain, errors);
+  result.errors = errors;
+  result.excess = excess(errors, before);
+  result.rough = result.excess > kHopeless;
+  if (result.rough) return result;
+  const audio::BandEnergies energies = audio::band_energies(sound, options_.band);
+  set_gain(std::sqrt(energies_.a_weighted / energies.a_weighted));
+  add_frames(frames, result.gain, errors);
+  add_energies(energies, result.gain, errors);
+  result.errors = errors;
+  result.excess = excess(errors, before);
+  return result;
 }
 
 }  // namespace klang::fit

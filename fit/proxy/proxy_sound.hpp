@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "core/audio/signal.hpp"
@@ -12,7 +14,10 @@ struct VoicePartial {
 };
 using Voice = std::vector<VoicePartial>;
 
-/// Partials above 0.45 of the rate are left out.
+/// The same partials, all amplitudes times gain.
+Voice with_gain(Voice voice, double gain);
+
+/// Partials above 0.45 of the rate are left out; a partial ends where it has fallen by 60 neper (521 dB).
 audio::Signal voice_sound(const Voice& voice, double duration_s, double sample_rate_hz);
 
 /// How far a proxy lies from its target; every measure is 0 for the same sound.
@@ -25,11 +30,43 @@ struct ProxyErrors {
   double decay_rms_percent = 0.0;        ///< of the first partials' decays
 };
 
-/// @param n_partials  compared rank by rank, at most as many as both have
-/// @throws InputError where nothing sounds in the band
-ProxyErrors proxy_errors(const Voice& target, const Voice& proxy, int n_partials, double duration_s, double sample_rate_hz);
-
 /// No measure of `now` is larger than that of `before` (to 1e-9 relative and absolute).
 bool no_worse(const ProxyErrors& now, const ProxyErrors& before);
+/// Which are worse, in order: log-spectral, mel, third octaves, loudness, decays.
+std::array<bool, 5> worse_measures(const ProxyErrors& now, const ProxyErrors& before);
+/// By how much measures other than the partials' are worse: sum of ln(now / before) over those that are; 0: none.
+double excess(const ProxyErrors& now, const ProxyErrors& before);
+
+/// A target, its transforms taken once. Constant after construction, so one object serves all threads.
+class TargetSound {
+ public:
+  /// @param n_partials  compared rank by rank, at most as many as both have
+  /// @throws InputError where nothing sounds in the band
+  TargetSound(Voice target, int n_partials, double duration_s, double sample_rate_hz);
+
+  ProxyErrors errors(const Voice& proxy) const;
+  /// A proxy at a level beside `before`, whose difference of loudness is the unit of the level (ProxyPoint); never outside -1 to 1 of them.
+  struct Level {
+    double gain = 1.0;
+    double level = 0.0;
+    ProxyErrors errors;   ///< where excess is rough: without the whole sound's energies
+    double excess = 0.0;
+    bool rough = false;   ///< the frames alone were so much worse that the rest was not computed
+  };
+  Level at_level(const Voice& proxy, const ProxyErrors& before, std::optional<double> level, double start_gain) const;
+
+ private:
+  ProxyErrors partial_errors(const Voice& proxy) const;
+  void add_frames(const audio::FramePowers& sound, double gain, ProxyErrors& errors) const;
+  void add_energies(const audio::BandEnergies& sound, double gain, ProxyErrors& errors) const;
+
+  Voice target_;
+  std::size_t n_partials_;
+  double duration_s_, sample_rate_hz_;
+  audio::SpectralDistanceOptions options_;
+  audio::FramePowers frames_;
+  audio::BandEnergies energies_;
+  double rough_energy_ = 0.0;
+};
 
 }  // namespace klang::fit

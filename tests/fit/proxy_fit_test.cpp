@@ -6,6 +6,7 @@
 #include "../soundbank/small_bank.hpp"
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
+#include "core/soundbank/proxy.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 #include "fit/proxy/proxy_fit.hpp"
 #include "gradient_checker.hpp"
@@ -34,7 +35,8 @@ fit::ProxyTarget ellipsoid_target(const Eigen::Vector3d& axes, double scale_m, i
 
 TEST(ProxyCost, GradientsAreTheDifferences) {
   const soundbank::Soundbank& bank = test::small_bank();
-  const auto cost = fit::proxy_frequency_cost(bank, {9000.0, 9500.0, 11000.0, 12500.0}, bank.material.shear_speed_m_s());
+  const fit::ProxyFrequencies frequencies(bank, 4);
+  const auto cost = fit::proxy_frequency_cost(frequencies, {9000.0, 9500.0, 11000.0, 12500.0}, bank.material.shear_speed_m_s());
   tests::expect_gradient(*cost, {{0.613, 0.377}, {-1.2}}, 1e-5, 1e-5);
 }
 
@@ -74,11 +76,12 @@ TEST(ProxyFit, UltrasoundIsRefused) {
 TEST(ProxyErrors, GainAndShiftAreWhatTheyAre) {
   const fit::Voice voice{{1000.0, 10.0, 0.5}, {1730.0, 20.0, 0.3}};
   fit::Voice other = voice;
-  const fit::ProxyErrors none = fit::proxy_errors(voice, other, 2, 0.5, 48000.0);
+  const fit::TargetSound target(voice, 2, 0.5, 48000.0);
+  const fit::ProxyErrors none = target.errors(other);
   EXPECT_EQ(none.partial_rms_cents, 0.0);
   EXPECT_LE(none.log_spectral_distance_db, 1e-12);
   for (auto& p : other) p.amplitude *= 2.0;
-  EXPECT_LE(std::abs(fit::proxy_errors(voice, other, 2, 0.5, 48000.0).loudness_difference_db - 20.0 * std::log10(2.0)), 1e-6);
+  EXPECT_LE(std::abs(target.errors(other).loudness_difference_db - 20.0 * std::log10(2.0)), 1e-6);
   for (auto& p : other) p.frequency_hz *= std::exp2(30.0 / 1200.0);
-  EXPECT_LE(std::abs(fit::proxy_errors(voice, other, 2, 0.5, 48000.0).partial_rms_cents - 30.0), 1e-9);
+  EXPECT_LE(std::abs(target.errors(other).partial_rms_cents - 30.0), 1e-9);
 }

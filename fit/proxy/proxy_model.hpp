@@ -1,0 +1,58 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "fit/proxy/proxy_frequencies.hpp"
+#include "fit/proxy/proxy_target.hpp"
+
+namespace klang::fit {
+
+/// Where a search stands.
+struct ProxyPoint {
+  double s = 0.0, t = 0.5;   ///< shape square, 0 to 1 each (shape_of_square)
+  double ln_scale = 0.0;     ///< of |axes| in metres
+  /// Damping's mass and stiffness: 0 the start's, 1 the one of the best fit to the target's decays, else in proportion.
+  double refitted_mass = 0.0, refitted_stiffness = 0.0;
+  /// Level: -1 to 1 times the start's difference of loudness away from equal loudness; empty: the start's gain, as far as that allows.
+  std::optional<double> level = 0.0;
+};
+
+/// Rayleigh's two: decay = (mass + stiffness omega^2) / 2.
+struct RayleighDamping {
+  double mass_per_s = 0.0, stiffness_s = 0.0;
+};
+
+/// What a proxy of a target sounds like, by its parameters. Constant after construction, so one object serves all threads.
+class ProxyModel {
+ public:
+  /// Bank and target must outlive it. @throws InputError where the bank has fewer modes than are asked for
+  ProxyModel(const soundbank::Soundbank& bank, const ProxyTarget& target, int n_partials);
+
+  int n_partials() const { return static_cast<int>(ln_hz_.size()); }
+  const ProxyFrequencies& first_frequencies() const { return first_; }
+  double shear_speed_m_s() const { return speed_; }
+  const std::vector<double>& target_hz() const { return hz_; }
+
+  /// At these axes, in any order and of any length, with the lowest partial kept.
+  ProxyPoint at_axes(const Eigen::Vector3d& axes) const;
+  /// Where ln(f_proxy / f_target) of the first partials lie at ln_scale = 0; empty where the bank does not know enough modes.
+  void log_ratios(double s, double t, std::vector<double>& ratios) const;
+  /// rms of the first partials [cents]; infinite where the bank does not know enough modes. Microseconds.
+  double rms_cents(const ProxyPoint& point) const;
+
+  /// Damping at a point: the kept one moved towards the least rms of (decay / target's - 1) over the first partials.
+  RayleighDamping damping(const ProxyPoint& point, const RayleighDamping& kept) const;
+  /// By klang fit's own damping models, for a target that names none (a recording).
+  RayleighDamping measured_damping(const ProxyPoint& point) const;
+  /// As many partials as the target has, if the bank knows them.
+  Voice voice(const ProxyPoint& point, const RayleighDamping& damping) const;
+
+ private:
+  std::vector<double> ln_hz_, hz_;
+  const soundbank::Soundbank& bank_;
+  const ProxyTarget& target_;
+  double speed_, ln_speed_;  // ln(c_s / 2 pi)
+  ProxyFrequencies first_, all_;
+};
+
+}  // namespace klang::fit

@@ -1,0 +1,239 @@
+#include "fit/proxy/proxy_search.hpp"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/errors.hpp"
+#include "core/base/parallel.hpp"
+#include "core/base/random.hpp"
+#include "fit/proxy/proxy_cost.hpp"
+
+namespace klang::fit {
+namespace {
+
+constexpr int kParts = 10;           // the square is scanned by kParts x kParts parts
+constexpr int kRefined = 12;         // minima of the grid that Ceres refines
+constexpr double kPenalty = 4.0;     // of ln(measure) against ln(cents)
+constexpr std::size_t kParents = 8;  // of each kind
+
+class Search {
+ public:
+  Search(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept, double start_gain, const ProxyErrors& before,
+         const ProxySearchOptions& options, Monitor& monitor)
+      : model_(model), target_(target), kept_(kept), start_gain_(start_gain), before_(before), options_(options), monitor_(monitor) {}
+  ProxySearchResult run();
+
+ private:
+  struct Guess {
+    ProxyPoint point;
+    double cents = 0.0;
+  };
+  std::vector<Guess> scan() const;
+  ProxyPoint refined(ProxyPoint point, bool keep_lowest) const;
+  void hear(const std::vector<Guess>& guesses);
+  std::vector<Guess> children(int generation) const;
+  double limit_cents() const { return result_.best ? result_.best->cents : before_.partial_rms_cents; }
+
+  const ProxyModel& model_;
+  const TargetSound& target_;
+  const RayleighDamping& kept_;
+  double start_gain_;
+  const ProxyErrors& before_;
+  const ProxySearchOptions& options_;
+  Monitor& monitor_;
+  std::vector<ProxyCandidate> heard_;
+  ProxySearchResult result_;
+};
+
+ProxyPoint Search::refined(ProxyPoint p, bool keep_lowest) const {
+  std::array<double, 2> square{p.s, p.t};
+  ceres::Problem problem;
+  const auto add = [&](std::vector<double> hz, double weight) {
+    problem.AddResidualBlock(proxy_frequency_cost(model_.first_frequencies(), std::move(hz), model_.shear_speed_m_s()).release(),
+                             new ceres::ScaledLoss(nullptr, weight, ceres::TAKE_OWNERSHIP), square.data(), &p.ln_scale);
+  };
+  add(model_.target_hz(), 1.0);
+  if (keep_lowest) add({model_.target_hz().front()}, 1e4);
+  for (int i = 0; i < 2; ++i) {
+    problem.SetParameterLowerBound(square.data(), i, 0.0);
+    problem.SetParameterUpperBound(square.data(), i, 1.0);
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = 60;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  p.s = square[0];
+  p.t = square[1];
+  return p;
+}
+
+/// Guesses with fewer cents than the start: of each part of the square and each kind of scale the best, by rising cents.
+std::vector<Search::Guess> Search::scan() const {
+  const int n = options_.grid, n_kinds = 1 + 2 * std::min(4, model_.n_partials());
+  std::vector<std::vector<Guess>> rows(static_cast<std::size_t>(n));  // by s; guesses by kind and t
+  parallel_for(static_cast<std::size_t>(n), 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> ratios;
+    for (std::size_t i = begin; i < end; ++i)
+      for (int j = 0; j < n; ++j) {
+        const double s = (static_cast<double>(i) + 0.5) / n, t = (j + 0.5) / n;
+        model_.log_ratios(s, t, ratios);
+        double mean = 0.0;
+        for (const double ratio : ratios) mean += ratio / static_cast<double>(ratios.size());
+        for (int kind = 0; kind < n_kinds; ++kind) {
+          Guess guess{{s, t, mean, 1.0, 1.0, 0.0}, HUGE_VAL};
+          if (kind == 1) guess.point = {s, t, mean, 0.0, 0.0, {}};  // what sounds longest and loudest stays as it is
+          if (kind > 0 && !ratios.empty()) {
+            const double aligned = ratios[static_cast<std::size_t>((kind - 1) / 2)];
+            guess.point.ln_scale = kind % 2 == 1 ? aligned : 0.5 * (aligned + mean);
+          }
+          if (!ratios.empty()) guess.cents = model_.rms_cents(guess.point);
+          rows[i].push_back(guess);
+        }
+      }
+  });
+  const auto at = [&](int i, int j, int kind) -> const Guess& { return rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j * n_kinds + kind)]; };
+  std::vector<Guess> minima, guesses;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      bool lowest = std::isfinite(at(i, j, 0).cents);
+      for (int a = std::max(i - 1, 0); a <= std::min(i + 1, n - 1); ++a)
+        for (int b = std::max(j - 1, 0); b <= std::min(j + 1, n - 1); ++b) lowest = lowest && at(i, j, 0).cents <= at(a, b, 0).cents;
+      if (lowest) minima.push_back(at(i, j, 0));
+    }
+  const auto by_cents = [](const Guess& a, const Guess& b) { return a.cents < b.cents; };
+  std::stable_sort(minima.begin(), minima.end(), by_cents);
+  if (minima.size() > kRefined) minima.resize(kRefined);
+  std::vector<Guess> fine(2 * minima.size());
+  parallel_for(fine.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      fine[k].point = refined(minima[k / 2].point, k % 2 == 1);
+      if (k % 2 == 1) fine[k].point.refitted_mass = fine[k].point.refitted_stiffness = 0.0, fine[k].point.level.reset();
+      fine[k].cents = model_.rms_cents(fine[k].point);
+    }
+  });
+  guesses = fine;
+  for (int kind = 0; kind < n_kinds; ++kind)
+    for (int a = 0; a < kParts; ++a)
+      for (int b = 0; b < kParts; ++b) {
+        Guess best{{}, HUGE_VAL};
+        for (int i = a * n / kParts; i < (a + 1) * n / kParts; ++i)
+          for (int j = b * n / kParts; j < (b + 1) * n / kParts; ++j)
+            if (at(i, j, kind).cents < best.cents) best = at(i, j, kind);
+        guesses.push_back(best);
+      }
+  std::erase_if(guesses, [&](const Guess& g) { return !(g.cents < before_.partial_rms_cents); });
+  std::stable_sort(guesses.begin(), guesses.end(), by_cents);
+  if (guesses.size() > static_cast<std::size_t>(options_.n_scan)) guesses.resize(static_cast<std::size_t>(options_.n_scan));
+  return guesses;
+}
+
+void Search::hear(const std::vector<Guess>& guesses) {
+  std::vector<ProxyCandidate> found(guesses.size());
+  parallel_for(guesses.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      found[i].point = guesses[i].point;
+      found[i].cents = guesses[i].cents;
+      found[i].damping = model_.damping(guesses[i].point, kept_);
+      found[i].level = target_.at_level(model_.voice(guesses[i].point, found[i].damping), before_, guesses[i].point.level, start_gain_);
+      found[i].point.level = found[i].level.level;
+    }
+  });
+  for (ProxyCandidate& candidate : found) {
+    ++result_.n_heard;
+    if (!std::isfinite(candidate.level.excess)) continue;
+    if (!candidate.level.rough) {
+      const std::array<bool, 5> worse = worse_measures(candidate.level.errors, before_);
+      for (std::size_t m = 0; m < worse.size(); ++m) result_.n_worse[m] += worse[m] ? 1 : 0;
+    }
+    if (candidate.admissible()) {
+      ++result_.n_admissible;
+      if (candidate.cents < limit_cents()) result_.best = candidate;
+    }
+    heard_.push_back(std::move(candidate));
+  }
+}
+
+std::vector<Search::Guess> Search::children(int generation) const {
+  std::vector<std::size_t> order(heard_.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::vector<std::size_t> parents;
+  const auto take = [&](const auto& worth) {
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return worth(heard_[a]) < worth(heard_[b]); });
+    parents.insert(parents.end(), order.begin(), order.begin() + static_cast<std::ptrdiff_t>(std::min(kParents, order.size())));
+  };
+  take([](const ProxyCandidate& c) { return std::log(c.cents) + kPenalty * c.level.excess; });
+  take([](const ProxyCandidate& c) { return c.admissible() ? std::log(c.cents) : HUGE_VAL; });
+  const double progress = static_cast<double>(generation) / std::max(options_.n_generations, 1);
+  RandomStream random(options_.seed, static_cast<std::uint64_t>(generation));
+  std::vector<Guess> guesses;
+  const int n_tries = 200 * options_.n_children;
+  for (int i = 0; i < n_tries && static_cast<int>(guesses.size()) < options_.n_children; ++i) {
+    const ProxyCandidate& parent = heard_[parents[random.below(static_cast<std::uint32_t>(parents.size()))]];
+    // From a tenth of the square down to a thousandth, every size at any time, smaller ones more and more.
+    const double width = std::pow(10.0, -1.0 - 2.0 * random.uniform() * std::sqrt(progress));
+    Guess child{parent.point, 0.0};
+    child.point.s = std::clamp(child.point.s + width * random.normal(), 0.0, 1.0);
+    child.point.t = std::clamp(child.point.t + width * random.normal(), 0.0, 1.0);
+    // Half of them keep the parent's lowest partial where it is, or move it by a little.
+    std::vector<double> old_ratios, ratios;
+    model_.log_ratios(parent.point.s, parent.point.t, old_ratios);
+    model_.log_ratios(child.point.s, child.point.t, ratios);
+    if (ratios.empty()) continue;
+    const std::size_t anchor = random.uniform() < 0.5 ? 0 : random.below(static_cast<std::uint32_t>(std::min<std::size_t>(4, ratios.size())));
+    child.point.ln_scale += ratios[anchor] - old_ratios[anchor];
+    if (random.uniform() < 0.5) child.point.ln_scale += 0.3 * width * random.normal();
+    const auto shaken = [&](double& value, double chance, double low, double high) {
+      if (random.uniform() < chance) value = std::clamp(value + 10.0 * width * (high - low) * 0.3 * random.normal(), low, high);
+    };
+    shaken(child.point.refitted_mass, 0.3, -0.5, 1.5);
+    shaken(child.point.refitted_stiffness, 0.3, -0.5, 1.5);
+    shaken(*child.point.level, 0.3, -1.0, 1.0);
+    child.cents = model_.rms_cents(child.point);
+    if (child.cents < limit_cents()) guesses.push_back(child);
+  }
+  return guesses;
+}
+
+ProxySearchResult Search::run() {
+  std::vector<Guess> guesses = scan();
+  result_.least_cents = guesses.empty() ? before_.partial_rms_cents : guesses.front().cents;
+  const std::size_t batch = static_cast<std::size_t>(options_.n_children);
+  for (std::size_t begin = 0; begin < guesses.size(); begin += batch) {
+    monitor_.throw_if_stopped();
+    monitor_.progress("proxy fit", 0.3 * static_cast<double>(begin) / static_cast<double>(guesses.size()));
+    hear({guesses.begin() + static_cast<std::ptrdiff_t>(begin), guesses.begin() + static_cast<std::ptrdiff_t>(std::min(begin + batch, guesses.size()))});
+  }
+  for (int generation = 0; generation < options_.n_generations && !heard_.empty(); ++generation) {
+    monitor_.throw_if_stopped();
+    monitor_.progress("proxy fit", 0.3 + 0.7 * static_cast<double>(generation) / options_.n_generations);
+    hear(children(generation));
+  }
+  monitor_.progress("proxy fit", 1.0);
+  return std::move(result_);
+}
+
+}  // namespace
+
+void ProxySearchOptions::validate() const {
+  const auto check = [](const char* name, int value, int low, int high) {
+    if (value < low || value > high) throw InputError("proxy search", name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
+  };
+  check("grid", grid, 10, 512);
+  check("n_scan", n_scan, 16, 100000);
+  check("n_generations", n_generations, 0, 1000);
+  check("n_children", n_children, 4, 1000);
+}
+
+ProxySearchResult search_proxy(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept, double start_gain, const ProxyErrors& before,
+                               const ProxySearchOptions& options, Monitor& monitor) {
+  options.validate();
+  return Search(model, target, kept, start_gain, before, options, monitor).run();
+}
+
+}  // namespace klang::fit

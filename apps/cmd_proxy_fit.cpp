@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cmd_proxy.hpp"
+#include "core/acoustics/transfer_model_file.hpp"
 #include "core/audio/sound_file.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/json.hpp"
@@ -16,7 +17,7 @@ namespace klang::apps {
 namespace {
 
 struct ProxyFitCommand {
-  std::string bank, target, output;
+  std::string bank, target, transfer, output;
   double rayleigh_mass_per_s = 10.0, rayleigh_stiffness_s = 1e-7;
   fit::ProxyFitOptions fit;
 };
@@ -52,8 +53,15 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   if (is_model) {
     const modal::ModalModel model = modal::read_modal_model(o.target);
     soundbank::check_poissons_ratio(bank, model.material.poissons_ratio(), o.target);
-    target = fit::target_of_model(model, o.rayleigh_mass_per_s, o.rayleigh_stiffness_s);
+    if (o.transfer.empty()) {
+      target = fit::target_of_model(model, o.rayleigh_mass_per_s, o.rayleigh_stiffness_s);
+    } else {
+      const acoustics::TransferModel transfer = acoustics::read_transfer_model(o.transfer);
+      acoustics::check_belongs(transfer, model, o.transfer);
+      target = fit::target_of_model(model, transfer, o.rayleigh_mass_per_s, o.rayleigh_stiffness_s);
+    }
   } else {
+    if (!o.transfer.empty()) throw InputError("--transfer", "is of a modal model, not of a recording", o.transfer);
     const fit::RingdownResult ringdown = fit::identify_ringdown(audio::read_sound(o.target), {}, monitor);
     if (!ringdown.usable()) throw NumericalError(o.target + ": " + ringdown.message);
     target = fit::target_of_partials(ringdown.partials);
@@ -67,7 +75,11 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
                                        {"sample_rate_hz", o.fit.sample_rate_hz},
                                        {"rayleigh_mass_per_s", o.rayleigh_mass_per_s},
                                        {"rayleigh_stiffness_s", o.rayleigh_stiffness_s}},
-                                      {o.bank, o.target});
+                                      o.transfer.empty() ? std::vector<std::filesystem::path>{o.bank, o.target} : std::vector<std::filesystem::path>{o.bank, o.target, o.transfer});
+  json["radiation"] = target.radiation.has_value();
+  json["sound"] = target.radiation ? "far away, rms over directions: amplitudes from the radiated power, decays with the radiation"
+                  : is_model       ? "strike and microphone on the body, averaged over all places: amplitudes 1 / omega, no radiation"
+                                   : "the recording's partials; the proxy's amplitudes 1 / omega, no radiation";
   json["target_kind"] = is_model ? "model" : "recording";
   json["loudness"] = "A-weighted energy (IEC 61672-1), absolute difference";
   json["before"] = to_json(result.before);
@@ -113,8 +125,10 @@ Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
   CLI::App* app = group.add_subcommand("fit", "The ellipsoid that sounds most like a body, and how far it is off before and after");
   app->add_option("bank", options->bank, "Bank from klang proxy build")->required();
   app->add_option("target", options->target, "Modal model (.vtu, from klang modes -o) or a recording")->required();
+  app->add_option("--transfer", options->transfer, "Of a modal model, from klang transfer: compare the sound far away, radiation included");
   app->add_option("-o,--output", options->output, "Folder for fit.json and the three sounds")->required();
   app->add_option("--partials", options->fit.n_partials, "First partials that are fitted and compared")->capture_default_str();
+  app->add_option("--generations", options->fit.search.n_generations, "Of the search around the best: more are slower and may find a better one")->capture_default_str();
   app->add_option("--duration-s", options->fit.duration_s, "Length of the sounds that are compared")->capture_default_str();
   app->add_option("--rayleigh-mass-per-s", options->rayleigh_mass_per_s, "Damping of a model: mass coefficient")->capture_default_str();
   app->add_option("--rayleigh-stiffness-s", options->rayleigh_stiffness_s, "Damping of a model: stiffness coefficient")->capture_default_str();

@@ -26,25 +26,19 @@ void extend(Signal& signal, Eigen::Index n_frames) {
   signal.samples.bottomRows(n_frames - before).setZero();
 }
 
-/// Sums power by triangles of even width on the mel scale; a bin lies in two of them at most.
+/// Sums power by triangles of even width on the mel scale.
 Eigen::MatrixXf mel_power(const Eigen::MatrixXf& bins, const std::vector<double>& frequencies_hz, const Band& band, int n_mel) {
-  struct Share {
-    Eigen::Index bin, mel;
-    float weight;
-  };
   const double low = mel(band.low_hz), step = (mel(band.high_hz) - low) / (n_mel + 1);
-  std::vector<Share> shares;
-  for (Eigen::Index k = 0; k < bins.rows(); ++k) {
-    const double position = (mel(frequencies_hz[static_cast<std::size_t>(k)]) - low) / step;  // band m has its tip at m + 1
-    const auto below = static_cast<Eigen::Index>(std::floor(position)) - 1;
-    for (const Eigen::Index m : {below, below + 1}) {
-      const double weight = 1.0 - std::abs(position - static_cast<double>(m + 1));
-      if (m >= 0 && m < n_mel && weight > 0.0) shares.push_back({k, m, static_cast<float>(weight)});
-    }
-  }
+  Eigen::VectorXd position(bins.rows());  // band m has its tip at m + 1
+  for (Eigen::Index k = 0; k < bins.rows(); ++k) position[k] = (mel(frequencies_hz[static_cast<std::size_t>(k)]) - low) / step;
   Eigen::MatrixXf result = Eigen::MatrixXf::Zero(n_mel, bins.cols());
-  for (Eigen::Index t = 0; t < bins.cols(); ++t)
-    for (const Share& share : shares) result(share.mel, t) += share.weight * bins(share.bin, t);
+  for (Eigen::Index m = 0; m < n_mel; ++m) {
+    const auto first = std::upper_bound(position.begin(), position.end(), static_cast<double>(m)) - position.begin();
+    const auto count = std::lower_bound(position.begin(), position.end(), static_cast<double>(m + 2)) - position.begin() - first;
+    if (count < 1) continue;
+    const Eigen::VectorXf weights = (1.0 - (position.segment(first, count).array() - static_cast<double>(m + 1)).abs()).cast<float>();
+    for (Eigen::Index t = 0; t < bins.cols(); ++t) result(m, t) = weights.dot(bins.col(t).segment(first, count));
+  }
   return result;
 }
 

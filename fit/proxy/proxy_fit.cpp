@@ -68,7 +68,7 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
   RayleighDamping damping{target.rayleigh_mass_per_s, target.rayleigh_stiffness_s};
   if (!(damping.mass_per_s + damping.stiffness_s > 0.0)) damping = model.measured_damping(start);
   // A model's own amplitudes hold for the proxy of its own mass; a recording's level is arbitrary.
-  const double gain = target.voice[0].amplitude / model.voice(start, damping)[0].amplitude;
+  const double gain = target.radiation ? 1.0 : target.voice[0].amplitude / model.voice(start, damping)[0].amplitude;
   result.start = parameters(bank, start, damping, gain);
   result.start_voice = with_gain(model.voice(start, damping), gain);
   result.before = sound.errors(result.start_voice);

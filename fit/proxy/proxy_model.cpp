@@ -13,7 +13,20 @@ namespace {
 
 constexpr double kCentsPerNeper = 1200.0 / 0.6931471805599453;
 
+constexpr double kSameRatio = 0.01;
+
 double sq(double x) { return x * x; }
+
+/// Of a cell's mode at |axes| = 1 m; where the cell has not that mode, of its nearest in frequency.
+double radiated_power(const soundbank::Cell& cell, const soundbank::ModeId& id, double angular_frequency_rad_s) {
+  const soundbank::CellMode* nearest = nullptr;
+  for (const soundbank::CellMode& mode : cell.modes) {
+    if (mode.id == id) return mode.radiated_power_w;
+    if (!nearest || std::abs(mode.angular_frequency_rad_s - angular_frequency_rad_s) < std::abs(nearest->angular_frequency_rad_s - angular_frequency_rad_s))
+      nearest = &mode;
+  }
+  return nearest ? nearest->radiated_power_w : 0.0;
+}
 
 }  // namespace
 
@@ -29,6 +42,15 @@ ProxyModel::ProxyModel(const soundbank::Soundbank& bank, const ProxyTarget& targ
     hz_.push_back(target.voice[k].frequency_hz);
     ln_hz_.push_back(std::log(hz_.back()));
   }
+  if (!target.radiation) return;
+  for (const soundbank::Cell& cell : bank.cells)
+    for (const soundbank::CellMode& mode : cell.modes)
+      if (!(mode.radiated_power_w > 0.0)) throw InputError("bank", "has modes without sound, but the target has transfer", {}, "a bank built with radiation");
+  const double ratio = speed_ / target.radiation->medium.sound_speed_m_s;
+  if (!(std::abs(ratio / bank.speed_ratio() - 1.0) <= kSameRatio))
+    throw InputError("bank", "its sound is for another ratio of shear speed to sound speed, " + klang::to_text(bank.speed_ratio()), klang::to_text(ratio), "the same to 1 %");
+  cells_ = std::make_unique<soundbank::ProxyFinder>(bank);
+  power_factor_ = target.radiation->medium.density_kg_m3 / bank.medium.density_kg_m3 * bank.material.density_kg_m3 / target.radiation->solid_density_kg_m3;
 }
 
 ProxyPoint ProxyModel::at_axes(const Eigen::Vector3d& axes) const {
@@ -99,10 +121,21 @@ RayleighDamping ProxyModel::measured_damping(const ProxyPoint& point) const {
 Voice ProxyModel::voice(const ProxyPoint& point, const RayleighDamping& damping) const {
   thread_local std::vector<ProxyFrequencies::Line> lines;
   all_.lowest(soundbank::locate(bank_, shape_of_square(bank_, point.s, point.t)), lines);
+  const soundbank::Cell* cell = nullptr;
+  if (cells_) {
+    double distance = 0.0;
+    cell = &bank_.cells[static_cast<std::size_t>(cells_->nearest_cell(soundbank::unit_axes(shape_of_square(bank_, point.s, point.t)), distance))];
+  }
   Voice voice;
   for (const ProxyFrequencies::Line& line : lines) {
     const double hz = std::exp(line.ln_frequency + ln_speed_ - point.ln_scale), omega = 2.0 * kPi * hz;
-    voice.push_back({hz, 0.5 * (damping.mass_per_s + damping.stiffness_s * omega * omega), 1.0 / omega});
+    VoicePartial partial{hz, 0.5 * (damping.mass_per_s + damping.stiffness_s * omega * omega), 1.0 / omega};
+    if (cell) {
+      const double power = power_factor_ * radiated_power(*cell, line.id, std::exp(line.ln_frequency) * bank_.material.shear_speed_m_s()) / std::exp(point.ln_scale);
+      partial.amplitude = far_amplitude_pa(power, target_.radiation->medium);
+      partial.decay_per_s += power;  // over twice the energy of unit modal velocity, 1 J
+    }
+    voice.push_back(partial);
   }
   return voice;
 }

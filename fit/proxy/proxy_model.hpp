@@ -1,7 +1,9 @@
 #pragma once
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "core/soundbank/proxy.hpp"
 #include "fit/proxy/proxy_frequencies.hpp"
 #include "fit/proxy/proxy_target.hpp"
 
@@ -25,7 +27,8 @@ struct RayleighDamping {
 /// What a proxy of a target sounds like, by its parameters. Constant after construction, so one object serves all threads.
 class ProxyModel {
  public:
-  /// Bank and target must outlive it. @throws InputError where the bank has fewer modes than are asked for
+  /// Bank and target must outlive it.
+  /// @throws InputError for a target with radiation where the bank has no sound, or that of another ratio of shear to sound speed
   ProxyModel(const soundbank::Soundbank& bank, const ProxyTarget& target, int n_partials);
 
   int n_partials() const { return static_cast<int>(ln_hz_.size()); }
@@ -44,7 +47,8 @@ class ProxyModel {
   RayleighDamping damping(const ProxyPoint& point, const RayleighDamping& kept) const;
   /// By klang fit's own damping models, for a target that names none (a recording).
   RayleighDamping measured_damping(const ProxyPoint& point) const;
-  /// As many partials as the target has, if the bank knows them.
+  /// As many partials as the target has, if the bank knows them. Amplitude 1 / omega; with radiation that of the power of the
+  /// nearest cell's mode of the same class and rank (one that the cell lacks: of its nearest in frequency), at this size and density.
   Voice voice(const ProxyPoint& point, const RayleighDamping& damping) const;
 
  private:
@@ -53,6 +57,8 @@ class ProxyModel {
   const ProxyTarget& target_;
   double speed_, ln_speed_;  // ln(c_s / 2 pi)
   ProxyFrequencies first_, all_;
+  std::unique_ptr<const soundbank::ProxyFinder> cells_;  // with radiation
+  double power_factor_ = 1.0;                            // of the densities
 };
 
 }  // namespace klang::fit

@@ -14,7 +14,6 @@
 namespace klang::fit {
 namespace {
 
-constexpr int kParts = 10;           // the square is scanned by kParts x kParts parts
 constexpr int kRefined = 12;         // minima of the grid that Ceres refines
 constexpr double kPenalty = 4.0;     // of ln(measure) against ln(cents)
 constexpr std::size_t kParents = 8;  // of each kind
@@ -75,7 +74,7 @@ ProxyPoint Search::refined(ProxyPoint p, bool keep_lowest) const {
 
 /// Guesses with fewer cents than the start: of each part of the square and each kind of scale the best, by rising cents.
 std::vector<Search::Guess> Search::scan() const {
-  const int n = options_.grid, n_kinds = 1 + 2 * std::min(4, model_.n_partials());
+  const int n = options_.grid, parts = options_.parts, n_kinds = 1 + 2 * std::min(4, model_.n_partials());
   std::vector<std::vector<Guess>> rows(static_cast<std::size_t>(n));  // by s; guesses by kind and t
   parallel_for(static_cast<std::size_t>(n), 1, [&](std::size_t begin, std::size_t end) {
     std::vector<double> ratios;
@@ -119,11 +118,11 @@ std::vector<Search::Guess> Search::scan() const {
   });
   guesses = fine;
   for (int kind = 0; kind < n_kinds; ++kind)
-    for (int a = 0; a < kParts; ++a)
-      for (int b = 0; b < kParts; ++b) {
+    for (int a = 0; a < parts; ++a)
+      for (int b = 0; b < parts; ++b) {
         Guess best{{}, HUGE_VAL};
-        for (int i = a * n / kParts; i < (a + 1) * n / kParts; ++i)
-          for (int j = b * n / kParts; j < (b + 1) * n / kParts; ++j)
+        for (int i = a * n / parts; i < (a + 1) * n / parts; ++i)
+          for (int j = b * n / parts; j < (b + 1) * n / parts; ++j)
             if (at(i, j, kind).cents < best.cents) best = at(i, j, kind);
         guesses.push_back(best);
       }
@@ -214,6 +213,7 @@ ProxySearchResult Search::run() {
     monitor_.progress("proxy fit", 0.3 + 0.7 * static_cast<double>(generation) / options_.n_generations);
     hear(children(generation));
   }
+  if (result_.best) result_.least_cents = std::min(result_.least_cents, result_.best->cents);
   monitor_.progress("proxy fit", 1.0);
   return std::move(result_);
 }
@@ -225,6 +225,7 @@ void ProxySearchOptions::validate() const {
     if (value < low || value > high) throw InputError("proxy search", name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
   };
   check("grid", grid, 10, 512);
+  check("parts", parts, 1, grid);
   check("n_scan", n_scan, 16, 100000);
   check("n_generations", n_generations, 0, 1000);
   check("n_children", n_children, 4, 1000);

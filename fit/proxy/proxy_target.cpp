@@ -1,5 +1,7 @@
 #include "fit/proxy/proxy_target.hpp"
 
+#include <cmath>
+
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 #include "core/mesh/inertia.hpp"
@@ -19,6 +21,24 @@ ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass
   const double lowest = model.angular_frequency_rad_s[0];
   for (const double omega : model.angular_frequency_rad_s)
     target.voice.push_back({omega / (2.0 * kPi), 0.5 * (rayleigh_mass_per_s + rayleigh_stiffness_s * omega * omega), lowest / omega});
+  return target;
+}
+
+double far_amplitude_pa(double radiated_power_w, const acoustics::Medium& medium) {
+  return std::sqrt(2.0 * medium.density_kg_m3 * medium.sound_speed_m_s * radiated_power_w / (4.0 * kPi));
+}
+
+ProxyTarget target_of_model(const modal::ModalModel& model, const acoustics::TransferModel& transfer, double rayleigh_mass_per_s, double rayleigh_stiffness_s) {
+  ProxyTarget target = target_of_model(model, rayleigh_mass_per_s, rayleigh_stiffness_s);
+  std::size_t n = 0;
+  while (n < transfer.modes.size() && n < target.voice.size() && transfer.modes[n].mode == static_cast<int>(n) && transfer.modes[n].radiated_power_w > 0.0) {
+    target.voice[n].amplitude = far_amplitude_pa(transfer.modes[n].radiated_power_w, transfer.medium);
+    target.voice[n].decay_per_s += transfer.modes[n].decay_radiation_per_s;
+    ++n;
+  }
+  if (n < 3) throw InputError("target", "a proxy needs the transfer of the first 3 modes", std::to_string(n));
+  target.voice.resize(n);
+  target.radiation = {transfer.medium, model.material.density_kg_m3};
   return target;
 }
 

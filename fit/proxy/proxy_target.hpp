@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "core/acoustics/transfer_model.hpp"
 #include "core/modal/modal_model.hpp"
 #include "fit/partial_table.hpp"
 #include "fit/proxy/proxy_sound.hpp"
@@ -13,11 +14,24 @@ struct ProxyTarget {
   std::optional<Eigen::Vector3d> moments;  ///< principal moments over density, of a model
   double shear_speed_m_s = 0.0;            ///< of its material; 0: the bank's
   double rayleigh_mass_per_s = 0.0, rayleigh_stiffness_s = 0.0;  ///< a model's damping: decay = (mass + stiffness omega^2) / 2
+  /// Of a model with transfer: amplitudes are pressures, decays hold the radiation; a proxy is to have both from its bank.
+  struct Radiation {
+    acoustics::Medium medium;
+    double solid_density_kg_m3 = 0.0;
+  };
+  std::optional<Radiation> radiation;
 };
 
 /// A struck body on the average over all places of strike and microphone: mode k rings with amplitude 1 / (m omega_k), its mean square shape
 /// being 1 / m.
 ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass_per_s, double rayleigh_stiffness_s);
+/// The same as it sounds far away: amplitude [Pa] at 1 m, rms over directions, for unit modal velocity (a strike's mean square modal
+/// velocity is J^2 / m for every mode): sqrt(2 rho c P / (4 pi)) with the radiated power P; decay plus radiation. Modes up to the first that has
+/// no transfer. The strike's own spectrum takes no part.
+/// @throws InputError for fewer than 3 modes with transfer
+ProxyTarget target_of_model(const modal::ModalModel& model, const acoustics::TransferModel& transfer, double rayleigh_mass_per_s, double rayleigh_stiffness_s);
+/// Pressure amplitude at 1 m of that power [Pa], rms over directions.
+double far_amplitude_pa(double radiated_power_w, const acoustics::Medium& medium);
 /// @throws InputError for partials without decay or amplitude
 ProxyTarget target_of_partials(const PartialTable& table);
 

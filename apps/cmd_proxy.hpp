@@ -8,5 +8,6 @@ Subcommand add_proxy_build(CLI::App& group, CommonOptions& common);
 Subcommand add_proxy_info(CLI::App& group, CommonOptions& common);
 Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common);
 Subcommand add_proxy_lookup(CLI::App& group, CommonOptions& common);
+Subcommand add_proxy_study(CLI::App& group, CommonOptions& common);
 
 }  // namespace klang::apps

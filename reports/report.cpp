@@ -10,6 +10,7 @@
 #include "reports/detail/audio_clip.hpp"
 #include "reports/detail/mode_pictures.hpp"
 #include "reports/detail/page.hpp"
+#include "reports/detail/proxy_study_page.hpp"
 #include "reports/detail/raster.hpp"
 #include "reports/detail/spectrogram.hpp"
 #include "reports/detail/bubble_page.hpp"
@@ -42,6 +43,7 @@ class ReportWriter {
     if (data_.kind == "study") return write_study();
     if (data_.kind == "regression") return write_regression();
     if (data_.kind == "papers") return write_papers();
+    if (data_.kind == "proxy_study") return write_proxy_study();
     parts_.media.resize(data_.specimens.size());
     monitor_.progress("report", 0.0);
     plots();
@@ -75,6 +77,34 @@ class ReportWriter {
       if (std::filesystem::is_regular_file(folder_ / name, ignored)) list.emplace_back(name, what);
     }
     for (const StudyField& field : data_.study.fields) list.emplace_back(field.file, "– for ParaView");
+    list.emplace_back("figures/", "– every figure as SVG and PNG");
+    finish();
+    return std::move(result_);
+  }
+
+  ReportResult write_proxy_study() {
+    monitor_.progress("report", 0.0);
+    add_figure("error", proxy_error_figure(data_.proxy_study));
+    add_figure("time", proxy_time_figure(data_.proxy_study));
+    const audio::Signal direct = sound_beside(data_.proxy_study.direct_sound), proxy = sound_beside(data_.proxy_study.proxy_sound);
+    if (direct.n_frames() >= 16 && proxy.n_frames() >= 16) {
+      SpecimenMedia media;
+      media.spectrogram = spectrogram_figure("the direct mix", direct, proxy, {}, spectrogram_range(direct, 20000.0), "Proxies", {});
+      media.clip_s = std::min(kLongestClipS, kAudioBytes / 2 / (2 * std::min(48000.0, direct.sample_rate_hz)));
+      media.cut = media.clip_s < direct.duration_s();
+      media.gain = std::min(clip_gain(direct, media.clip_s), clip_gain(proxy, media.clip_s));
+      media.recorded_wav = wav_clip(direct, media.clip_s, media.gain);
+      media.fitted_wav = wav_clip(proxy, media.clip_s, media.gain);
+      add_figure("spectrogram", *media.spectrogram);
+      parts_.media.push_back(std::move(media));
+    }
+    auto& list = parts_.downloads;
+    list.emplace_back(result_json_.filename().string(), "– the result this page is made of");
+    std::error_code ignored;
+    for (const auto& [name, what] : {std::pair{std::string("study.csv"), "– pieces and thresholds"},
+                                     {data_.proxy_study.direct_sound, "– all pieces directly"},
+                                     {data_.proxy_study.proxy_sound, "– all pieces by proxies"}})
+      if (!name.empty() && std::filesystem::is_regular_file(folder_ / name, ignored)) list.emplace_back(name, what);
     list.emplace_back("figures/", "– every figure as SVG and PNG");
     finish();
     return std::move(result_);

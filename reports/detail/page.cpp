@@ -7,6 +7,7 @@
 #include "reports/detail/fit_tables.hpp"
 #include "reports/detail/page_parts.hpp"
 #include "reports/detail/papers_page.hpp"
+#include "reports/detail/proxy_study_page.hpp"
 #include "reports/detail/raster.hpp"
 #include "reports/detail/regression_page.hpp"
 #include "reports/detail/study_page.hpp"
@@ -15,7 +16,7 @@
 namespace klang::reports::detail {
 namespace {
 
-std::string players(const SpecimenMedia& media, const std::string& name, const std::string& fitted) {
+std::string players(const SpecimenMedia& media, const std::string& name, const std::string& fitted, const std::string& recorded = "Recorded") {
   if (media.recorded_wav.empty() && media.fitted_wav.empty()) return {};
   const auto player = [&](const std::string& wav, const std::string& what) {
     if (wav.empty()) return std::string();
@@ -25,7 +26,7 @@ std::string players(const SpecimenMedia& media, const std::string& name, const s
   };
   const bool both = !media.recorded_wav.empty() && !media.fitted_wav.empty();
   std::string html = "<div class=\"listen\"" + std::string(both ? " data-switch" : "") + ">" +
-                     player(media.recorded_wav, "Recorded") + player(media.fitted_wav, fitted);
+                     player(media.recorded_wav, recorded) + player(media.fitted_wav, fitted);
   if (both) html += "<button type=\"button\" hidden>Compare</button>";
   html += "</div>\n";
   std::string note;
@@ -145,6 +146,7 @@ std::string key_figures(const ResultData& data) {
   if (data.kind == "bubbles") return bubble_key_figures(data);
   if (data.kind == "regression") return regression_key_figures(data.regression);
   if (data.kind == "papers") return papers_key_figures(data.papers);
+  if (data.kind == "proxy_study") return proxy_study_key_figures(data.proxy_study);
   std::string html;
   const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
     html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) +
@@ -223,6 +225,7 @@ std::string warning_box(const ResultData& data, const PageParts& parts) {
 std::string title_of(const ResultData& data) {
   if (!data.name.empty()) return data.name;
   if (data.kind == "papers") return "The papers’ numbers";
+  if (data.kind == "proxy_study") return "Debris by ellipsoids";
   if (data.kind == "study") return data.study.title.empty() ? "Convergence study" : data.study.title;
   if (data.kind == "analysis") {
     for (const ProvenanceInput& input : data.inputs) {
@@ -245,6 +248,7 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
                            : data.kind == "bubbles"  ? "Klangprobe · bubbles in a recording"
                            : data.kind == "regression" ? "Klangprobe · a sound against its reference"
                            : data.kind == "papers" ? "Klangprobe · published numbers"
+                           : data.kind == "proxy_study" ? "Klangprobe · sound proxies"
                                                      : "Klangprobe · modes of a body";
   std::vector<std::pair<std::string, std::string>> contents;
   std::string sections;
@@ -289,6 +293,15 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
     section("overlay", "Overlay", figures);
     section("partials", "Partials", regression_partial_table(data.regression));
     section("claims", "Claims", regression_claim_table(data.regression));
+  } else if (data.kind == "proxy_study") {
+    const ProxyStudyData& study = data.proxy_study;
+    section("curve", "Error and time", figure(sheet(proxy_error_figure(study)), "The mix of all pieces with proxies above the threshold against the mix of direct sounds; at the left all pieces sound by proxies.") +
+                                           figure(sheet(proxy_time_figure(study)), "Processor time of all threads: modes, radiation and audio.") + proxy_threshold_table(study));
+    std::string sound = parts.media.empty() ? "" : players(parts.media.front(), "", "All by proxies", "All directly");
+    if (!sound.empty() && parts.media.front().spectrogram) sound += figure(sheet(*parts.media.front().spectrogram), "Spectrograms of both mixes on one scale of level.");
+    section("sound", "Sound", sound);
+    section("pieces", "Pieces", proxy_piece_table(study));
+    section("stages", "Stages", proxy_stage_table(study));
   } else if (data.kind == "papers") {
     const auto tables = papers_sections(data.papers);
     for (std::size_t i = 0; i < tables.size(); ++i) section("table-" + std::to_string(i), tables[i].first, tables[i].second);

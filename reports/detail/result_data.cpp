@@ -342,6 +342,67 @@ void read_papers(const Node& root, PapersData& data) {
   root.each("not_computed", [&](const Node& node) { data.gaps.push_back({node.text("paper"), node.text("place"), node.text("reason")}); });
 }
 
+std::vector<std::pair<std::string, double>> read_stages(const Node& node) {
+  std::vector<std::pair<std::string, double>> stages;
+  if (!node.raw().is_object()) return stages;
+  for (const auto& [name, value] : node.raw().items()) stages.emplace_back(name.substr(0, name.rfind("_s")), node.required(name.c_str()));
+  return stages;
+}
+
+void read_proxy_study(const Node& root, ProxyStudyData& data) {
+  root.each("pieces", [&](const Node& node) {
+    ProxyPieceRow row;
+    row.name = node.text("name");
+    row.lowest_hz = node.required("lowest_hz");
+    row.lowest_direct_hz = node.number("lowest_direct_hz");
+    row.n_modes = node.integer("modes").value_or(0);
+    row.n_proxy_modes = node.integer("proxy_modes").value_or(0);
+    row.bank_too_short = node.boolean("bank_too_short").value_or(false);
+    row.clamped = node.boolean("clamped").value_or(false);
+    const Node errors = node.child("errors");
+    row.partial_rms_cents = errors.number("partial_rms_cents");
+    row.log_spectral_distance_db = errors.number("log_spectral_distance_db");
+    row.mel_distance_db = errors.number("mel_distance_db");
+    row.third_octave_db = errors.number("third_octave_db");
+    row.loudness_difference_db = errors.number("loudness_difference_db");
+    data.pieces.push_back(std::move(row));
+  });
+  root.each("thresholds", [&](const Node& node) {
+    ProxyThresholdRow row;
+    row.threshold_hz = node.required("threshold_hz");
+    row.modes_replaced_percent = node.required("modes_replaced_percent");
+    row.n_replaced = node.integer("replaced").value_or(0);
+    row.log_spectral_distance_db = node.number("log_spectral_distance_db");
+    row.mel_distance_db = node.number("mel_distance_db");
+    row.third_octave_db = node.number("third_octave_db");
+    row.loudness_difference_db = node.number("loudness_difference_db");
+    data.thresholds.push_back(row);
+  });
+  const Node timings = root.child("timings");
+  std::size_t i = 0;
+  timings.each("pieces", [&](const Node& node) {
+    if (i < data.pieces.size()) {
+      data.pieces[i].direct_s = node.number("direct_s");
+      data.pieces[i].proxy_s = node.number("proxy_s");
+    }
+    ++i;
+  });
+  i = 0;
+  timings.each("thresholds", [&](const Node& node) {
+    if (i < data.thresholds.size()) {
+      data.thresholds[i].direct_s = node.number("direct_s");
+      data.thresholds[i].with_proxies_s = node.number("with_proxies_s");
+    }
+    ++i;
+  });
+  data.direct_stages = read_stages(timings.child("direct_stages"));
+  data.proxy_stages = read_stages(timings.child("proxy_stages"));
+  data.speedup = timings.number("speedup");
+  data.speedup_without_lowest = timings.number("speedup_without_lowest");
+  data.direct_sound = root.text("direct_sound");
+  data.proxy_sound = root.text("proxy_sound");
+}
+
 }  // namespace
 
 ResultData read_result(const std::filesystem::path& result_json) {
@@ -357,8 +418,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
   }
   ResultData data;
   data.kind = root.text("kind");
-  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles" && data.kind != "regression" && data.kind != "papers") {
-    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles, regression, papers");
+  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles" && data.kind != "regression" && data.kind != "papers" && data.kind != "proxy_study") {
+    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles, regression, papers, proxy_study");
   }
   data.name = root.text("name");
   data.status = root.text("status");
@@ -373,6 +434,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
     read_regression(root, data.regression);
   } else if (data.kind == "papers") {
     read_papers(root, data.papers);
+  } else if (data.kind == "proxy_study") {
+    read_proxy_study(root, data.proxy_study);
   } else {
     data.specimens.push_back(read_body(root));
     if (data.kind == "bubbles") read_bubbles(root, data.bubbles);

@@ -169,8 +169,30 @@ struct PapersData {
   std::vector<PaperGapRow> gaps;
 };
 
+struct ProxyPieceRow {
+  std::string name;
+  double lowest_hz = 0;
+  int n_modes = 0, n_proxy_modes = 0;
+  bool bank_too_short = false, clamped = false;
+  Number lowest_direct_hz, partial_rms_cents, log_spectral_distance_db, mel_distance_db, third_octave_db, loudness_difference_db, direct_s, proxy_s;
+};
+
+struct ProxyThresholdRow {
+  double threshold_hz = 0, modes_replaced_percent = 0;
+  int n_replaced = 0;
+  Number log_spectral_distance_db, mel_distance_db, third_octave_db, loudness_difference_db, direct_s, with_proxies_s;
+};
+
+struct ProxyStudyData {
+  std::vector<ProxyPieceRow> pieces;
+  std::vector<ProxyThresholdRow> thresholds;
+  std::vector<std::pair<std::string, double>> direct_stages, proxy_stages;  ///< processor time of all pieces [s]
+  Number speedup, speedup_without_lowest;
+  std::string direct_sound, proxy_sound;  ///< files beside the result
+};
+
 struct ResultData {
-  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression", "papers"
+  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression", "papers", "proxy_study"
   std::string name;
   std::string status, message;
   std::string material;  ///< a preset's name, where the file has one
@@ -187,6 +209,7 @@ struct ResultData {
   BubbleData bubbles;               ///< of bubbles, beside the one specimen
   RegressionData regression;        ///< of a regression
   PapersData papers;                ///< of the papers' numbers
+  ProxyStudyData proxy_study;       ///< of a study of proxies
   Number cost_initial, cost_final, n_iterations, peak_memory_bytes;
   std::vector<std::string> warnings;
   std::string version, command, seed, options;

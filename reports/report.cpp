@@ -89,7 +89,7 @@ class ReportWriter {
     const audio::Signal direct = sound_beside(data_.proxy_study.direct_sound), proxy = sound_beside(data_.proxy_study.proxy_sound);
     if (direct.n_frames() >= 16 && proxy.n_frames() >= 16) {
       SpecimenMedia media;
-      media.spectrogram = spectrogram_figure("the direct mix", direct, proxy, {}, spectrogram_range(direct, 20000.0), "Proxies", {});
+      media.spectrogram = spectrogram_figure("the direct mix", direct, proxy, {}, spectrogram_range(direct, 20000.0), "Proxies", {}, "Direct");
       media.clip_s = std::min(kLongestClipS, kAudioBytes / 2 / (2 * std::min(48000.0, direct.sample_rate_hz)));
       media.cut = media.clip_s < direct.duration_s();
       media.gain = std::min(clip_gain(direct, media.clip_s), clip_gain(proxy, media.clip_s));

@@ -17,7 +17,7 @@ struct DebrisStudyOptions {
   datasets::DebrisOptions debris;               ///< its seed also draws strikes, listeners and onsets
   solid::Material material = solid::from_youngs_modulus(6.2e10, 0.2, 2600.0);  ///< glass of SB Table 1; must be the bank's
   double highest_hz = 20000.0;                  ///< modes up to here are heard, 1000 to 0.45 sample_rate_hz
-  double elements_per_wavelength = 4.0;         ///< quadratic elements to the shortest bending or shear wave, 2 to 20
+  double elements_per_wavelength = 6.0;         ///< quadratic elements to the shortest bending or shear wave, 2 to 20
   int polynomial_degree = 6;                    ///< of the single-frequency calculation, modal::PolynomialModeOptions
   double rayleigh_mass_per_s = 10.0, rayleigh_stiffness_s = 1e-7;  ///< 0 to 1e4, 0 to 1e-4; decay = (mass + stiffness omega^2) / 2
   double impulse_n_s = 0.01;                    ///< 1e-6 to 100

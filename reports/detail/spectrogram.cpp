@@ -103,7 +103,7 @@ SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_pa
 
 Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
                        const std::vector<double>& strikes_s, const SpectrogramRange& range,
-                       const std::string& fitted_words, const Ridges& ridges) {
+                       const std::string& fitted_words, const Ridges& ridges, const std::string& recorded_words) {
   constexpr double kWidth = 1080, kHeight = 380, kLeft = 66, kTop = 34, kPlotHeight = 292, kGap = 18,
                    kBar = 96;
   const int n_panels = fitted.n_frames() == 0 ? 1 : 3;
@@ -136,7 +136,7 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
           "Spectrogram of " + name + ": " + compared + ", " + rounded(range.low_hz / 1000, 3) + " to " + rounded(range.high_hz / 1000, 3) +
               " kHz over " + rounded(range.duration_s, 3) + " s, levels from " + fixed(low_db, 0) + " to " +
               fixed(high_db, 0) + " dB re full scale.");
-  const std::string titles[3] = {"Recorded", fitted_words, "Difference of magnitudes"};
+  const std::string titles[3] = {recorded_words, fitted_words, "Difference of magnitudes"};
   for (int i = 0; i < n_panels; ++i) {
     const double left = kLeft + i * (panel_width + kGap);
     svg.image(left, kTop, panel_width, kPlotHeight,

@@ -321,7 +321,7 @@ DebrisStudyResult Study::run(const std::vector<datasets::DebrisPiece>& pieces) {
     for (double* stage : {&row.proxy.lowest_s, &row.proxy.retrieval_s, &row.proxy.transfer_s, &row.proxy.audio_s}) *stage /= o_.proxy_repeats;
     Heard heard = direct(piece, blow, row);
     if (sounds(heard.sound_pa) && by_proxy.sound_pa.size() > 0 && sounds(by_proxy.sound_pa))
-      row.errors = fit::proxy_errors(voice_of(heard.ringing, o_), voice_of(by_proxy.ringing, o_), o_.n_partials, o_.duration_s, o_.sample_rate_hz);
+      row.errors = fit::TargetSound(voice_of(heard.ringing, o_), o_.n_partials, o_.duration_s, o_.sample_rate_hz).errors(voice_of(by_proxy.ringing, o_));
     direct_sounds.push_back(std::move(heard.sound_pa));
     proxy_sounds.push_back(std::move(by_proxy.sound_pa));
     result.pieces.push_back(std::move(row));

@@ -43,9 +43,10 @@ ProxyModel::ProxyModel(const soundbank::Soundbank& bank, const ProxyTarget& targ
     ln_hz_.push_back(std::log(hz_.back()));
   }
   if (!target.radiation) return;
+  bool sounds = false;  // single modes may be silent: torsions of bodies of revolution
   for (const soundbank::Cell& cell : bank.cells)
-    for (const soundbank::CellMode& mode : cell.modes)
-      if (!(mode.radiated_power_w > 0.0)) throw InputError("bank", "has modes without sound, but the target has transfer", {}, "a bank built with radiation");
+    for (const soundbank::CellMode& mode : cell.modes) sounds = sounds || mode.radiated_power_w > 0.0;
+  if (!sounds) throw InputError("bank", "has no sound, but the target has transfer", {}, "a bank built with radiation");
   const double ratio = speed_ / target.radiation->medium.sound_speed_m_s;
   if (!(std::abs(ratio / bank.speed_ratio() - 1.0) <= kSameRatio))
     throw InputError("bank", "its sound is for another ratio of shear speed to sound speed, " + klang::to_text(bank.speed_ratio()), klang::to_text(ratio), "the same to 1 %");

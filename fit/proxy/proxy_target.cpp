@@ -31,7 +31,7 @@ double far_amplitude_pa(double radiated_power_w, const acoustics::Medium& medium
 ProxyTarget target_of_model(const modal::ModalModel& model, const acoustics::TransferModel& transfer, double rayleigh_mass_per_s, double rayleigh_stiffness_s) {
   ProxyTarget target = target_of_model(model, rayleigh_mass_per_s, rayleigh_stiffness_s);
   std::size_t n = 0;
-  while (n < transfer.modes.size() && n < target.voice.size() && transfer.modes[n].mode == static_cast<int>(n) && transfer.modes[n].radiated_power_w > 0.0) {
+  while (n < transfer.modes.size() && n < target.voice.size() && transfer.modes[n].mode == static_cast<int>(n)) {
     target.voice[n].amplitude = far_amplitude_pa(transfer.modes[n].radiated_power_w, transfer.medium);
     target.voice[n].decay_per_s += transfer.modes[n].decay_radiation_per_s;
     ++n;

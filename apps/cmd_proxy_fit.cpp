@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 
@@ -12,6 +13,7 @@
 #include "core/soundbank/soundbank_file.hpp"
 #include "fit/proxy/proxy_fit.hpp"
 #include "fit/ringdown.hpp"
+#include "reports/report.hpp"
 
 namespace klang::apps {
 namespace {
@@ -91,7 +93,9 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   json["n_candidates"] = result.n_candidates;
   json["n_refused"] = result.n_refused;
   json["least_partial_rms_cents"] = result.least_cents;
-  json["n_worse"] = result.n_worse;
+  json["n_fitted"] = std::min({result.target.size(), result.start_voice.size(), static_cast<std::size_t>(o.fit.n_partials)});
+  static constexpr std::array<const char*, 5> kOthers{"log_spectral_distance_db", "mel_distance_db", "third_octave_db", "loudness_difference_db", "decay_rms_percent"};
+  for (std::size_t i = 0; i < kOthers.size(); ++i) json["n_worse"][kOthers[i]] = result.n_worse[i];
   const auto add = [&](const char* name, double start, double value) { json["parameters"].push_back({{"name", name}, {"start", start}, {"value", value}}); };
   const fit::ProxyParameters &a = result.start, &b = result.fitted;
   add("shape_a_over_c", a.axes[0] / a.axes[2], b.axes[0] / b.axes[2]);
@@ -101,20 +105,28 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   add("rayleigh_stiffness_s", a.rayleigh_stiffness_s, b.rayleigh_stiffness_s);
   add("gain", a.gain, b.gain);
   const auto n = std::min({result.target.size(), result.start_voice.size(), result.fitted_voice.size()});
-  for (std::size_t k = 0; k < n; ++k)
-    json["partials"].push_back({{"target_hz", result.target[k].frequency_hz},
-                                {"before_hz", result.start_voice[k].frequency_hz},
-                                {"after_hz", result.fitted_voice[k].frequency_hz}});
+  for (std::size_t k = 0; k < n; ++k) {
+    nlohmann::json partial;
+    for (const auto& [who, voice] : {std::pair{"target", &result.target}, {"before", &result.start_voice}, {"after", &result.fitted_voice}}) {
+      const std::string prefix = std::string(who) + "_";
+      const fit::VoicePartial& p = (*voice)[k];
+      partial.update({{prefix + "hz", p.frequency_hz}, {prefix + "decay_per_s", p.decay_per_s}, {prefix + "amplitude", p.amplitude}});
+    }
+    json["partials"].push_back(partial);
+  }
   write_file(folder.staging() / "fit.json", json_text(json));
   write_voice(folder.staging() / "target.wav", result.target, o.fit);
   write_voice(folder.staging() / "before.wav", result.start_voice, o.fit);
   write_voice(folder.staging() / "after.wav", result.fitted_voice, o.fit);
+  for (const std::string& warning : reports::write_report(folder.staging() / "fit.json", {}, monitor).warnings) warn(warning);
+  monitor.throw_if_stopped();
   folder.commit();
   write_json(common, json);
   say(common, "%-28s %12s %12s\n", "", "before", "after");
   const nlohmann::json before = to_json(result.before), after = to_json(result.after);
   for (const auto& [name, value] : before.items()) say(common, "%-28s %12.4g %12.4g\n", name.c_str(), value.get<double>(), after[name].get<double>());
   if (!result.message.empty()) say(common, "%s\n", result.message.c_str());
+  say(common, "report: %s\n", (std::filesystem::path(o.output) / "report.html").c_str());
   return kDone;
 }
 
@@ -126,7 +138,7 @@ Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
   app->add_option("bank", options->bank, "Bank from klang proxy build")->required();
   app->add_option("target", options->target, "Modal model (.vtu, from klang modes -o) or a recording")->required();
   app->add_option("--transfer", options->transfer, "Of a modal model, from klang transfer: compare the sound far away, radiation included");
-  app->add_option("-o,--output", options->output, "Folder for fit.json and the three sounds")->required();
+  app->add_option("-o,--output", options->output, "Folder for fit.json, report.html and the three sounds")->required();
   app->add_option("--partials", options->fit.n_partials, "First partials that are fitted and compared")->capture_default_str();
   app->add_option("--generations", options->fit.search.n_generations, "Of the search around the best: more are slower and may find a better one")->capture_default_str();
   app->add_option("--duration-s", options->fit.duration_s, "Length of the sounds that are compared")->capture_default_str();

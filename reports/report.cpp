@@ -10,6 +10,7 @@
 #include "reports/detail/audio_clip.hpp"
 #include "reports/detail/mode_pictures.hpp"
 #include "reports/detail/page.hpp"
+#include "reports/detail/proxy_page.hpp"
 #include "reports/detail/proxy_study_page.hpp"
 #include "reports/detail/raster.hpp"
 #include "reports/detail/spectrogram.hpp"
@@ -44,6 +45,7 @@ class ReportWriter {
     if (data_.kind == "regression") return write_regression();
     if (data_.kind == "papers") return write_papers();
     if (data_.kind == "proxy_study") return write_proxy_study();
+    if (data_.kind == "proxy_fit") return write_proxy_fit();
     parts_.media.resize(data_.specimens.size());
     monitor_.progress("report", 0.0);
     plots();
@@ -114,6 +116,26 @@ class ReportWriter {
     parts_.downloads.emplace_back(result_json_.filename().string(), "– the result this page is made of");
     std::error_code ignored;
     if (std::filesystem::is_regular_file(folder_ / "junit.xml", ignored)) parts_.downloads.emplace_back("junit.xml", "– the claims for a test report");
+    finish();
+    return std::move(result_);
+  }
+
+  ReportResult write_proxy_fit() {
+    const auto add = [&](const char* stem, Svg svg, const char* caption) {
+      add_figure(stem, svg);
+      parts_.proxy.push_back({std::move(svg), stem, caption});
+    };
+    add("partials", proxy_partials_figure(data_.proxy), "Above: the partials, amplitudes at the strike. Below: how far the proxies' partials lie above the body's, rank by rank.");
+    add("shape", proxy_shape_figure(data_.proxy), "Sections through the ellipsoids, to one scale.");
+    auto& list = parts_.downloads;
+    list.emplace_back(result_json_.filename().string(), "– the result this page is made of");
+    for (const auto& [file, what] : {std::pair{"target.wav", "Body"}, {"before.wav", "First proxy"}, {"after.wav", "Fitted proxy"}}) {
+      const audio::Signal sound = sound_beside(file);
+      if (sound.n_frames() == 0) continue;
+      parts_.proxy_clips.emplace_back(what, wav_clip(sound, kLongestClipS, clip_gain(sound, kLongestClipS)));
+      list.emplace_back(file, "– sound");
+    }
+    list.emplace_back("figures/", "– every figure as SVG and PNG");
     finish();
     return std::move(result_);
   }

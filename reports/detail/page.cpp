@@ -7,6 +7,7 @@
 #include "reports/detail/fit_tables.hpp"
 #include "reports/detail/page_parts.hpp"
 #include "reports/detail/papers_page.hpp"
+#include "reports/detail/proxy_page.hpp"
 #include "reports/detail/proxy_study_page.hpp"
 #include "reports/detail/raster.hpp"
 #include "reports/detail/regression_page.hpp"
@@ -147,6 +148,7 @@ std::string key_figures(const ResultData& data) {
   if (data.kind == "regression") return regression_key_figures(data.regression);
   if (data.kind == "papers") return papers_key_figures(data.papers);
   if (data.kind == "proxy_study") return proxy_study_key_figures(data.proxy_study);
+  if (data.kind == "proxy_fit") return proxy_key_figures(data.proxy);
   std::string html;
   const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
     html += "<div><dt>" + capitalised(name) + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) +
@@ -226,6 +228,7 @@ std::string title_of(const ResultData& data) {
   if (!data.name.empty()) return data.name;
   if (data.kind == "papers") return "The papers’ numbers";
   if (data.kind == "proxy_study") return "Debris by ellipsoids";
+  if (data.kind == "proxy_fit") return "Ellipsoid for a body";
   if (data.kind == "study") return data.study.title.empty() ? "Convergence study" : data.study.title;
   if (data.kind == "analysis") {
     for (const ProvenanceInput& input : data.inputs) {
@@ -249,6 +252,7 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
                            : data.kind == "regression" ? "Klangprobe · a sound against its reference"
                            : data.kind == "papers" ? "Klangprobe · published numbers"
                            : data.kind == "proxy_study" ? "Klangprobe · sound proxies"
+                           : data.kind == "proxy_fit" ? "Klangprobe · a body replaced by an ellipsoid"
                                                      : "Klangprobe · modes of a body";
   std::vector<std::pair<std::string, std::string>> contents;
   std::string sections;
@@ -305,6 +309,17 @@ std::string page_html(const ResultData& data, const PageParts& parts) {
   } else if (data.kind == "papers") {
     const auto tables = papers_sections(data.papers);
     for (std::size_t i = 0; i < tables.size(); ++i) section("table-" + std::to_string(i), tables[i].first, tables[i].second);
+  } else if (data.kind == "proxy_fit") {
+    std::string clips;
+    for (const auto& [what, wav] : parts.proxy_clips)
+      clips += "<label>" + what + "<audio controls preload=\"auto\" aria-label=\"" + what + "\" src=\"" + data_uri("audio/wav", wav) + "\"></audio></label>";
+    section("measures", "Measures", proxy_measure_table(data.proxy));
+    if (!clips.empty()) section("sounds", "Sounds", "<div class=\"listen\">" + clips + "</div>\n<p class=\"how\"><small>Each at its own level.</small></p>\n");
+    std::string figures;
+    for (const CaptionedFigure& plot : parts.proxy) figures += figure(sheet(plot.svg), plot.caption);
+    section("partials", "Partials and shape", figures);
+    section("parameters", "Parameters", proxy_parameter_table(data.proxy));
+    section("table", "Partial by partial", proxy_partial_table(data.proxy));
   } else if (data.kind == "bubbles") {
     section("sound", "Sound", specimen_section(data, parts, 0));
     section("bubbles", "Bubbles", bubble_table(data.bubbles));

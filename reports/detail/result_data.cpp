@@ -403,6 +403,39 @@ void read_proxy_study(const Node& root, ProxyStudyData& data) {
   data.proxy_sound = root.text("proxy_sound");
 }
 
+void read_proxy_fit(const Node& root, ProxyFitData& data) {
+  const Node before = root.child("before"), after = root.child("after"), worse = root.child("n_worse");
+  for (const char* name : {"partial_rms_cents", "log_spectral_distance_db", "mel_distance_db", "third_octave_db", "loudness_difference_db", "decay_rms_percent"})
+    data.measures.push_back({name, before.required(name), after.required(name), worse.integer(name)});
+  const auto read_ellipsoid = [](const Node& node) {
+    const std::vector<double> axes = node.numbers("axes");
+    if (axes.size() != 3) throw InputError(node.place() + ".axes", "needs three numbers");
+    ProxyFitData::Ellipsoid e;
+    e.scale_m = node.required("scale_m");
+    for (std::size_t i = 0; i < 3; ++i) e.axes_m[i] = axes[i] * e.scale_m;
+    e.rayleigh_mass_per_s = node.required("rayleigh_mass_per_s");
+    e.rayleigh_stiffness_s = node.required("rayleigh_stiffness_s");
+    e.gain = node.required("gain");
+    return e;
+  };
+  data.start = read_ellipsoid(root.child("start"));
+  data.fitted = read_ellipsoid(root.child("fitted"));
+  root.each("partials", [&](const Node& node) {
+    for (const auto& [who, list] : {std::pair{"target", &data.target}, {"before", &data.before}, {"after", &data.after}}) {
+      const std::string prefix = std::string(who) + "_";
+      list->push_back({node.required((prefix + "hz").c_str()), node.required((prefix + "decay_per_s").c_str()), node.required((prefix + "amplitude").c_str())});
+    }
+  });
+  data.n_fitted = root.integer("n_fitted").value_or(0);
+  data.least_partial_rms_cents = root.number("least_partial_rms_cents");
+  data.n_candidates = root.integer("n_candidates");
+  data.n_refused = root.integer("n_refused");
+  data.improved = root.boolean("improved").value_or(false);
+  data.sound = root.text("sound");
+  data.loudness = root.text("loudness");
+  data.target_kind = root.text("target_kind");
+}
+
 }  // namespace
 
 ResultData read_result(const std::filesystem::path& result_json) {
@@ -418,8 +451,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
   }
   ResultData data;
   data.kind = root.text("kind");
-  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles" && data.kind != "regression" && data.kind != "papers" && data.kind != "proxy_study") {
-    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles, regression, papers, proxy_study");
+  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles" && data.kind != "regression" && data.kind != "papers" && data.kind != "proxy_study" && data.kind != "proxy_fit") {
+    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles, regression, papers, proxy_study, proxy_fit");
   }
   data.name = root.text("name");
   data.status = root.text("status");
@@ -436,6 +469,8 @@ ResultData read_result(const std::filesystem::path& result_json) {
     read_papers(root, data.papers);
   } else if (data.kind == "proxy_study") {
     read_proxy_study(root, data.proxy_study);
+  } else if (data.kind == "proxy_fit") {
+    read_proxy_fit(root, data.proxy);
   } else {
     data.specimens.push_back(read_body(root));
     if (data.kind == "bubbles") read_bubbles(root, data.bubbles);

@@ -191,8 +191,32 @@ struct ProxyStudyData {
   std::string direct_sound, proxy_sound;  ///< files beside the result
 };
 
+/// A fit of an ellipsoid to a body's sound.
+struct ProxyFitData {
+  struct Measure {
+    std::string name;
+    double before = 0, after = 0;
+    std::optional<int> n_worse;  ///< proxies tried that were worse in it than the start
+  };
+  struct Ellipsoid {
+    std::array<double, 3> axes_m{};
+    double scale_m = 0, rayleigh_mass_per_s = 0, rayleigh_stiffness_s = 0, gain = 0;
+  };
+  struct Line {
+    double frequency_hz = 0, decay_per_s = 0, amplitude = 0;
+  };
+  std::vector<Measure> measures;
+  Ellipsoid start, fitted;
+  std::vector<Line> target, before, after;  ///< by rank, same length
+  int n_fitted = 0;                         ///< first partials that were compared in cents
+  Number least_partial_rms_cents;
+  std::optional<int> n_candidates, n_refused;
+  bool improved = false;
+  std::string sound, loudness, target_kind;
+};
+
 struct ResultData {
-  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression", "papers", "proxy_study"
+  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression", "papers", "proxy_study", "proxy_fit"
   std::string name;
   std::string status, message;
   std::string material;  ///< a preset's name, where the file has one
@@ -210,6 +234,7 @@ struct ResultData {
   RegressionData regression;        ///< of a regression
   PapersData papers;                ///< of the papers' numbers
   ProxyStudyData proxy_study;       ///< of a study of proxies
+  ProxyFitData proxy;               ///< of a proxy fit
   Number cost_initial, cost_final, n_iterations, peak_memory_bytes;
   std::vector<std::string> warnings;
   std::string version, command, seed, options;

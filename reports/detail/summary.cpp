@@ -5,6 +5,7 @@
 #include "reports/detail/bubble_page.hpp"
 #include "reports/detail/page.hpp"
 #include "reports/detail/papers_page.hpp"
+#include "reports/detail/proxy_page.hpp"
 #include "reports/detail/proxy_study_page.hpp"
 #include "reports/detail/regression_page.hpp"
 #include "reports/detail/text.hpp"
@@ -164,6 +165,7 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
   if (data.kind == "regression") return regression_sentences(data);
   if (data.kind == "papers") return papers_sentences(data.papers);
   if (data.kind == "proxy_study") return proxy_study_sentences(data.proxy_study);
+  if (data.kind == "proxy_fit") return proxy_sentences(data.proxy);
   std::vector<std::string> sentences;
   if (data.kind == "fit") {
     if (data.status == "no_partials") {
@@ -247,6 +249,7 @@ Verdict verdict(const ResultData& data) {
   }
   if (data.kind == "proxy_study") return {"Done", "good", counted(data.proxy_study.pieces.size(), "piece", "pieces")};
   if (data.kind == "papers") return {data.status == "passed" ? "Passed" : "Not passed", data.status == "passed" ? "good" : "bad", data.message};
+  if (data.kind == "proxy_fit") return {data.proxy.improved ? "Improved" : "Start kept", data.proxy.improved ? "good" : "fair", data.message};
   if (data.kind == "regression") {
     return {data.status == "passed" ? "Passed" : data.status == "nothing_judged" ? "Nothing could be judged" : "Not passed",
             data.status == "passed" ? "good" : "bad", data.message};

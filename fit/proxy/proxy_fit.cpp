@@ -67,10 +67,11 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
     throw InputError("target", "has more partials than the bank's shapes", std::to_string(model.n_partials()), "fewer partials");
   RayleighDamping damping{target.rayleigh_mass_per_s, target.rayleigh_stiffness_s};
   if (!(damping.mass_per_s + damping.stiffness_s > 0.0)) damping = model.measured_damping(start);
-  // A model's own amplitudes hold for the proxy of its own mass; a recording's level is arbitrary.
-  const double gain = target.radiation ? 1.0 : target.voice[0].amplitude / model.voice(start, damping)[0].amplitude;
+  // A model's own amplitudes hold for the proxy of its own mass; a recording's level is arbitrary, so both are equally loud.
+  const Voice unit = model.voice(start, damping);
+  const double gain = target.radiation ? 1.0 : target.moments ? target.voice[0].amplitude / unit[0].amplitude : sound.equal_loudness_gain(unit);
   result.start = parameters(bank, start, damping, gain);
-  result.start_voice = with_gain(model.voice(start, damping), gain);
+  result.start_voice = with_gain(unit, gain);
   result.before = sound.errors(result.start_voice);
 
   const ProxySearchResult found = search_proxy(model, sound, damping, gain, result.before, options.search, monitor);

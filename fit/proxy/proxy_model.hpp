@@ -15,8 +15,8 @@ struct ProxyPoint {
   double ln_scale = 0.0;     ///< of |axes| in metres
   /// Damping's mass and stiffness: 0 the start's, 1 the one of the best fit to the target's decays, else in proportion.
   double refitted_mass = 0.0, refitted_stiffness = 0.0;
-  /// Level: -1 to 1 times the start's difference of loudness away from equal loudness; empty: the start's gain, as far as that allows.
-  std::optional<double> level = 0.0;
+  /// Level: -1 to 1 times the start's difference of loudness away from equal loudness; empty: the best of a few.
+  std::optional<double> level;
 };
 
 /// Rayleigh's two: decay = (mass + stiffness omega^2) / 2.

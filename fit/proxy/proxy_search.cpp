@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kRefined = 12;         // minima of the grid that Ceres refines
 constexpr double kPenalty = 4.0;     // of ln(measure) against ln(cents)
+constexpr double kHard = 0.6;        // of the start's cents
 constexpr std::size_t kParents = 8;  // of each kind
 
 class Search {
@@ -85,8 +86,8 @@ std::vector<Search::Guess> Search::scan() const {
         double mean = 0.0;
         for (const double ratio : ratios) mean += ratio / static_cast<double>(ratios.size());
         for (int kind = 0; kind < n_kinds; ++kind) {
-          Guess guess{{s, t, mean, 1.0, 1.0, 0.0}, HUGE_VAL};
-          if (kind == 1) guess.point = {s, t, mean, 0.0, 0.0, {}};  // what sounds longest and loudest stays as it is
+          Guess guess{{s, t, mean, 1.0, 1.0, {}}, HUGE_VAL};
+          if (kind == 1) guess.point.refitted_mass = guess.point.refitted_stiffness = 0.0;  // what sounds longest and loudest stays as it is
           if (kind > 0 && !ratios.empty()) {
             const double aligned = ratios[static_cast<std::size_t>((kind - 1) / 2)];
             guess.point.ln_scale = kind % 2 == 1 ? aligned : 0.5 * (aligned + mean);
@@ -112,11 +113,18 @@ std::vector<Search::Guess> Search::scan() const {
   parallel_for(fine.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       fine[k].point = refined(minima[k / 2].point, k % 2 == 1);
-      if (k % 2 == 1) fine[k].point.refitted_mass = fine[k].point.refitted_stiffness = 0.0, fine[k].point.level.reset();
+      if (k % 2 == 1) fine[k].point.refitted_mass = fine[k].point.refitted_stiffness = 0.0;
       fine[k].cents = model_.rms_cents(fine[k].point);
     }
   });
   guesses = fine;
+  const auto add = [&](const Guess& guess) {
+    if (!(guess.cents < before_.partial_rms_cents)) return;
+    guesses.push_back(guess);
+    // Kept damping and the best fit to all: each has bodies where only it is admissible.
+    guesses.push_back(guess);
+    for (double* refitted : {&guesses.back().point.refitted_mass, &guesses.back().point.refitted_stiffness}) *refitted = 1.0 - *refitted;
+  };
   for (int kind = 0; kind < n_kinds; ++kind)
     for (int a = 0; a < parts; ++a)
       for (int b = 0; b < parts; ++b) {
@@ -124,12 +132,19 @@ std::vector<Search::Guess> Search::scan() const {
         for (int i = a * n / parts; i < (a + 1) * n / parts; ++i)
           for (int j = b * n / parts; j < (b + 1) * n / parts; ++j)
             if (at(i, j, kind).cents < best.cents) best = at(i, j, kind);
-        guesses.push_back(best);
+        add(best);
       }
   std::erase_if(guesses, [&](const Guess& g) { return !(g.cents < before_.partial_rms_cents); });
   std::stable_sort(guesses.begin(), guesses.end(), by_cents);
-  if (guesses.size() > static_cast<std::size_t>(options_.n_scan)) guesses.resize(static_cast<std::size_t>(options_.n_scan));
-  return guesses;
+  const std::size_t n_scan = std::min(guesses.size(), static_cast<std::size_t>(options_.n_scan));
+  // All the way up to the start's cents, the lowest ones more densely.
+  std::vector<Guess> chosen;
+  for (std::size_t k = 0; k < n_scan; ++k) {
+    const double x = static_cast<double>(k) / static_cast<double>(n_scan);
+    const auto rank = static_cast<std::size_t>(x * x * static_cast<double>(guesses.size()));
+    chosen.push_back(guesses[std::max(rank, k)]);
+  }
+  return chosen;
 }
 
 void Search::hear(const std::vector<Guess>& guesses) {
@@ -161,14 +176,25 @@ void Search::hear(const std::vector<Guess>& guesses) {
 std::vector<Search::Guess> Search::children(int generation) const {
   std::vector<std::size_t> order(heard_.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const double progress = std::min(1.0, static_cast<double>(generation) / std::max(options_.n_generations, 1));
+  // Of each kind the best that lie apart: the admissible ones are islands, and one valley must not take all places.
+  const double apart = 0.08 * std::pow(0.1, progress);
   std::vector<std::size_t> parents;
   const auto take = [&](const auto& worth) {
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return worth(heard_[a]) < worth(heard_[b]); });
-    parents.insert(parents.end(), order.begin(), order.begin() + static_cast<std::ptrdiff_t>(std::min(kParents, order.size())));
+    const std::size_t first = parents.size();
+    for (std::size_t k = 0; k < order.size() && parents.size() < first + kParents; ++k) {
+      const ProxyPoint& p = heard_[order[k]].point;
+      const bool alone = std::none_of(parents.begin() + static_cast<std::ptrdiff_t>(first), parents.end(), [&](std::size_t other) {
+        const ProxyPoint& q = heard_[other].point;
+        return std::hypot(p.s - q.s, p.t - q.t) < apart && std::abs(p.ln_scale - q.ln_scale) < apart;
+      });
+      if (alone) parents.push_back(order[k]);
+    }
   };
   take([](const ProxyCandidate& c) { return std::log(c.cents) + kPenalty * c.level.excess; });
+  take([](const ProxyCandidate& c) { return 0.1 * std::log(c.cents) + c.level.excess; });
   take([](const ProxyCandidate& c) { return c.admissible() ? std::log(c.cents) : HUGE_VAL; });
-  const double progress = static_cast<double>(generation) / std::max(options_.n_generations, 1);
   RandomStream random(options_.seed, static_cast<std::uint64_t>(generation));
   std::vector<Guess> guesses;
   const int n_tries = 200 * options_.n_children;
@@ -192,7 +218,11 @@ std::vector<Search::Guess> Search::children(int generation) const {
     };
     shaken(child.point.refitted_mass, 0.3, -0.5, 1.5);
     shaken(child.point.refitted_stiffness, 0.3, -0.5, 1.5);
-    shaken(*child.point.level, 0.3, -1.0, 1.0);
+    if (random.uniform() < 0.2) {
+      child.point.level.reset();
+    } else {
+      shaken(*child.point.level, 0.3, -1.0, 1.0);
+    }
     child.cents = model_.rms_cents(child.point);
     if (child.cents < limit_cents()) guesses.push_back(child);
   }
@@ -208,9 +238,11 @@ ProxySearchResult Search::run() {
     monitor_.progress("proxy fit", 0.3 * static_cast<double>(begin) / static_cast<double>(guesses.size()));
     hear({guesses.begin() + static_cast<std::ptrdiff_t>(begin), guesses.begin() + static_cast<std::ptrdiff_t>(std::min(begin + batch, guesses.size()))});
   }
-  for (int generation = 0; generation < options_.n_generations && !heard_.empty(); ++generation) {
+  // Bodies with few admissible proxies get more.
+  const auto n_generations = [&] { return options_.n_generations * (limit_cents() > kHard * before_.partial_rms_cents ? 3 : 1); };
+  for (int generation = 0; generation < n_generations() && !heard_.empty(); ++generation) {
     monitor_.throw_if_stopped();
-    monitor_.progress("proxy fit", 0.3 + 0.7 * static_cast<double>(generation) / options_.n_generations);
+    monitor_.progress("proxy fit", 0.3 + 0.7 * static_cast<double>(generation) / n_generations());
     hear(children(generation));
   }
   if (result_.best) result_.least_cents = std::min(result_.least_cents, result_.best->cents);

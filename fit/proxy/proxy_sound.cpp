@@ -138,34 +138,54 @@ ProxyErrors TargetSound::errors(const Voice& proxy) const {
   return errors;
 }
 
+double TargetSound::equal_loudness_gain(const Voice& proxy) const {
+  const audio::BandEnergies energies = audio::band_energies(voice_sound(proxy, duration_s_, sample_rate_hz_), options_.band);
+  if (!(energies.a_weighted > 0.0)) throw InputError("proxy", "silent in the band that is compared");
+  return std::sqrt(energies_.a_weighted / energies.a_weighted);
+}
+
 TargetSound::Level TargetSound::at_level(const Voice& proxy, const ProxyErrors& before, std::optional<double> level, double start_gain) const {
   constexpr double kHopeless = 0.2;  // ln: the frames alone are a fifth worse
   Level result;
   result.excess = HUGE_VAL;
   const double unit_db = 0.999 * before.loudness_difference_db;
-  const auto set_gain = [&](double equal) {
-    const double own = unit_db > 0.0 ? 20.0 * std::log10(start_gain / equal) / unit_db : 0.0;
-    result.level = std::clamp(level.value_or(own), -1.0, 1.0);
+  const auto set_gain = [&](double equal, double at) {
+    result.level = std::clamp(at, -1.0, 1.0);
     result.gain = equal * std::pow(10.0, result.level * unit_db / 20.0);
   };
   const double rough = rough_a_weighted(proxy, options_.band);
   if (!(rough > 0.0)) return result;
   const audio::Signal sound = voice_sound(proxy, duration_s_, sample_rate_hz_);
   const audio::FramePowers frames = audio::frame_powers(sound, options_.band, options_);
-  set_gain(std::sqrt(rough_energy_ / rough));
-  ProxyErrors errors = partial_errors(proxy);
-  add_frames(frames, result.gain, errors);
-  result.errors = errors;
-  result.excess = excess(errors, before);
+  const ProxyErrors partials = partial_errors(proxy);
+  const double rough_equal = std::sqrt(rough_energy_ / rough);
+  const double own = unit_db > 0.0 ? 20.0 * std::log10(start_gain / rough_equal) / unit_db : 0.0;
+  const std::vector<double> levels = level ? std::vector<double>{*level} : std::vector<double>{0.0, own, -0.5, 0.5};
+  for (const double at : levels) {
+    ProxyErrors errors = partials;
+    set_gain(rough_equal, at);
+    add_frames(frames, result.gain, errors);
+    const double worse = excess(errors, before);
+    if (!(worse < result.excess)) continue;
+    result.excess = worse;
+    result.errors = errors;
+  }
   result.rough = result.excess > kHopeless;
   if (result.rough) return result;
   const audio::BandEnergies energies = audio::band_energies(sound, options_.band);
-  set_gain(std::sqrt(energies_.a_weighted / energies.a_weighted));
-  add_frames(frames, result.gain, errors);
-  add_energies(energies, result.gain, errors);
-  result.errors = errors;
-  result.excess = excess(errors, before);
-  return result;
+  const double equal = std::sqrt(energies_.a_weighted / energies.a_weighted);
+  Level best;
+  best.excess = HUGE_VAL;
+  for (const double at : levels) {
+    result.errors = partials;
+    set_gain(equal, at);
+    add_frames(frames, result.gain, result.errors);
+    add_energies(energies, result.gain, result.errors);
+    result.excess = excess(result.errors, before);
+    if (result.excess < best.excess) best = result;
+    if (best.excess == 0.0) break;
+  }
+  return best;
 }
 
 }  // namespace klang::fit

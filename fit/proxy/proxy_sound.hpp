@@ -45,7 +45,10 @@ class TargetSound {
   TargetSound(Voice target, int n_partials, double duration_s, double sample_rate_hz);
 
   ProxyErrors errors(const Voice& proxy) const;
-  /// A proxy at a level beside `before`, whose difference of loudness is the unit of the level (ProxyPoint); never outside -1 to 1 of them.
+  /// That makes the A-weighted energies equal. @throws InputError where the proxy is silent in the band
+  double equal_loudness_gain(const Voice& proxy) const;
+  /// A proxy at a level beside `before`, whose difference of loudness is the unit of the level: never outside -1 to 1 of them.
+  /// @param level  empty: the best of equal loudness, the start's gain and half a unit to either side
   struct Level {
     double gain = 1.0;
     double level = 0.0;

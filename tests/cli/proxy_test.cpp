@@ -53,16 +53,37 @@ TEST(KlangProxy, FitTellsErrorsBeforeAndAfter) {
   ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
   ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
                       "--count 8 -o box.vtu", scratch.path()).exit_code, 0);
-  const auto run = run_klang("proxy fit a.bank box.vtu -o out --duration-s 0.2", scratch.path());
+  const auto run = run_klang("proxy fit a.bank box.vtu -o out --duration-s 0.1 --generations 1", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json fit = json_of(scratch, "out/fit.json");
   for (const char* key : {"partial_rms_cents", "log_spectral_distance_db", "loudness_difference_db"})
     EXPECT_LE(fit["after"][key].get<double>(), fit["before"][key].get<double>() * (1.0 + 1e-9) + 1e-9) << key;
   EXPECT_EQ(fit["parameters"].size(), 6U);
   EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/after.wav"));
+  EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/report.html"));
+  EXPECT_FALSE(fit["radiation"].get<bool>());
   ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.3,density_kg_m3=2600 "
                       "--count 3 -o other.vtu", scratch.path()).exit_code, 0);
   expect_refused(scratch, "proxy fit a.bank other.vtu -o out2", "another Poisson's ratio");
+}
+
+// A box struck at a corner, heard as a recording: the level is arbitrary, the damping unknown.
+TEST(KlangProxy, RecordingIsFittedWithoutItsModel) {
+  const Scratch scratch;
+  ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
+                      "--count 8 --no-mesh-error -o box.vtu", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("synth box.vtu -o box.wav --strike time_s=0.05,x_m=0.08,y_m=0.065,z_m=0.05,fx_n_s=0.02,fy_n_s=0.03,fz_n_s=0.05,contact_s=1e-5 "
+                      "--rayleigh-mass-per-s 10 --rayleigh-stiffness-s 1e-8 --duration-s 0.6 --quiet", scratch.path()).exit_code, 0);
+  const auto run = run_klang("proxy fit a.bank box.wav -o out --duration-s 0.1 --generations 1", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json fit = json_of(scratch, "out/fit.json");
+  EXPECT_EQ(fit["target_kind"], "recording");
+  EXPECT_LE(fit["before"]["loudness_difference_db"].get<double>(), 1e-9);
+  for (const auto& [key, value] : fit["before"].items()) EXPECT_LE(fit["after"][key].get<double>(), value.get<double>() * (1.0 + 1e-9) + 1e-9) << key;
+  EXPECT_LE(std::abs(fit["partials"][0]["before_hz"].get<double>() / fit["partials"][0]["target_hz"].get<double>() - 1.0), 1e-9);
+  EXPECT_LE(std::abs(fit["start"]["rayleigh_mass_per_s"].get<double>() - 10.0), 3.0);
+  expect_refused(scratch, "proxy fit a.bank box.wav --transfer box.vtu -o out2", "not of a recording");
 }
 
 TEST(KlangProxy, BadInputIsRefused) {

@@ -87,10 +87,10 @@ TEST(ProxyFit, OfThreeBoxesNoMeasureIsWorseAndThePartialsAreNearer) {
     const modal::EigenResult modes = modal::solve_modes(box, solid::assemble(box), test::glass(), {}, eigen);
     ASSERT_TRUE(modes.usable()) << modes.message;
     fit::ProxyFitOptions options;
-    options.duration_s = 0.2;
+    options.duration_s = 0.1;
     options.n_partials = 8;
-    options.search.n_scan = 96;
-    options.search.n_generations = 4;
+    options.search.n_scan = 200;
+    options.search.n_generations = 3;
     const fit::ProxyFitResult result = fit::fit_proxy(test::small_bank(), fit::target_of_model(modes.model, 10.0, 1e-7), options);
     SCOPED_TRACE(edges[0]);
     EXPECT_TRUE(fit::no_worse(result.after, result.before));

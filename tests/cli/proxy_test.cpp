@@ -51,7 +51,7 @@ TEST(KlangProxy, BuiltBankTellsItsErrorAndFindsTheProxy) {
 TEST(KlangProxy, FitTellsErrorsBeforeAndAfter) {
   const Scratch scratch;
   ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
-  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 --no-mesh-error --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
                       "--count 8 -o box.vtu", scratch.path()).exit_code, 0);
   const auto run = run_klang("proxy fit a.bank box.vtu -o out --duration-s 0.1 --generations 1", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -62,7 +62,7 @@ TEST(KlangProxy, FitTellsErrorsBeforeAndAfter) {
   EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/after.wav"));
   EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/report.html"));
   EXPECT_FALSE(fit["radiation"].get<bool>());
-  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.3,density_kg_m3=2600 "
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 --no-mesh-error --material youngs_modulus_pa=6.2e10,poissons_ratio=0.3,density_kg_m3=2600 "
                       "--count 3 -o other.vtu", scratch.path()).exit_code, 0);
   expect_refused(scratch, "proxy fit a.bank other.vtu -o out2", "another Poisson's ratio");
 }
@@ -72,7 +72,7 @@ TEST(KlangProxy, RecordingIsFittedWithoutItsModel) {
   const Scratch scratch;
   ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
   ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
-                      "--count 8 --no-mesh-error -o box.vtu", scratch.path()).exit_code, 0);
+                      "--count 8 -o box.vtu", scratch.path()).exit_code, 0);
   ASSERT_EQ(run_klang("synth box.vtu -o box.wav --strike time_s=0.05,x_m=0.08,y_m=0.065,z_m=0.05,fx_n_s=0.02,fy_n_s=0.03,fz_n_s=0.05,contact_s=1e-5 "
                       "--rayleigh-mass-per-s 10 --rayleigh-stiffness-s 1e-8 --duration-s 0.6 --quiet", scratch.path()).exit_code, 0);
   const auto run = run_klang("proxy fit a.bank box.wav -o out --duration-s 0.1 --generations 1", scratch.path());

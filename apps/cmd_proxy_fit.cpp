@@ -73,6 +73,7 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   if (result.start_clamped) warn("the body is thinner than the bank's thinnest shape, 1:" + to_text(1.0 / bank.thinnest) + ": the start lies on the border");
   nlohmann::json json = result_header("proxy_fit", "done", common,
                                       {{"partials", o.fit.n_partials},
+                                       {"highest_hz", o.fit.highest_hz},
                                        {"duration_s", o.fit.duration_s},
                                        {"sample_rate_hz", o.fit.sample_rate_hz},
                                        {"rayleigh_mass_per_s", o.rayleigh_mass_per_s},
@@ -93,7 +94,7 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   json["n_candidates"] = result.n_candidates;
   json["n_refused"] = result.n_refused;
   json["least_partial_rms_cents"] = result.least_cents;
-  json["n_fitted"] = std::min({result.target.size(), result.start_voice.size(), static_cast<std::size_t>(o.fit.n_partials)});
+  json["n_fitted"] = result.n_partials;
   static constexpr std::array<const char*, 5> kOthers{"log_spectral_distance_db", "mel_distance_db", "third_octave_db", "loudness_difference_db", "decay_rms_percent"};
   for (std::size_t i = 0; i < kOthers.size(); ++i) json["n_worse"][kOthers[i]] = result.n_worse[i];
   const auto add = [&](const char* name, double start, double value) { json["parameters"].push_back({{"name", name}, {"start", start}, {"value", value}}); };
@@ -139,7 +140,8 @@ Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
   app->add_option("target", options->target, "Modal model (.vtu, from klang modes -o) or a recording")->required();
   app->add_option("--transfer", options->transfer, "Of a modal model, from klang transfer: compare the sound far away, radiation included");
   app->add_option("-o,--output", options->output, "Folder for fit.json, report.html and the three sounds")->required();
-  app->add_option("--partials", options->fit.n_partials, "First partials that are fitted and compared")->capture_default_str();
+  app->add_option("--partials", options->fit.n_partials, "First partials that are fitted and compared, at most")->capture_default_str();
+  app->add_option("--highest-hz", options->fit.highest_hz, "Partials above it are not fitted nor compared (three always are)")->capture_default_str();
   app->add_option("--generations", options->fit.search.n_generations, "Of the search around the best: more are slower and may find a better one")->capture_default_str();
   app->add_option("--duration-s", options->fit.duration_s, "Length of the sounds that are compared")->capture_default_str();
   app->add_option("--rayleigh-mass-per-s", options->rayleigh_mass_per_s, "Damping of a model: mass coefficient")->capture_default_str();

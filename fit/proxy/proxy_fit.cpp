@@ -35,10 +35,17 @@ ProxyParameters parameters(const soundbank::Soundbank& bank, const ProxyPoint& p
   return {soundbank::unit_axes(shape_of_square(bank, p.s, p.t)), std::exp(p.ln_scale), damping.mass_per_s, damping.stiffness_s, gain};
 }
 
+/// Of the first partials those that can be heard, but three: two shape numbers and a scale want as many.
+int audible_partials(const Voice& voice, const ProxyFitOptions& options) {
+  const auto n = std::count_if(voice.begin(), voice.end(), [&](const VoicePartial& p) { return p.frequency_hz <= options.highest_hz; });
+  return std::clamp(static_cast<int>(n), 3, options.n_partials);
+}
+
 }  // namespace
 
 void ProxyFitOptions::validate() const {
   if (n_partials < 3 || n_partials > 40) throw InputError("proxy fit", "n_partials", std::to_string(n_partials), "3 to 40");
+  checked("proxy fit", "highest_hz", highest_hz, 100.0, 1e6);
   checked("proxy fit", "duration_s", duration_s, 0.05, 20.0);
   checked("proxy fit", "sample_rate_hz", sample_rate_hz, 8000.0, 192000.0);
   search.validate();
@@ -50,9 +57,10 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
   if (!(target.voice[0].frequency_hz < 0.4 * options.sample_rate_hz))
     throw InputError("target", "its lowest partial cannot be heard at this sample rate", klang::to_text(target.voice[0].frequency_hz) + " Hz",
                      "below " + klang::to_text(0.4 * options.sample_rate_hz) + " Hz");
-  const ProxyModel model(bank, target, options.n_partials);
-  const TargetSound sound(target.voice, options.n_partials, options.duration_s, options.sample_rate_hz);
   ProxyFitResult result;
+  result.n_partials = audible_partials(target.voice, options);
+  const ProxyModel model(bank, target, result.n_partials);
+  const TargetSound sound(target.voice, result.n_partials, options.duration_s, options.sample_rate_hz);
   result.target = target.voice;
 
   ProxyPoint start;

@@ -9,7 +9,8 @@
 namespace klang::fit {
 
 struct ProxyFitOptions {
-  int n_partials = 10;            ///< first partials that are fitted and compared, 3 to 40
+  int n_partials = 10;            ///< first partials that are fitted and compared at most, 3 to 40
+  double highest_hz = 20000.0;    ///< partials above it cannot be heard and are not fitted (three always are), 100 to 1e6
   double duration_s = 1.0;        ///< of the sounds that are compared, 0.05 to 20
   double sample_rate_hz = 48000;  ///< 8000 to 192000
   ProxySearchOptions search;
@@ -25,6 +26,7 @@ enum class ProxyFitStatus { kNotRun, kImproved, kKept };
 struct ProxyFitResult {
   ProxyFitStatus status = ProxyFitStatus::kNotRun;
   std::string message;
+  int n_partials = 0;             ///< that were fitted and compared
   ProxyErrors before, after;
   double least_cents = 0.0;  ///< least error of the partials, whatever it costs in the other measures
   ProxyParameters start, fitted;

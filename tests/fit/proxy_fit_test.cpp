@@ -101,6 +101,21 @@ TEST(ProxyFit, OfThreeBoxesNoMeasureIsWorseAndThePartialsAreNearer) {
   }
 }
 
+TEST(ProxyFit, PartialsThatCannotBeHeardDoNotCountButThreeAlwaysDo) {
+  fit::ProxyTarget target = ellipsoid_target(soundbank::unit_axes({-0.3, -0.1}), 0.13, 8);
+  fit::ProxyFitOptions options;
+  options.duration_s = 0.05;
+  options.search.n_scan = 16;
+  options.search.n_generations = 0;
+  options.highest_hz = 0.5 * (target.voice[4].frequency_hz + target.voice[5].frequency_hz);
+  const fit::ProxyFitResult found = fit::fit_proxy(test::small_bank(), target, options);
+  EXPECT_EQ(found.n_partials, 5);
+  target.voice[6].frequency_hz *= 1.05;
+  EXPECT_EQ(fit::fit_proxy(test::small_bank(), target, options).before.partial_rms_cents, found.before.partial_rms_cents);
+  options.highest_hz = 100.0;
+  EXPECT_EQ(fit::fit_proxy(test::small_bank(), target, options).n_partials, 3);
+}
+
 TEST(ProxyFit, SameBitsOnAnyNumberOfThreads) {
   fit::ProxyTarget target = ellipsoid_target(soundbank::unit_axes({-0.3, -0.1}), 0.13, 8);
   target.moments = Eigen::Vector3d(2.0, 1.7, 1.4);

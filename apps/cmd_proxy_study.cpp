@@ -21,6 +21,7 @@ struct ProxyStudyCommand {
   bool shards_only = false;
   double youngs_modulus_pa = 6.2e10, poissons_ratio = 0.2, density_kg_m3 = 2600.0;  // glass of SB Table 1
   validate::DebrisStudyOptions study;
+  std::string contact = "normal";
 };
 
 nlohmann::json options_json(const ProxyStudyCommand& o) {
@@ -39,6 +40,7 @@ nlohmann::json options_json(const ProxyStudyCommand& o) {
           {"rayleigh_stiffness_s", s.rayleigh_stiffness_s},
           {"impulse_n_s", s.impulse_n_s},
           {"contact_duration_s", s.contact_duration_s},
+          {"contact", o.contact},
           {"friction_deg", s.friction_deg},
           {"listener_m", s.listener_m},
           {"duration_s", s.duration_s},
@@ -97,7 +99,7 @@ nlohmann::json timings_json(const validate::DebrisStudyResult& result) {
   }
   for (const validate::DebrisThreshold& t : result.thresholds)
     json["thresholds"].push_back({{"threshold_hz", t.threshold_hz}, {"direct_s", t.direct_s}, {"with_proxies_s", t.with_proxies_s}});
-  json.update({{"direct_stages", to_json(direct)}, {"proxy_stages", to_json(proxy)}, {"direct_s", result.direct_s}, {"proxy_s", result.proxy_s},
+  json.update({{"direct_stages", to_json(direct)}, {"proxy_stages", to_json(proxy)}, {"preparation_s", result.preparation_s}, {"direct_s", result.direct_s}, {"proxy_s", result.proxy_s},
                {"proxy_without_lowest_s", result.proxy_without_lowest_s}, {"speedup", result.direct_s / result.proxy_s},
                {"speedup_without_lowest", result.direct_s / result.proxy_without_lowest_s}});
   return json;
@@ -136,6 +138,7 @@ int run_proxy_study(ProxyStudyCommand o, const CommonOptions& common) {
     study.debris.box_m.setZero();
     study.debris.plate_thicknesses_m.clear();
   }
+  study.contact = o.contact == "normal" ? validate::ProxyContact::kNormal : validate::ProxyContact::kPlace;
   study.debris.seed = common.seed;
   study.material = solid::from_youngs_modulus(o.youngs_modulus_pa, o.poissons_ratio, o.density_kg_m3);
   study.validate();
@@ -186,6 +189,8 @@ Subcommand add_proxy_study(CLI::App& group, CommonOptions& common) {
   app->add_option("--density-kg-m3", options->density_kg_m3, "Of the pieces; must be the bank's")->capture_default_str();
   app->add_option("--rayleigh-mass-per-s", study.rayleigh_mass_per_s, "Damping: mass coefficient")->capture_default_str();
   app->add_option("--rayleigh-stiffness-s", study.rayleigh_stiffness_s, "Damping: stiffness coefficient")->capture_default_str();
+  app->add_option("--contact", options->contact, "Where a blow meets the proxy: normal (where its normal opposes the force) or place (where the body is hit)")
+      ->check(CLI::IsMember({"normal", "place"}))->capture_default_str();
   app->add_option("--friction-deg", study.friction_deg, "Largest angle of a strike's force to the normal")->capture_default_str();
   app->add_option("--listener-m", study.listener_m, "Distance of the listener from each piece")->capture_default_str();
   app->add_option("--duration-s", study.duration_s, "Length of each piece's sound")->capture_default_str();

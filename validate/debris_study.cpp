@@ -125,6 +125,8 @@ class Study {
   DebrisStudyResult run(const std::vector<datasets::DebrisPiece>& pieces);
 
  private:
+  /// What the bank needs once, before the first proxy: the polynomials of its shapes. @return processor time [s]
+  double prepare() const;
   Heard direct(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result);
   Heard proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result);
   void curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>& direct, const std::vector<Eigen::VectorXd>& by_proxy) const;
@@ -187,6 +189,16 @@ Heard Study::direct(const datasets::DebrisPiece& piece, const Blow& blow, Debris
   return heard;
 }
 
+double Study::prepare() const {
+  double spent_s = 0.0;
+  {
+    const StageClock clock(spent_s);
+    const soundbank::EllipsoidModes modes = soundbank::cell_modes(bank_, 0, 1.0);
+    if (!modes.shape_at(bank_.cells.front().modes.front().id, Eigen::Vector3d::UnitX()).allFinite()) throw NumericalError("bank: shapes are not finite");
+  }
+  return spent_s;
+}
+
 Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result) {
   Heard heard;
   {
@@ -195,9 +207,11 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
   }
   soundbank::PrincipalFrame frame;
   soundbank::Proxy found;
+  mesh::MassProperties body;
   {
     const StageClock clock(result.proxy.retrieval_s);
-    frame = soundbank::principal_frame(mesh::mass_properties(piece.surface).inertia_m5);
+    body = mesh::mass_properties(piece.surface);
+    frame = soundbank::principal_frame(body.inertia_m5);
     found = finder_.find(frame.moments, result.lowest_hz, o_.material.shear_speed_m_s());
   }
   result.axes = found.axes;
@@ -214,13 +228,15 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
   {
     const StageClock clock(result.proxy.transfer_s);
     const soundbank::ClassFrequencies unitless = soundbank::interpolated_frequencies(bank_, found.place);
-    for (std::size_t i = 0; i < cell.modes.size(); ++i) {
+    const auto omega_of = [&](std::size_t i) {
       const soundbank::ModeId id = cell.modes[i].id;
-      const double w = unitless[static_cast<std::size_t>(id.mode_class)][id.index] * o_.material.shear_speed_m_s() / found.scale;
-      if (w > 2.0 * kPi * o_.highest_hz) continue;
-      kept.push_back(i);
-      omega.push_back(w);
-    }
+      return unitless[static_cast<std::size_t>(id.mode_class)][id.index] * o_.material.shear_speed_m_s() / found.scale;
+    };
+    for (std::size_t i = 0; i < cell.modes.size(); ++i)
+      if (omega_of(i) <= 2.0 * kPi * o_.highest_hz) kept.push_back(i);
+    // Between the cell's shape and the body's, classes cross.
+    std::stable_sort(kept.begin(), kept.end(), [&](std::size_t i, std::size_t j) { return omega_of(i) < omega_of(j); });
+    for (const std::size_t i : kept) omega.push_back(omega_of(i));
     acoustics::TransferModel transfer = soundbank::cell_transfer(bank_, found.cell, scale);
     std::vector<Eigen::Index> row(cell.modes.size(), -1);
     std::vector<acoustics::ModeTransfer> radiating;
@@ -240,7 +256,10 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
     ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
     const soundbank::EllipsoidModes modes = soundbank::cell_modes(bank_, found.cell, scale);
     const Eigen::Vector3d force = frame.rotation * blow.impulse_n_s;
-    const Eigen::Vector3d xi = soundbank::point_of_normal(modes.axes_m(), -force).cwiseQuotient(modes.axes_m());
+    const Eigen::Vector3d contact = o_.contact == ProxyContact::kNormal
+                                        ? soundbank::point_of_normal(modes.axes_m(), -force)
+                                        : soundbank::point_of_place(modes.axes_m(), frame.rotation * (blow.at_m - body.centre_m), frame.moments, body.volume_m3);
+    const Eigen::Vector3d xi = contact.cwiseQuotient(modes.axes_m());
     ringing.impulse.resize(static_cast<Eigen::Index>(kept.size()));
     for (std::size_t k = 0; k < kept.size(); ++k)
       ringing.impulse[static_cast<Eigen::Index>(k)] = modes.shape_at(cell.modes[kept[k]].id, xi).col(0).dot(force);
@@ -273,6 +292,8 @@ void Study::curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>&
     result.proxy_s += piece.proxy.total_s();
     result.proxy_without_lowest_s += piece.proxy.total_s() - piece.proxy.lowest_s;
   }
+  result.proxy_s += result.preparation_s;
+  result.proxy_without_lowest_s += result.preparation_s;
   std::sort(steps.begin(), steps.end());
   const std::size_t n = std::min<std::size_t>(static_cast<std::size_t>(o_.n_thresholds), steps.size());
   std::vector<const Eigen::VectorXd*> chosen;
@@ -288,6 +309,7 @@ void Study::curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>&
       chosen[i] = replaced ? &by_proxy[i] : &direct[i];
       row.with_proxies_s += replaced ? piece.proxy.total_s() : piece.direct.total_s() + piece.proxy.lowest_s;
       row.n_replaced += replaced ? 1 : 0;
+      if (replaced && row.n_replaced == 1) row.with_proxies_s += result.preparation_s;
       if (replaced && all_modes > 0.0) row.modes_replaced_percent += 100.0 * piece.n_modes / all_modes;
     }
     const audio::Signal mixed = mix(result, chosen);
@@ -304,6 +326,7 @@ void Study::curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>&
 DebrisStudyResult Study::run(const std::vector<datasets::DebrisPiece>& pieces) {
   if (pieces.empty()) throw InputError("debris", "no pieces");
   DebrisStudyResult result;
+  result.preparation_s = prepare();
   std::vector<Eigen::VectorXd> direct_sounds, proxy_sounds;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     monitor_.progress("debris", static_cast<double>(i) / static_cast<double>(pieces.size()));

@@ -13,23 +13,30 @@
 
 namespace klang::validate {
 
+/// Where a blow meets the proxy.
+enum class ProxyContact {
+  kNormal,  ///< where the ellipsoid's normal opposes the force, SB eqs. 23, 24
+  kPlace    ///< where the body is hit, soundbank::point_of_place
+};
+
 struct DebrisStudyOptions {
   datasets::DebrisOptions debris;               ///< its seed also draws strikes, listeners and onsets
   solid::Material material = solid::from_youngs_modulus(6.2e10, 0.2, 2600.0);  ///< glass of SB Table 1; must be the bank's
   double highest_hz = 20000.0;                  ///< modes up to here are heard, 1000 to 0.45 sample_rate_hz
-  double elements_per_wavelength = 6.0;         ///< quadratic elements to the shortest bending or shear wave, 2 to 20
+  double elements_per_wavelength = 6.0;         ///< quadratic elements to the shortest shear wave or thin plate's bending wave (in thick pieces real ones are up to a quarter shorter), 2 to 20
   int polynomial_degree = 6;                    ///< of the single-frequency calculation, modal::PolynomialModeOptions
   double rayleigh_mass_per_s = 10.0, rayleigh_stiffness_s = 1e-7;  ///< 0 to 1e4, 0 to 1e-4; decay = (mass + stiffness omega^2) / 2
   double impulse_n_s = 0.01;                    ///< 1e-6 to 100
   double contact_duration_s = 1e-5;             ///< standard deviation of the Gaussian pulse, 0 to 0.01
   double friction_deg = 20.0;                   ///< largest angle of a strike's force to the inward normal, 0 to 80
+  ProxyContact contact = ProxyContact::kNormal;
   double listener_m = 1.0;                      ///< from each piece's centre of mass, beyond the body, to 1000
   double duration_s = 1.0;                      ///< of each piece's sound, 0.05 to 10
   double mix_s = 1.0;                           ///< onsets of the mix are drawn from this time, 0 to 60
   double sample_rate_hz = 48000.0;              ///< 8000 to 192000
   int n_partials = 10;                          ///< first partials that are compared, 1 to 40
   int n_thresholds = 8;                         ///< of the curve, 2 to 100
-  int proxy_repeats = 5;                        ///< the proxy's way is walked so often and its times are the mean, 1 to 1000: one walk is too short to time
+  int proxy_repeats = 1;                        ///< the proxy's way is walked so often and its times are the mean, 1 to 1000: more are steadier, with warm caches
   void validate() const;                        ///< InputError
 };
 
@@ -79,13 +86,14 @@ struct DebrisStudyResult {
   std::vector<DebrisPieceResult> pieces;
   std::vector<DebrisThreshold> thresholds;  ///< ascending: from all replaced to none
   audio::Signal direct_mix, proxy_mix;      ///< Pa
+  double preparation_s = 0.0;  ///< of the bank, once; in both sums of the proxies. Reading and building the bank is in none
   double direct_s = 0.0, proxy_s = 0.0, proxy_without_lowest_s = 0.0;
 };
 
 /// Debris the direct way and by proxies, in one run. Direct: TetGen, finite elements, boundary elements with the options of `klang transfer`,
 /// multipoles at the listener. Proxy: lowest frequency from the surface, moments, nearest cell, its scaled multipoles at the listener.
 /// Both: sum_i |p_i(x)| omega_i q_i(t) (SB eq. 8) of a strike at a random place of the surface, its force within friction_deg of the inward
-/// normal; the proxy's contact by SB eqs. 23, 24, force and listener turned by R. Pieces one after the other; all but the
+/// normal; the proxy's contact by `contact`, force and listener turned by R. Pieces one after the other; all but the
 /// times are the same bits for the same options.
 /// @throws InputError for options, a bank without sound or of another material; NumericalError where a direct solution fails; Interrupted
 DebrisStudyResult debris_study(const soundbank::Soundbank& bank, const DebrisStudyOptions& options = {}, Monitor& monitor = silent_monitor());

@@ -107,7 +107,7 @@ class Comparison {
   /// A neighbour with a third of the amplitude or more takes part in it.
   bool runs_into_louder(const std::vector<fit::Partial>& others, const fit::Partial& p) const {
     return std::any_of(others.begin(), others.end(), [&](const fit::Partial& q) {
-      return &q != &p && together(p, q) && q.amplitude.value_or(0.0) > 0.3 * p.amplitude.value_or(0.0);
+      return &q != &p && together(p, q) && 3.0 * q.amplitude.value_or(0.0) > p.amplitude.value_or(0.0);
     });
   }
 
@@ -162,7 +162,7 @@ class Comparison {
                                           q.decay_std_per_s.value_or(0.0) / *p.decay_per_s);
       row.decay_change = *q.decay_per_s / *p.decay_per_s - 1.0;
       row.decay_tolerance = tolerance(options_.floor_decay, std_decay, known.decay_scatter);
-      const bool falls = *p.decay_per_s * std::min(reference_.duration_s, sound_.duration_s) >= kLeastFall;
+      const bool falls = std::max(*p.decay_per_s, *q.decay_per_s) * std::min(reference_.duration_s, sound_.duration_s) >= kLeastFall;
       add(name + ".decay", where + " keeps its decay [%]", 100.0 * *row.decay_change, 100.0 * *row.decay_tolerance,
           100.0 * std_decay, 100.0 * known.decay_scatter, 100.0 * options_.catch_decay, "%", row.note.empty() && !falls ? "rings far beyond the end of the sound" : row.note);
     }

@@ -66,7 +66,8 @@ struct Problem {
   Eigen::MatrixXd stiffness, mass, rigid;
 };
 
-/// With density 1 and mu = 1, lengths in units of the half extents h (that cancels in nothing: derivatives are divided by h).
+/// With density 1 and mu = 1, coordinates in units of the half extents h: derivatives are divided by h, the factor h_x h_y h_z of all
+/// integrals is left out of both matrices.
 Problem assemble_polynomials(const PowerTable& basis, const PowerTable& powers, const std::vector<double>& integral, const Eigen::Vector3d& h, double lambda_over_mu) {
   const auto n = static_cast<Eigen::Index>(basis.list.size());
   const auto value = [&](const Powers& p, const Powers& q, int dp, int dq) {  // int d_dp P d_dq Q; -1: no derivative
@@ -146,7 +147,7 @@ double lowest_elastic(const Problem& problem, double shift) {
     basis_mass.col(step) = mv / norm;
     v = factor.solve(basis_mass.col(step));
   }
-  return 1.0 / before - shift;
+  throw NumericalError("polynomial modes: the lowest frequency has not settled in " + std::to_string(kMaxSteps) + " steps");
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ struct PolynomialModeOptions {
 /// Source: Visscher, Migliori, Bell and Reinert 1991, J. Acoust. Soc. Am. 90, 2154-2162.
 /// @param surface  closed, straight triangles (mid-nodes are left out), normals outward
 /// @return frequency [Hz]
-/// @throws InputError for a surface whose volume is not positive
+/// @throws InputError for a surface whose volume is not positive; NumericalError where the iteration does not settle
 double lowest_frequency_hz(const mesh::SurfaceMesh& surface, const solid::Material& material, const PolynomialModeOptions& options = {});
 
 }  // namespace klang::modal

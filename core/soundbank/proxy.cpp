@@ -58,6 +58,19 @@ Eigen::Vector3d point_of_normal(const Eigen::Vector3d& axes, const Eigen::Vector
   return axes.cwiseProduct(stretched) / stretched.norm();
 }
 
+Eigen::Vector3d point_of_place(const Eigen::Vector3d& axes, const Eigen::Vector3d& r_m, const Eigen::Vector3d& moments, double volume_m3) {
+  // int x^2 dV = a^2 V / 5 for an ellipsoid, and half the sum of the other two moments less the own one for any body.
+  const Eigen::Vector3d semi = axes_of_moments(moments) * std::sqrt(2.5 * moments.sum() / volume_m3);
+  const Eigen::Vector3d xi = r_m.cwiseQuotient(semi.cwiseMax(1e-9 * semi.maxCoeff()));
+  const double length = xi.norm();
+  if (!(length > 0.0)) {
+    Eigen::Index longest = 0;
+    const double end = axes.maxCoeff(&longest);
+    return end * Eigen::Vector3d::Unit(longest);
+  }
+  return axes.cwiseProduct(xi) / length;
+}
+
 struct ProxyFinder::Tree {
   Points points;
   std::unique_ptr<KdTree> index;

@@ -26,6 +26,14 @@ PrincipalFrame principal_frame(const Eigen::Matrix3d& inertia);
 /// Closed form of SB eqs. 23, 24 (errata 44). The contact of a force f is at n = -f / |f|. n of any length but 0.
 Eigen::Vector3d point_of_normal(const Eigen::Vector3d& axes, const Eigen::Vector3d& normal);
 
+/// The same by the place of the contact instead of its force: r from the body's centre of mass, in the proxy's frame, divided by the
+/// semi-axes of the ellipsoid that has the body's volume's inertia, and pushed to the unit sphere. A blow on the middle of a face stays in the
+/// middle however its force leans; SB's point then lies near a thin ellipsoid's rim.
+/// @param moments   principal, of density 1 [m^5], largest first (PrincipalFrame of mesh::mass_properties)
+/// @param volume_m3 > 0
+/// @return on the ellipsoid of `axes`; its longest axis's end for r = 0
+Eigen::Vector3d point_of_place(const Eigen::Vector3d& axes, const Eigen::Vector3d& r_m, const Eigen::Vector3d& moments, double volume_m3);
+
 /// An ellipsoid that stands for a body.
 struct Proxy {
   Eigen::Vector3d axes;       ///< |axes| = 1; the body's are scale times these [m]

@@ -51,7 +51,10 @@ ProxyModel::ProxyModel(const soundbank::Soundbank& bank, const ProxyTarget& targ
   if (!(std::abs(ratio / bank.speed_ratio() - 1.0) <= kSameRatio))
     throw InputError("bank", "its sound is for another ratio of shear speed to sound speed, " + klang::to_text(bank.speed_ratio()), klang::to_text(ratio), "the same to 1 %");
   cells_ = std::make_unique<soundbank::ProxyFinder>(bank);
-  power_factor_ = target.radiation->medium.density_kg_m3 / bank.medium.density_kg_m3 * bank.material.density_kg_m3 / target.radiation->solid_density_kg_m3;
+  // At equal ka and unit modal velocity P = 1/2 rho c sigma int v^2 dS, with v^2 as 1 / density of the solid.
+  const acoustics::Medium& gas = target.radiation->medium;
+  power_factor_ = gas.density_kg_m3 * gas.sound_speed_m_s / (bank.medium.density_kg_m3 * bank.medium.sound_speed_m_s) *
+                  bank.material.density_kg_m3 / target.radiation->solid_density_kg_m3;
 }
 
 ProxyPoint ProxyModel::at_axes(const Eigen::Vector3d& axes) const {

@@ -59,6 +59,11 @@ TEST(KlangProxyStudy, CurveEndsAtTheDirectMixAndDoesNotDependOnThreads) {
   const nlohmann::json& timings = one["timings"];
   EXPECT_GT(timings["proxy_s"].get<double>(), 0.0);
   EXPECT_GT(timings["direct_s"].get<double>(), timings["proxy_s"].get<double>());
+  ASSERT_EQ(run_klang(kStudy + "-o place --contact place", scratch.path()).exit_code, 0);
+  const nlohmann::json place = json_of(scratch, "place/study.json");
+  EXPECT_EQ(place["provenance"]["options"]["contact"], "place");
+  EXPECT_EQ(place["pieces"][0]["errors"]["partial_rms_cents"], one["pieces"][0]["errors"]["partial_rms_cents"]);
+  EXPECT_NE(place["pieces"][0]["errors"]["loudness_difference_db"], one["pieces"][0]["errors"]["loudness_difference_db"]);
   for (const char* name : {"report.html", "study.csv", "direct.wav", "proxy.wav"}) EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out1" / name)) << name;
 }
 
@@ -69,6 +74,7 @@ TEST(KlangProxyStudy, BadInputIsRefused) {
   expect_refused(scratch, kStudy + "-o out --poissons-ratio 0.3", "another Poisson's ratio");
   expect_refused(scratch, "proxy study a.bank -o out --pieces 0", "--pieces");
   expect_refused(scratch, "proxy study a.bank -o out --thresholds 1", "n_thresholds");
+  expect_refused(scratch, "proxy study a.bank -o out --contact edge", "--contact");
   expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1,0.2", "slab_m");
   expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1", "--slab");
   expect_refused(scratch, "proxy study a.bank -o out --highest-hz 30000", "highest_hz");

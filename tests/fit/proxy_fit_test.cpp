@@ -156,6 +156,15 @@ TEST(ProxyModel, RadiationIsTheCellsScaled) {
     EXPECT_LE(std::abs(voice[k].amplitude / pressure - 1.0), 1e-6);
   }
   EXPECT_THROW(fit::ProxyModel(test::small_bank(), target, 4), InputError);  // a bank without sound
+  // Solid and gas both twice as fast: the same ka at twice the frequency, P = 1/2 rho c sigma int v^2 dS twice as large.
+  fit::ProxyTarget fast = target;
+  fast.shear_speed_m_s = 2.0 * bank.material.shear_speed_m_s();
+  fast.radiation->medium.sound_speed_m_s *= 2.0;
+  for (fit::VoicePartial& partial : fast.voice) partial.frequency_hz *= 2.0;
+  const fit::ProxyModel fast_model(bank, fast, 4);
+  const fit::Voice fast_voice = fast_model.voice(fast_model.at_axes(soundbank::unit_axes(cell.shape)), {8.0, 0.0});
+  for (std::size_t k = 0; k < voice.size(); ++k)
+    EXPECT_LE(std::abs((fast_voice[k].decay_per_s - 4.0) / (2.0 * (voice[k].decay_per_s - 4.0)) - 1.0), 1e-6);
   gas.sound_speed_m_s *= 1.05;
   target.radiation->medium = gas;
   EXPECT_THROW(fit::ProxyModel(bank, target, 4), InputError);

@@ -54,6 +54,20 @@ TEST(PointOfNormal, LiesOnTheEllipsoidWithThatNormalAndSolvesThePrintedSystem) {
   }
 }
 
+// A body that is an ellipsoid itself: places of its surface are the proxy's own, however large it is.
+TEST(PointOfPlace, OfAnEllipsoidIsThePlaceItself) {
+  const Eigen::Vector3d axes = Eigen::Vector3d(0.2, 0.5, 0.9).normalized(), body = 0.07 * axes;
+  const double volume = 4.0 / 3.0 * kPi * body.prod();
+  const Eigen::Array3d square = body.array().square();
+  const Eigen::Vector3d moments = volume / 5.0 * Eigen::Vector3d(square[1] + square[2], square[0] + square[2], square[0] + square[1]);
+  for (const Eigen::Vector3d& raw : {Eigen::Vector3d(1, -2, 0.5), Eigen::Vector3d(0.1, 0.1, -3), Eigen::Vector3d(-1, 1, 1)}) {
+    const Eigen::Vector3d xi = raw.normalized();
+    EXPECT_LE((sb::point_of_place(axes, body.cwiseProduct(xi), moments, volume) - axes.cwiseProduct(xi)).norm(), 1e-13);
+    EXPECT_LE((sb::point_of_place(axes, 0.3 * body.cwiseProduct(xi), moments, volume) - axes.cwiseProduct(xi)).norm(), 1e-13) << "pushed to the surface";
+  }
+  EXPECT_LE((sb::point_of_place(axes, Eigen::Vector3d::Zero(), moments, volume) - Eigen::Vector3d(0, 0, axes[2])).norm(), 1e-15);
+}
+
 TEST(ProxyFinder, NearestCellIsTheOneOfAFullSearch) {
   const sb::Soundbank& bank = test::small_bank();
   const sb::ProxyFinder finder(bank);

@@ -157,6 +157,9 @@ TEST(Regression, DecayThatHardlyFallsWithinTheSoundIsNotJudged) {
   EXPECT_NE(find(result, "partial-1.decay")->not_judged.find("beyond the end"), std::string::npos);
   EXPECT_TRUE(find(result, "partial-1.frequency")->passed);
   EXPECT_TRUE(find(result, "partial-2.decay")->passed);
+  RingingObject cracked = object;
+  cracked[0].decay_per_s = 5.0;
+  EXPECT_TRUE(failed(find(compare(make_reference({take_of(object, 1)}), take_of(cracked, 2)), "partial-1.decay")));
 }
 
 TEST(Regression, AnotherSampleRateLevelOnsetAndMoreNoisePass) {

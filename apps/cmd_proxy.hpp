@@ -1,5 +1,10 @@
 #pragma once
 #include "command.hpp"
+#include "core/base/json.hpp"
+
+namespace klang::fit {
+struct ProxyErrors;
+}
 
 namespace klang::apps {
 
@@ -9,5 +14,8 @@ Subcommand add_proxy_info(CLI::App& group, CommonOptions& common);
 Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common);
 Subcommand add_proxy_lookup(CLI::App& group, CommonOptions& common);
 Subcommand add_proxy_study(CLI::App& group, CommonOptions& common);
+
+/// The measures by their names, units in these.
+nlohmann::json proxy_errors_json(const fit::ProxyErrors& errors);
 
 }  // namespace klang::apps

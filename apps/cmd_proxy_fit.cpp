@@ -24,12 +24,6 @@ struct ProxyFitCommand {
   fit::ProxyFitOptions fit;
 };
 
-nlohmann::json to_json(const fit::ProxyErrors& e) {
-  return {{"partial_rms_cents", e.partial_rms_cents},       {"log_spectral_distance_db", e.log_spectral_distance_db},
-          {"mel_distance_db", e.mel_distance_db},           {"third_octave_db", e.third_octave_db},
-          {"loudness_difference_db", e.loudness_difference_db}, {"decay_rms_percent", e.decay_rms_percent}};
-}
-
 nlohmann::json to_json(const fit::ProxyParameters& p) {
   return {{"axes", {p.axes[0], p.axes[1], p.axes[2]}},
           {"scale_m", p.scale_m},
@@ -85,8 +79,8 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
                                    : "the recording's partials; the proxy's amplitudes 1 / omega, no radiation";
   json["target_kind"] = is_model ? "model" : "recording";
   json["loudness"] = "A-weighted energy (IEC 61672-1), absolute difference";
-  json["before"] = to_json(result.before);
-  json["after"] = to_json(result.after);
+  json["before"] = proxy_errors_json(result.before);
+  json["after"] = proxy_errors_json(result.after);
   json["start"] = to_json(result.start);
   json["fitted"] = to_json(result.fitted);
   json["improved"] = result.status == fit::ProxyFitStatus::kImproved;
@@ -124,7 +118,7 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   folder.commit();
   write_json(common, json);
   say(common, "%-28s %12s %12s\n", "", "before", "after");
-  const nlohmann::json before = to_json(result.before), after = to_json(result.after);
+  const nlohmann::json before = proxy_errors_json(result.before), after = proxy_errors_json(result.after);
   for (const auto& [name, value] : before.items()) say(common, "%-28s %12.4g %12.4g\n", name.c_str(), value.get<double>(), after[name].get<double>());
   if (!result.message.empty()) say(common, "%s\n", result.message.c_str());
   say(common, "report: %s\n", (std::filesystem::path(o.output) / "report.html").c_str());
@@ -132,6 +126,12 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
 }
 
 }  // namespace
+
+nlohmann::json proxy_errors_json(const fit::ProxyErrors& e) {
+  return {{"partial_rms_cents", e.partial_rms_cents},       {"log_spectral_distance_db", e.log_spectral_distance_db},
+          {"mel_distance_db", e.mel_distance_db},           {"third_octave_db", e.third_octave_db},
+          {"loudness_difference_db", e.loudness_difference_db}, {"decay_rms_percent", e.decay_rms_percent}};
+}
 
 Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
   auto options = std::make_shared<ProxyFitCommand>();

@@ -50,11 +50,6 @@ nlohmann::json options_json(const ProxyStudyCommand& o) {
           {"repeats", s.proxy_repeats}};
 }
 
-nlohmann::json to_json(const fit::ProxyErrors& e) {
-  return {{"partial_rms_cents", e.partial_rms_cents}, {"log_spectral_distance_db", e.log_spectral_distance_db}, {"mel_distance_db", e.mel_distance_db},
-          {"third_octave_db", e.third_octave_db}, {"loudness_difference_db", e.loudness_difference_db}};
-}
-
 nlohmann::json to_json(const validate::DebrisPieceResult& p) {
   return {{"name", p.name},
           {"volume_m3", p.volume_m3},
@@ -69,7 +64,7 @@ nlohmann::json to_json(const validate::DebrisPieceResult& p) {
           {"scale_m", p.scale_m},
           {"cell_distance", p.cell_distance},
           {"onset_s", p.onset_s},
-          {"errors", p.errors ? to_json(*p.errors) : nlohmann::json()}};
+          {"errors", p.errors ? proxy_errors_json(*p.errors) : nlohmann::json()}};
 }
 
 nlohmann::json to_json(const validate::DebrisThreshold& t) {

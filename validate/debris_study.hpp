@@ -29,7 +29,7 @@ struct DebrisStudyOptions {
   double impulse_n_s = 0.01;                    ///< 1e-6 to 100
   double contact_duration_s = 1e-5;             ///< standard deviation of the Gaussian pulse, 0 to 0.01
   double friction_deg = 20.0;                   ///< largest angle of a strike's force to the inward normal, 0 to 80
-  ProxyContact contact = ProxyContact::kNormal;
+  ProxyContact contact = ProxyContact::kNormal; ///< of the proxy
   double listener_m = 1.0;                      ///< from each piece's centre of mass, beyond the body, to 1000
   double duration_s = 1.0;                      ///< of each piece's sound, 0.05 to 10
   double mix_s = 1.0;                           ///< onsets of the mix are drawn from this time, 0 to 60

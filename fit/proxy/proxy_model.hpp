@@ -58,7 +58,7 @@ class ProxyModel {
   double speed_, ln_speed_;  // ln(c_s / 2 pi)
   ProxyFrequencies first_, all_;
   std::unique_ptr<const soundbank::ProxyFinder> cells_;  // with radiation
-  double power_factor_ = 1.0;                            // of the densities
+  double power_factor_ = 1.0;                            // of rho c of the gas and the solid's density
 };
 
 }  // namespace klang::fit

@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -15,7 +14,7 @@ struct ProxySearchOptions {
   int grid = 64;              ///< shapes along each side of the square, 10 to 512
   int parts = 24;             ///< the square is scanned by parts x parts parts, 1 to grid
   int n_scan = 800;           ///< candidates of the grid whose sound is heard, 16 to 100000
-  int n_generations = 8;     ///< of the search around the best, 0 to 1000; thrice as many while cents have not fallen by 40 %
+  int n_generations = 8;      ///< of the search around the best, 0 to 1000; thrice as many while cents have not fallen by 40 %
   int n_children = 48;        ///< heard in each, 4 to 1000
   std::uint64_t seed = 1;
   void validate() const;      ///< InputError

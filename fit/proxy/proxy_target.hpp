@@ -22,8 +22,8 @@ struct ProxyTarget {
   std::optional<Radiation> radiation;
 };
 
-/// A struck body on the average over all places of strike and microphone: mode k rings with amplitude 1 / (m omega_k), its mean square shape
-/// being 1 / m.
+/// A struck body on the average over all places of the body for strike and microphone: mode k rings with amplitude 1 / omega_k, since the
+/// mean square of a mass-normalised shape over the volume is 1 / m for every mode; relative to the lowest.
 ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass_per_s, double rayleigh_stiffness_s);
 /// The same as it sounds far away: amplitude [Pa] at 1 m, rms over directions, for unit modal velocity (a strike's mean square modal
 /// velocity is J^2 / m for every mode): sqrt(2 rho c P / (4 pi)) with the radiated power P; decay plus radiation. Modes up to the first that has

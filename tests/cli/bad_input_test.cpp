@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "expect_refused.hpp"
 #include "klang_process.hpp"
 
+using klang::test::expect_refused;
 using klang::test::run_klang;
 using klang::test::Scratch;
 using klang::test::wav_bytes;
@@ -21,17 +23,6 @@ std::vector<float> ringing(int n_frames, int n_channels, double rate_hz) {
     }
   }
   return samples;
-}
-
-/// Runs and expects exit code 2, one line that contains each of the words, and no new files.
-void expect_refused(const Scratch& scratch, const std::string& arguments, const std::vector<std::string>& words,
-                    const std::string& environment = {}) {
-  const auto before = scratch.files();
-  const auto result = run_klang(arguments, scratch.path(), environment);
-  EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
-  EXPECT_EQ(result.err_lines(), 1) << result.err;
-  for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
-  EXPECT_EQ(scratch.files(), before);
 }
 
 const std::string kTube = "modes --count 1 --shape tube --dims length_m=0.5,outer_radius_m=0.0125,wall_m=0.001 --json m.json ";

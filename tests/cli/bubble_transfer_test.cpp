@@ -12,9 +12,13 @@
 #include "../bubble/dual_domain/liquid_shapes.hpp"
 #include "../bubble/dual_domain/vtp_text.hpp"
 #include "core/base/conventions.hpp"
+#include "expect_refused.hpp"
+#include "json_file.hpp"
 #include "klang_process.hpp"
 
 using namespace klang;
+using klang::test::expect_refused;
+using klang::test::read_json;
 using klang::test::run_klang;
 using klang::test::Scratch;
 
@@ -28,20 +32,6 @@ void write_tank(const Scratch& scratch) {
   scratch.write("pts.csv", "x_m,y_m,z_m\n0.1,0.1,0.5\n0.6,0,0.2\n");
 }
 
-nlohmann::json json_of(const Scratch& scratch, const std::string& name) {
-  std::ifstream file(scratch.path() / name);
-  return nlohmann::json::parse(file);
-}
-
-void expect_refused(const Scratch& scratch, const std::string& arguments, const std::vector<std::string>& words) {
-  const auto before = scratch.files();
-  const auto result = run_klang(arguments, scratch.path());
-  EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
-  EXPECT_EQ(result.err_lines(), 1) << result.err;
-  for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
-  EXPECT_EQ(scratch.files(), before);
-}
-
 }  // namespace
 
 TEST(BubbleTransfer, BallIsHeardAsTheExactTwoWayField) {
@@ -51,7 +41,7 @@ TEST(BubbleTransfer, BallIsHeardAsTheExactTwoWayField) {
   const auto run = run_klang("bubble transfer --boundary ball.vtp --bubble 0,0,0 --frequency-hz 1500 --radius-m 0.002 --fluid-sources 60 "
                              "--air-sources 60 --points pts.csv --seed 1 --json t.json", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const nlohmann::json t = json_of(scratch, "t.json");
+  const nlohmann::json t = read_json(scratch.path() / "t.json");
   const test::Complex exact(-8.46648322272779e-05, 7.732643034122478e-05);  // reference/fluid.json: concentric_two_way_exact, S = 1
   const double strength = 4.0 * kPi * 1000.0 * std::pow(2.0 * kPi * 1500.0 * 0.002, 2);
   ASSERT_EQ(t["pressure"].size(), 2U);
@@ -68,7 +58,7 @@ TEST(BubbleTransfer, DefaultRadiusRingsAtTheFrequency) {
   scratch.write("pts.csv", "0.5,0,0\n");
   ASSERT_EQ(run_klang("bubble transfer --boundary ball.vtp --bubble 0,0,0 --frequency-hz 3286 --fluid-sources 10 --air-sources 10 --points pts.csv "
                       "--json t.json", scratch.path()).exit_code, 0);
-  EXPECT_NEAR(json_of(scratch, "t.json")["radius_m"].get<double>(), 0.001, 5e-6);
+  EXPECT_NEAR(read_json(scratch.path() / "t.json")["radius_m"].get<double>(), 0.001, 5e-6);
 }
 
 TEST(BubbleTransfer, SurfaceFileHoldsTheSlopeOfTheImages) {
@@ -76,7 +66,7 @@ TEST(BubbleTransfer, SurfaceFileHoldsTheSlopeOfTheImages) {
   write_tank(scratch);
   const auto run = run_klang(kTank + "-o v.vtp", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const double strength = json_of(scratch, "t.json")["source_strength_kg_m_s2"];
+  const double strength = read_json(scratch.path() / "t.json")["source_strength_kg_m_s2"];
   vtkNew<vtkXMLPolyDataReader> reader;
   reader->SetFileName((scratch.path() / "v.vtp").c_str());
   reader->Update();
@@ -101,7 +91,7 @@ TEST(BubbleTransfer, SameSeedSameBytesOtherSeedOtherSources) {
   write_tank(scratch);
   const auto pressure = [&](const std::string& more) {
     EXPECT_EQ(run_klang(kTank + more, scratch.path()).exit_code, 0);
-    return json_of(scratch, "t.json")["pressure"];
+    return read_json(scratch.path() / "t.json")["pressure"];
   };
   const auto one = pressure("--seed 1 --threads 1"), two = pressure("--seed 1 --threads 2"), other = pressure("--seed 2");
   EXPECT_EQ(one, two);
@@ -115,9 +105,9 @@ TEST(BubbleTransfer, PaperLeavesTheDensityRatioOut) {
   const std::string command = "bubble transfer --boundary ball.vtp --bubble 0,0,0.01 --frequency-hz 1000 --radius-m 0.003 --fluid-sources 10 "
                               "--air-sources 10 --points pts.csv --json t.json ";
   ASSERT_EQ(run_klang(command, scratch.path()).exit_code, 0);
-  const auto right = json_of(scratch, "t.json")["pressure"][0];
+  const auto right = read_json(scratch.path() / "t.json")["pressure"][0];
   ASSERT_EQ(run_klang(command + "--literature paper", scratch.path()).exit_code, 0);
-  const auto paper = json_of(scratch, "t.json")["pressure"][0];
+  const auto paper = read_json(scratch.path() / "t.json")["pressure"][0];
   const test::Complex gain = test::Complex(paper["re"], paper["im"]) / test::Complex(right["re"], right["im"]);
   EXPECT_NEAR(gain.real(), -1000.0 / 1.2041, 1e-3);
 }
@@ -144,7 +134,7 @@ TEST(BubbleTransfer, ObjGroupsNameTheRegions) {
                                    " --bubble 0.13,0.10,-0.05 --frequency-hz 1500 --fluid-sources 10 --air-sources 10 --points pts.csv --json t.json",
                                scratch.path());
     ASSERT_EQ(run.exit_code, 0) << run.err;
-    pressure[i] = json_of(scratch, "t.json")["pressure"][0];
+    pressure[i] = read_json(scratch.path() / "t.json")["pressure"][0];
   }
   EXPECT_NEAR(pressure[0]["re"].get<double>(), pressure[1]["re"].get<double>(), 1e-3 * std::abs(pressure[1]["re"].get<double>()));
 }
@@ -159,7 +149,7 @@ TEST(BubbleTransfer, SeriesWritesATransferOfGrowingStepsThatFreezesOutside) {
     const auto run = run_klang("bubble transfer --boundary tank_###.vtp --frame-step-s 0.001 --path path.csv --frequency-hz 2000 --decay-per-s " + decay_per_s +
                                " --fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv --json t.json", scratch.path());
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    return json_of(scratch, "t.json");
+    return read_json(scratch.path() / "t.json");
   };
   const auto solved_ms = [](const nlohmann::json& t) {
     std::vector<long> times;

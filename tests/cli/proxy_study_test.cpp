@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "expect_refused.hpp"
+#include "json_file.hpp"
 #include "klang_process.hpp"
 
+using klang::test::expect_refused;
+using klang::test::read_json;
 using klang::test::run_klang;
 using klang::test::Scratch;
 
@@ -14,20 +17,6 @@ namespace {
 
 const std::string kBuild = "proxy build --thinnest 0.5 --tolerance 0.15 --degree 8 --modes 6 --checked-modes 3 --check-shapes 5 --boundary-tolerance 0.05 --quiet -o a.bank";
 const std::string kStudy = "proxy study a.bank --shards-only --pieces 2 --slab 0.12,0.12,0.01 --highest-hz 5500 --duration-s 0.2 --repeats 1 --thresholds 3 --quiet ";
-
-nlohmann::json json_of(const Scratch& scratch, const std::string& name) {
-  std::ifstream file(scratch.path() / name);
-  return nlohmann::json::parse(file);
-}
-
-void expect_refused(const Scratch& scratch, const std::string& arguments, const std::string& word) {
-  const auto before = scratch.files();
-  const auto result = run_klang(arguments, scratch.path());
-  EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
-  EXPECT_EQ(result.err_lines(), 1) << result.err;
-  EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
-  EXPECT_EQ(scratch.files(), before);
-}
 
 }  // namespace
 
@@ -38,7 +27,7 @@ TEST(KlangProxyStudy, CurveEndsAtTheDirectMixAndDoesNotDependOnThreads) {
     const auto run = run_klang(kStudy + "-o out" + threads + " --threads " + threads, scratch.path());
     ASSERT_EQ(run.exit_code, 0) << run.err;
   }
-  const nlohmann::json one = json_of(scratch, "out1/study.json"), two = json_of(scratch, "out2/study.json");
+  const nlohmann::json one = read_json(scratch.path() / "out1/study.json"), two = read_json(scratch.path() / "out2/study.json");
   EXPECT_EQ(one["pieces"], two["pieces"]);
   EXPECT_EQ(one["thresholds"], two["thresholds"]);
   ASSERT_EQ(one["pieces"].size(), 2U);
@@ -60,7 +49,7 @@ TEST(KlangProxyStudy, CurveEndsAtTheDirectMixAndDoesNotDependOnThreads) {
   EXPECT_GT(timings["proxy_s"].get<double>(), 0.0);
   EXPECT_GT(timings["direct_s"].get<double>(), timings["proxy_s"].get<double>());
   ASSERT_EQ(run_klang(kStudy + "-o place --contact place", scratch.path()).exit_code, 0);
-  const nlohmann::json place = json_of(scratch, "place/study.json");
+  const nlohmann::json place = read_json(scratch.path() / "place/study.json");
   EXPECT_EQ(place["provenance"]["options"]["contact"], "place");
   EXPECT_EQ(place["pieces"][0]["errors"]["partial_rms_cents"], one["pieces"][0]["errors"]["partial_rms_cents"]);
   EXPECT_NE(place["pieces"][0]["errors"]["loudness_difference_db"], one["pieces"][0]["errors"]["loudness_difference_db"]);
@@ -70,13 +59,13 @@ TEST(KlangProxyStudy, CurveEndsAtTheDirectMixAndDoesNotDependOnThreads) {
 TEST(KlangProxyStudy, BadInputIsRefused) {
   const Scratch scratch;
   ASSERT_EQ(run_klang("proxy build --no-radiation --thinnest 0.8 --tolerance 0.1 --degree 8 --check-shapes 5 --quiet -o a.bank", scratch.path()).exit_code, 0);
-  expect_refused(scratch, kStudy + "-o out", "no sound");
-  expect_refused(scratch, kStudy + "-o out --poissons-ratio 0.3", "another Poisson's ratio");
-  expect_refused(scratch, "proxy study a.bank -o out --pieces 0", "--pieces");
-  expect_refused(scratch, "proxy study a.bank -o out --thresholds 1", "n_thresholds");
-  expect_refused(scratch, "proxy study a.bank -o out --contact edge", "--contact");
-  expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1,0.2", "slab_m");
-  expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1", "--slab");
-  expect_refused(scratch, "proxy study a.bank -o out --highest-hz 30000", "highest_hz");
-  expect_refused(scratch, "proxy study none.bank -o out", "none.bank");
+  expect_refused(scratch, kStudy + "-o out", {"no sound"});
+  expect_refused(scratch, kStudy + "-o out --poissons-ratio 0.3", {"another Poisson's ratio"});
+  expect_refused(scratch, "proxy study a.bank -o out --pieces 0", {"--pieces"});
+  expect_refused(scratch, "proxy study a.bank -o out --thresholds 1", {"n_thresholds"});
+  expect_refused(scratch, "proxy study a.bank -o out --contact edge", {"--contact"});
+  expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1,0.2", {"slab_m"});
+  expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1", {"--slab"});
+  expect_refused(scratch, "proxy study a.bank -o out --highest-hz 30000", {"highest_hz"});
+  expect_refused(scratch, "proxy study none.bank -o out", {"none.bank"});
 }

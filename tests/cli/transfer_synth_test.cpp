@@ -7,6 +7,7 @@
 #include "core/acoustics/spherical_harmonics.hpp"
 #include "core/acoustics/transfer_model_file.hpp"
 #include "core/audio/sound_file.hpp"
+#include "expect_refused.hpp"
 #include "json_file.hpp"
 #include "klang_process.hpp"
 
@@ -43,12 +44,7 @@ class KlangSynthTransfer : public testing::Test {
     acoustics::write_transfer_model(scratch.path() / "other.vtu", transfer);
   }
   void expect_refused(const std::string& arguments, const std::string& word) {
-    const auto before = scratch.files();
-    const auto result = run_klang("synth m.vtu -o a.wav " + arguments, scratch.path());
-    EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
-    EXPECT_EQ(result.err_lines(), 1) << result.err;
-    EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
-    EXPECT_EQ(scratch.files(), before);
+    klang::test::expect_refused(scratch, "synth m.vtu -o a.wav " + arguments, {word});
   }
   Scratch scratch;
 };

@@ -14,7 +14,8 @@ bubble::BubbleTheory thermal_theory(const std::string& choice) {
 }
 
 void add_thermal_option(CLI::App& app, std::string& choice) {
-  app.add_option("--thermal", choice, "Loss by heat: leighton, or prosperetti for the exact theory")->capture_default_str();
+  app.add_option("--thermal", choice, "Loss by heat: leighton, or prosperetti for the exact theory")
+      ->capture_default_str();
 }
 
 Subcommand add_bubble(CLI::App& program, CommonOptions& common) {

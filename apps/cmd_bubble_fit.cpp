@@ -36,7 +36,9 @@ nlohmann::json bubble_json(const drops::FoundBubble& b) {
     track_hz.push_back(point.frequency_hz);
     end_hz = point.frequency_hz;
   }
-  const auto spread = [&](int i, double unit = 1.0) { return b.covariance ? std::optional(unit * std::sqrt((*b.covariance)(i, i))) : std::nullopt; };
+  const auto spread = [&](int i, double unit = 1.0) {
+    return b.covariance ? std::optional(unit * std::sqrt((*b.covariance)(i, i))) : std::nullopt;
+  };
   return {{"onset_s", b.chirp.onset_s},
           {"onset_std_s", json_number(spread(2))},
           {"end_s", b.end_s},
@@ -61,7 +63,10 @@ nlohmann::json bubble_json(const drops::FoundBubble& b) {
 }
 
 nlohmann::json number_json(const drops::PitchNumber& n, const char* key) {
-  nlohmann::json json = {{key, n.name}, {"value", json_number(n.value)}, {"std", json_number(n.standard_deviation)}, {"identifiable", n.determined}};
+  nlohmann::json json = {{key, n.name},
+                         {"value", json_number(n.value)},
+                         {"std", json_number(n.standard_deviation)},
+                         {"identifiable", n.determined}};
   json["ci95"] = n.low95 ? nlohmann::json{*n.low95, *n.high95} : nlohmann::json(nullptr);
   return json;
 }
@@ -84,7 +89,8 @@ int run_fit(FitOptions options, const CommonOptions& common) {
   options.search.validate();
   drops::PitchFitOptions pitch_options;
   if (options.phi0_m) pitch_options.phi0_m = checked("command line", "--phi0-m", *options.phi0_m, -1.0, -1e-5);
-  const std::vector<drops::BubbleRise> rises = options.rise.empty() ? std::vector<drops::BubbleRise>{} : drops::read_rises(options.rise);
+  const std::vector<drops::BubbleRise> rises =
+      options.rise.empty() ? std::vector<drops::BubbleRise>{} : drops::read_rises(options.rise);
   const audio::Signal recording = audio::read_sound(options.recording);
   std::unique_ptr<OutputDirectory> out;
   if (!options.output.empty()) out = std::make_unique<OutputDirectory>(options.output);
@@ -120,7 +126,8 @@ int run_fit(FitOptions options, const CommonOptions& common) {
                    {"identifiable", nlohmann::json::array()},
                    {"chi_square_per_datum", pitch.chi_square_per_datum}};
   for (const drops::PitchNumber& n : pitch.parameters) json["pitch"]["parameters"].push_back(number_json(n, "name"));
-  for (const drops::PitchNumber& n : pitch.identifiable) json["pitch"]["identifiable"].push_back(number_json(n, "combination"));
+  for (const drops::PitchNumber& n : pitch.identifiable)
+    json["pitch"]["identifiable"].push_back(number_json(n, "combination"));
   if (out) {
     json["files"] = {{"recording", "recording.wav"}, {"resynthesis", "resynthesis.wav"}};
     audio::Signal fitted = found.mono;
@@ -134,19 +141,23 @@ int run_fit(FitOptions options, const CommonOptions& common) {
   }
   write_json(common, json);
 
-  say(common, "%s: %.2f s at %g Hz, %zu bubble(s), %zu other ring(s)\n", options.recording.c_str(), recording.duration_s(),
-      recording.sample_rate_hz, bubbles.size(), rejected.size());
-  say(common, "%9s %11s %11s %9s %11s %11s %9s %7s\n", "onset_s", "start_hz", "end_hz", "decay/s", "theory/s", "radius_mm", "std_um", "snr_db");
+  say(common, "%s: %.2f s at %g Hz, %zu bubble(s), %zu other ring(s)\n", options.recording.c_str(),
+      recording.duration_s(), recording.sample_rate_hz, bubbles.size(), rejected.size());
+  say(common, "%9s %11s %11s %9s %11s %11s %9s %7s\n", "onset_s", "start_hz", "end_hz", "decay/s", "theory/s",
+      "radius_mm", "std_um", "snr_db");
   for (const drops::FoundBubble& b : found.found) {
     const nlohmann::json row = bubble_json(b);
-    say(common, "%9.4f %11.1f %11.1f %9.1f %11.1f %11.4f %9.2g %7.1f  %s\n", b.chirp.onset_s, row["frequency_start_hz"].get<double>(),
-        row["frequency_end_hz"].get<double>(), row["decay_per_s"].get<double>(), b.theory_decay_per_s, 1e3 * b.radius_m, 1e6 * b.radius_std_m.value_or(0.0),
+    say(common, "%9.4f %11.1f %11.1f %9.1f %11.1f %11.4f %9.2g %7.1f  %s\n", b.chirp.onset_s,
+        row["frequency_start_hz"].get<double>(), row["frequency_end_hz"].get<double>(),
+        row["decay_per_s"].get<double>(), b.theory_decay_per_s, 1e3 * b.radius_m, 1e6 * b.radius_std_m.value_or(0.0),
         b.snr_db, b.verdict == drops::BubbleVerdict::kBubble ? "" : drops::words(b.verdict));
   }
   if (!pitch.message.empty()) say(common, "pitch: %s\n", pitch.message.c_str());
   for (const auto* list : {&pitch.parameters, &pitch.identifiable})
     for (const drops::PitchNumber& n : *list)
-      if (n.determined) say(common, "  %s = %.5g +- %.2g (95 %%: %.5g to %.5g)\n", n.name.c_str(), *n.value, *n.standard_deviation, *n.low95, *n.high95);
+      if (n.determined)
+        say(common, "  %s = %.5g +- %.2g (95 %%: %.5g to %.5g)\n", n.name.c_str(), *n.value, *n.standard_deviation,
+            *n.low95, *n.high95);
   if (out) say(common, "report: %s\n", (std::filesystem::path(options.output) / "report.html").c_str());
   return kDone;
 }
@@ -155,14 +166,21 @@ int run_fit(FitOptions options, const CommonOptions& common) {
 
 Subcommand add_bubble_fit(CLI::App& group, CommonOptions& common) {
   auto options = std::make_shared<FitOptions>();
-  CLI::App* app = group.add_subcommand("fit", "Bubbles in a recording of water drops: radius, damping, onset, pitch constants");
+  CLI::App* app =
+      group.add_subcommand("fit", "Bubbles in a recording of water drops: radius, damping, onset, pitch constants");
   app->add_option("recording", options->recording, "WAV, FLAC, OGG or AIFF")->required();
   app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
-  app->add_option("--min-snr-db", options->search.min_snr_db, "Energy of a ring over the noise's spectral density, 10 to 120")->capture_default_str();
+  app->add_option("--min-snr-db", options->search.min_snr_db,
+                  "Energy of a ring over the noise's spectral density, 10 to 120")
+      ->capture_default_str();
   app->add_option("--max-bubbles", options->search.max_bubbles, "Strongest N, 1 to 10000")->capture_default_str();
-  app->add_option("--amplitude-exponent", options->search.amplitude_exponent, "n of |p| ~ omega^n as the pitch rises, -5 to 5")->capture_default_str();
+  app->add_option("--amplitude-exponent", options->search.amplitude_exponent,
+                  "n of |p| ~ omega^n as the pitch rises, -5 to 5")
+      ->capture_default_str();
   add_thermal_option(*app, options->thermal);
-  app->add_option("--rise", options->rise, "How the bubbles rose: CSV onset_s,phi_m,speed_m_s or onset_s,time_s,phi_m (phi negative in the liquid)");
+  app->add_option(
+      "--rise", options->rise,
+      "How the bubbles rose: CSV onset_s,phi_m,speed_m_s or onset_s,time_s,phi_m (phi negative in the liquid)");
   app->add_option("--phi0-m", options->phi0_m, "phi0 of the pitch model, where it is known: separates K_delta and eta");
   app->add_option("-o,--output", options->output, "Folder for report.html, resynthesis and bubbles.json");
   app->footer(

@@ -21,8 +21,11 @@ struct ConvergeCommand {
 
 void print_series(const validate::Study& study, const CommonOptions& common) {
   for (const validate::Series& series : study.series) {
-    say(common, "%s %-20s %s\n", !series.counts ? "        " : series.passed ? "passed  " : "NOT MET ", series.id.c_str(),
-        series.verdict.c_str());
+    say(common, "%s %-20s %s\n",
+        !series.counts  ? "        "
+        : series.passed ? "passed  "
+                        : "NOT MET ",
+        series.id.c_str(), series.verdict.c_str());
   }
   for (const validate::Claim& claim : study.claims) {
     say(common, "%s %-20s %.6g", claim.passed ? "passed  " : "NOT MET ", claim.name.c_str(), claim.measured);
@@ -43,7 +46,8 @@ int run_converge(const ConvergeCommand& command, const CommonOptions& common) {
   reports::write_fields(study.fields, out.staging());
   write_file(out.staging() / "study.json", json_text(json));
   write_file(out.staging() / "levels.csv", validate::levels_csv(study));
-  write_file(out.staging() / "junit.xml", validate::junit_xml("klang converge " + study.name, validate::all_claims(study)));
+  write_file(out.staging() / "junit.xml",
+             validate::junit_xml("klang converge " + study.name, validate::all_claims(study)));
   reports::ReportOptions report_options;
   report_options.pictures = !command.no_pictures;
   const auto report = reports::write_report(out.staging() / "study.json", report_options, monitor);
@@ -66,7 +70,8 @@ Subcommand add_converge(CLI::App& program, CommonOptions& common) {
   std::string names;
   for (const std::string& name : validate::study_names()) names += (names.empty() ? "" : ", ") + name;
   app->add_option("study", command->study, "One of: " + names)->required();
-  app->add_option("-o,--output", command->output, "Folder for study.json, report.html, junit.xml, levels.csv, VTK files")
+  app->add_option("-o,--output", command->output,
+                  "Folder for study.json, report.html, junit.xml, levels.csv, VTK files")
       ->required();
   app->add_option("--levels", command->options.levels, "Only the coarsest N levels of each series, 3 or more; 0: all")
       ->capture_default_str();

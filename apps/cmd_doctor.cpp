@@ -30,11 +30,15 @@ int run_doctor(const CommonOptions& common) {
   json["opencl_devices"] = nlohmann::json::array();
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const acoustics::OpenClDevice& d = devices[i];
-    json["opencl_devices"].push_back({{"index", i}, {"platform", d.platform}, {"name", d.name}, {"kind", d.kind},
-                                      {"compute_units", d.compute_units}, {"memory_bytes", d.memory_bytes},
+    json["opencl_devices"].push_back({{"index", i},
+                                      {"platform", d.platform},
+                                      {"name", d.name},
+                                      {"kind", d.kind},
+                                      {"compute_units", d.compute_units},
+                                      {"memory_bytes", d.memory_bytes},
                                       {"double_precision", d.double_precision}});
-    say(common, "  %zu: %s: %s (%s, %u compute units, %.1f GB, %s)\n", i, d.platform.c_str(), d.name.c_str(), d.kind.c_str(),
-        d.compute_units, static_cast<double>(d.memory_bytes) / 1e9,
+    say(common, "  %zu: %s: %s (%s, %u compute units, %.1f GB, %s)\n", i, d.platform.c_str(), d.name.c_str(),
+        d.kind.c_str(), d.compute_units, static_cast<double>(d.memory_bytes) / 1e9,
         d.double_precision ? "double precision" : "single precision only");
   }
   if (devices.empty()) say(common, "  none\n");

@@ -32,7 +32,8 @@ std::vector<std::filesystem::path> input_files(const FitCommand& options, const 
 }
 
 /// Sounds and mode shapes of each specimen, under the names that fit.json gives them.
-void write_specimen_files(const OutputDirectory& out, const fit::FitResult& result, const std::string& provenance_json) {
+void write_specimen_files(const OutputDirectory& out, const fit::FitResult& result,
+                          const std::string& provenance_json) {
   for (const fit::SpecimenResult& specimen : result.specimens) {
     const std::string name = fit::file_stem(specimen.name);
     if (specimen.recorded.n_frames() > 0) {
@@ -89,8 +90,8 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
   if (!result.damping.model.empty()) say(common, "damping: %s fits best (AICc)\n", result.damping.model.c_str());
   for (const fit::SpecimenResult& specimen : result.specimens) {
     say(common, "%s%s: rms %.2f cents, worst %.2f cents, %zu partials unmatched\n", specimen.name.c_str(),
-        specimen.predicted ? " (predicted, no part of the fit)" : "",
-        specimen.rms_deviation_cents, specimen.max_deviation_cents, specimen.unmatched_partials.size());
+        specimen.predicted ? " (predicted, no part of the fit)" : "", specimen.rms_deviation_cents,
+        specimen.max_deviation_cents, specimen.unmatched_partials.size());
   }
   say(common, "report: %s\n", (std::filesystem::path(options.output) / "report.html").c_str());
   return kDone;
@@ -105,7 +106,8 @@ Subcommand add_fit(CLI::App& program, CommonOptions& common) {
       ->required();
   app->add_option("-o,--output", options->output, "Folder for fit.json, report.html, figures, sounds and mode shapes")
       ->required();
-  app->add_option("--gate-cents", options->fit.gate_cents, "Widest accepted deviation of a partial from its mode, 1 to 600")
+  app->add_option("--gate-cents", options->fit.gate_cents,
+                  "Widest accepted deviation of a partial from its mode, 1 to 600")
       ->capture_default_str();
   app->add_option("--model-std-cents", options->fit.model_std_cents,
                   "How far the model itself may be off (dimensions, homogeneity), as a standard deviation")

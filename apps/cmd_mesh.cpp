@@ -42,9 +42,9 @@ int run_mesh(MeshOptions options, const CommonOptions& common) {
   }
   const mesh::TetMesh mesh = options.body.build();
   const mesh::MeshQuality quality = mesh::mesh_quality(mesh);
-  nlohmann::json json =
-      result_header("mesh", "done", common,
-                    {{"element", options.body.element}, {"max_edge_m", options.body.max_edge_m}}, options.body.inputs());
+  nlohmann::json json = result_header("mesh", "done", common,
+                                      {{"element", options.body.element}, {"max_edge_m", options.body.max_edge_m}},
+                                      options.body.inputs());
   json.update(quality_json(quality));
   if (options.density_kg_m3 > 0.0) json["mass_kg"] = quality.mass_kg(options.density_kg_m3);
   if (!options.output.empty()) mesh::write_tet_mesh(options.output, mesh);
@@ -53,7 +53,8 @@ int run_mesh(MeshOptions options, const CommonOptions& common) {
       mesh.order() == 2 ? "quadratic" : "linear");
   say(common, "volume_m3 %.9g   surface_area_m2 %.9g\n", quality.volume_m3, quality.surface_area_m2);
   if (options.density_kg_m3 > 0.0) say(common, "mass_kg %.9g\n", quality.mass_kg(options.density_kg_m3));
-  say(common, "edges %.4g to %.4g m; dihedral angles %.1f to %.1f deg; radius ratio %.3f at worst (element %d), %.3f mean\n",
+  say(common,
+      "edges %.4g to %.4g m; dihedral angles %.1f to %.1f deg; radius ratio %.3f at worst (element %d), %.3f mean\n",
       quality.shortest_edge_m, quality.longest_edge_m, quality.min_dihedral_deg, quality.max_dihedral_deg,
       quality.radius_ratio_min, quality.worst_element, quality.radius_ratio_mean);
   return kDone;

@@ -1,8 +1,8 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
-#include <optional>
 #include <memory>
+#include <optional>
 
 #include "body_options.hpp"
 #include "command.hpp"
@@ -67,8 +67,8 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   } else {
     monitor.progress("assembly", 0.0);
     const auto assembly_start = std::chrono::steady_clock::now();
-    const solid::AssembledSolid assembled = solid::assemble(
-        mesh, support, options.lumped_mass ? solid::MassKind::kLumped : solid::MassKind::kConsistent);
+    const solid::AssembledSolid assembled =
+        solid::assemble(mesh, support, options.lumped_mass ? solid::MassKind::kLumped : solid::MassKind::kConsistent);
     assembly_s = seconds_since(assembly_start);
     result = modal::solve_modes(mesh, assembled, material, support, eigen, monitor);
   }
@@ -117,8 +117,10 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   say(common, "%d nodes, %d %s elements%s; %d rigid modes; ", mesh.n_nodes(), mesh.n_elements(),
       mesh.order() == 2 ? "quadratic" : "linear", harmonics ? ", frequencies by harmonics of the section" : "",
       result.n_rigid_modes);
-  say(common, "%s\n", !result.none_missing ? "completeness not checked"
-                      : *result.none_missing ? "none missing (proven)" : "MODES ARE MISSING");
+  say(common, "%s\n",
+      !result.none_missing   ? "completeness not checked"
+      : *result.none_missing ? "none missing (proven)"
+                             : "MODES ARE MISSING");
   say(common, "%6s %14s %14s %10s %10s\n", "index", "frequency_hz", "period_s", "residual", "mesh_error");
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
     char error[16] = "-";
@@ -141,24 +143,30 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
                   "Preset, or name=value list: lame_lambda_pa, lame_mu_pa (or youngs_modulus_pa, poissons_ratio), "
                   "density_kg_m3")
       ->capture_default_str();
-  app->add_option("--support", options->support, "free, clamped:WHERE or pinned:WHERE, WHERE as x=0, z<0.01, box:..., set:NAME")
+  app->add_option("--support", options->support,
+                  "free, clamped:WHERE or pinned:WHERE, WHERE as x=0, z<0.01, box:..., set:NAME")
       ->capture_default_str();
   app->add_option("--count", options->count, "Elastic modes from the lowest up, 1 to 2000; default: all in the band")
       ->check(CLI::Range(1, 2000));
   app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
-  app->add_option("--method", options->method,
-                  "harmonics: a free body of revolution by Fourier in the angle, shapes sampled to the mesh; tetrahedra: the "
-                  "mesh itself; auto: harmonics where they apply and no mesh size is asked for")
+  app->add_option(
+         "--method", options->method,
+         "harmonics: a free body of revolution by Fourier in the angle, shapes sampled to the mesh; tetrahedra: the "
+         "mesh itself; auto: harmonics where they apply and no mesh size is asked for")
       ->check(CLI::IsMember({"auto", "harmonics", "tetrahedra"}))
       ->capture_default_str();
-  app->add_flag("--no-mesh-error", options->no_mesh_error, "Leave out each mode's estimated mesh error: a fifth of the time saved");
+  app->add_flag("--no-mesh-error", options->no_mesh_error,
+                "Leave out each mode's estimated mesh error: a fifth of the time saved");
   app->add_flag("--lumped-mass", options->lumped_mass, "Diagonal mass matrix");
   app->add_option("-o,--output", options->output, "Write the modal model (.vtu, opens in ParaView)");
   app->footer(
       "Examples:\n"
-      "  klang modes --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 --material aluminium --count 12\n"
-      "  klang modes --mesh bowl.msh --material youngs_modulus_pa=72e9,poissons_ratio=0.19,density_kg_m3=2700 -o bowl.vtu\n"
-      "  klang modes --shape box --dims length_m=0.2,width_m=0.02,height_m=0.003 --material steel --support clamped:x=-0.1");
+      "  klang modes --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 --material aluminium "
+      "--count 12\n"
+      "  klang modes --mesh bowl.msh --material youngs_modulus_pa=72e9,poissons_ratio=0.19,density_kg_m3=2700 -o "
+      "bowl.vtu\n"
+      "  klang modes --shape box --dims length_m=0.2,width_m=0.02,height_m=0.003 --material steel --support "
+      "clamped:x=-0.1");
   return {app, [options, &common] { return run_modes(*options, common); }};
 }
 

@@ -53,12 +53,13 @@ int run_proxy_build(ProxyBuildOptions o, const CommonOptions& common) {
       warn(partial.string() + " cannot be read: starting afresh");
     }
     if (!known.frequencies.empty())
-      say(common, "going on after %zu shapes and %zu cells (%s)\n", known.frequencies.size(), known.cells.size(), partial.c_str());
+      say(common, "going on after %zu shapes and %zu cells (%s)\n", known.frequencies.size(), known.cells.size(),
+          partial.c_str());
   }
   TerminalMonitor monitor(common.quiet);
-  soundbank::BuildResult result =
-      soundbank::build_soundbank(o.build, monitor, std::move(known),
-                                 [&](const soundbank::BuildProgress& p) { soundbank::write_build_progress(partial, p, key); });
+  soundbank::BuildResult result = soundbank::build_soundbank(
+      o.build, monitor, std::move(known),
+      [&](const soundbank::BuildProgress& p) { soundbank::write_build_progress(partial, p, key); });
   if (result.status != soundbank::BuildStatus::kDone)
     throw NumericalError(result.message + ": reached " + to_text(result.bank.max_interpolation_error));
   nlohmann::json json = result_header("proxy_build", "done", common, used, {});
@@ -71,7 +72,9 @@ int run_proxy_build(ProxyBuildOptions o, const CommonOptions& common) {
   json["max_interpolation_error"] = result.bank.max_interpolation_error;
   json["bytes"] = std::filesystem::file_size(o.output);
   write_json(common, json);
-  say(common, "%s: %zu cells with sound, %zu shapes with frequencies; first %d frequencies within %.3g %% at %d unseen shapes\n",
+  say(common,
+      "%s: %zu cells with sound, %zu shapes with frequencies; first %d frequencies within %.3g %% at %d unseen "
+      "shapes\n",
       o.output.c_str(), result.bank.cells.size(), result.bank.nodes.size(), result.bank.n_checked_modes,
       100.0 * result.bank.max_interpolation_error, result.bank.n_check_shapes);
   return kDone;
@@ -84,19 +87,24 @@ Subcommand add_proxy_build(CLI::App& group, CommonOptions& common) {
   CLI::App* app = group.add_subcommand("build", "Precompute modes and sound of ellipsoids of all shapes");
   soundbank::BuildOptions& build = options->build;
   app->add_option("-o,--output", options->output, "The bank")->required();
-  app->add_option("--poissons-ratio", options->poissons_ratio, "Frequencies and shapes depend on it alone")->capture_default_str();
-  app->add_option("--youngs-modulus-pa", options->youngs_modulus_pa, "With the density: the wave speed, on which the radiation depends")
+  app->add_option("--poissons-ratio", options->poissons_ratio, "Frequencies and shapes depend on it alone")
+      ->capture_default_str();
+  app->add_option("--youngs-modulus-pa", options->youngs_modulus_pa,
+                  "With the density: the wave speed, on which the radiation depends")
       ->capture_default_str();
   app->add_option("--density-kg-m3", options->density_kg_m3, "Density of the solid")->capture_default_str();
   app->add_option("--air-density-kg-m3", build.medium.density_kg_m3, "Density of the fluid")->capture_default_str();
   app->add_option("--air-sound-speed-m-s", build.medium.sound_speed_m_s, "Its sound speed")->capture_default_str();
   app->add_option("--tolerance", build.tolerance, "Relative error of interpolated frequencies")->capture_default_str();
-  app->add_option("--thinnest", build.thinnest, "Smallest ratio of the shortest axis to the longest")->capture_default_str();
+  app->add_option("--thinnest", build.thinnest, "Smallest ratio of the shortest axis to the longest")
+      ->capture_default_str();
   app->add_option("--modes", build.modes_per_cell, "Modes of each cell")->capture_default_str();
-  app->add_option("--checked-modes", build.n_checked_modes, "Modes to which the tolerance applies")->capture_default_str();
+  app->add_option("--checked-modes", build.n_checked_modes, "Modes to which the tolerance applies")
+      ->capture_default_str();
   app->add_option("--degree", build.degree, "Of the polynomials of the displacements")->capture_default_str();
   app->add_option("--check-shapes", build.check_shapes, "Unseen shapes of the last check")->capture_default_str();
-  app->add_option("--boundary-tolerance", build.boundary_tolerance, "Relative error of the normal velocity of the radiation")
+  app->add_option("--boundary-tolerance", build.boundary_tolerance,
+                  "Relative error of the normal velocity of the radiation")
       ->capture_default_str();
   app->add_flag("--no-radiation", options->no_radiation, "Modes and frequencies only");
   app->footer(

@@ -41,12 +41,14 @@ struct EarSound {
   nlohmann::json json;
 };
 
-EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& model, const acoustics::TransferModel& transfer,
-                       const Eigen::VectorXd& decays, const std::vector<modal::Strike>& strikes) {
+EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& model,
+                       const acoustics::TransferModel& transfer, const Eigen::VectorXd& decays,
+                       const std::vector<modal::Strike>& strikes) {
   const Eigen::Vector3d centre = transfer.modes.front().multipole.centre_m;
   const acoustics::ListenerPath path =
-      options.listener.empty() ? acoustics::listener_at(acoustics::default_listener_m(transfer, 1.0), options.ears_m, centre)
-                               : acoustics::read_listener_path(options.listener, options.ears_m, centre);
+      options.listener.empty()
+          ? acoustics::listener_at(acoustics::default_listener_m(transfer, 1.0), options.ears_m, centre)
+          : acoustics::read_listener_path(options.listener, options.ears_m, centre);
   acoustics::TransferSynthesisOptions synthesis;
   synthesis.sample_rate_hz = options.sample_rate_hz;
   synthesis.duration_s = options.duration_s;
@@ -56,7 +58,8 @@ EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& mod
     synthesis.device = {true, *options.device == "default" ? std::string() : *options.device,
                         options.precision == "single" ? acoustics::Precision::kSingle : acoustics::Precision::kDouble};
   }
-  const acoustics::TransferSynthesisResult result = acoustics::synthesise_at_ears(model, transfer, decays, strikes, path, synthesis);
+  const acoustics::TransferSynthesisResult result =
+      acoustics::synthesise_at_ears(model, transfer, decays, strikes, path, synthesis);
   if (!result.message.empty()) warn(result.message);
   if (result.n_modes_without_transfer > 0) {
     warn(std::to_string(result.n_modes_without_transfer) + " mode(s) of the model have no transfer and are silent");
@@ -102,7 +105,8 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
     if (!options.listener.empty()) inputs.emplace_back(options.listener);
     heard = sound_at_ears(options, model, transfer, decays, strikes);
   }
-  audio::Signal sound = options.transfer.empty() ? modal::synthesise(model, decays, strikes, synthesis) : heard.sound_pa;
+  audio::Signal sound =
+      options.transfer.empty() ? modal::synthesise(model, decays, strikes, synthesis) : heard.sound_pa;
   const double peak = sound.samples.cwiseAbs().maxCoeff();
   if (!(peak > 0.0)) throw NumericalError("synth: the strikes excite no mode of this model");
   const double gain = std::pow(10.0, options.peak_db_re_full_scale / 20.0) / peak;
@@ -142,17 +146,23 @@ Subcommand add_synth(CLI::App& program, CommonOptions& common) {
   app->add_option("--rate-hz", options->sample_rate_hz, "Sample rate")->capture_default_str();
   app->add_option("--peak-db", options->peak_db_re_full_scale, "Level of the highest peak, dB re full scale")
       ->capture_default_str();
-  auto* transfer = app->add_option("--transfer", options->transfer, "Transfer model (.vtu) from klang transfer: sound at the ear in Pa");
+  auto* transfer = app->add_option("--transfer", options->transfer,
+                                   "Transfer model (.vtu) from klang transfer: sound at the ear in Pa");
   app->add_option("--listener", options->listener,
-                  "Path of the listener, CSV: time_s,x_m,y_m,z_m; then right_x_m,right_y_m,right_z_m (the first is the left ear) or "
+                  "Path of the listener, CSV: time_s,x_m,y_m,z_m; then right_x_m,right_y_m,right_z_m (the first is the "
+                  "left ear) or "
                   "facing_x,facing_y,facing_z. Without it: 1 m from the centre where the strongest mode is loudest")
       ->needs(transfer);
-  app->add_option("--ears-m", options->ears_m, "Two ears this far apart, with their phases (without facing columns: facing the body)")
+  app->add_option("--ears-m", options->ears_m,
+                  "Two ears this far apart, with their phases (without facing columns: facing the body)")
       ->needs(transfer);
-  app->add_flag("--delay", options->delay, "Sound takes distance / c to arrive: delay and Doppler shift")->needs(transfer);
+  app->add_flag("--delay", options->delay, "Sound takes distance / c to arrive: delay and Doppler shift")
+      ->needs(transfer);
   app->add_flag("--unit-transfer", options->unit_transfer, "For comparison: every mode's |p| = 1")->needs(transfer);
-  app->add_flag("--radiation-damping", options->radiation_damping, "Add the decay by radiation to each mode's damping")->needs(transfer);
-  app->add_option("--device", options->device, "OpenCL device for the transfer: an index or part of a name as in klang doctor, or default")
+  app->add_flag("--radiation-damping", options->radiation_damping, "Add the decay by radiation to each mode's damping")
+      ->needs(transfer);
+  app->add_option("--device", options->device,
+                  "OpenCL device for the transfer: an index or part of a name as in klang doctor, or default")
       ->needs(transfer);
   app->add_option("--precision", options->precision, "Of the OpenCL device")
       ->check(CLI::IsMember({"single", "double"}))

@@ -79,7 +79,8 @@ int run_sphere(const TransferOptions& options, const CommonOptions& common) {
   warn_coarse(result.bem, bem);
 
   nlohmann::json used = options_json(options);
-  used.update({{"sphere", options.sphere}, {"radius_m", options.radius_m}, {"ka", options.ka}, {"elements", options.elements}});
+  used.update(
+      {{"sphere", options.sphere}, {"radius_m", options.radius_m}, {"ka", options.ka}, {"elements", options.elements}});
   nlohmann::json json = result_header("transfer-sphere", "done", common, used, {});
   add_solution(json, result.bem);
   json["surface_pressure_relative_error"] = result.surface_pressure_relative_error;
@@ -95,8 +96,8 @@ int run_sphere(const TransferOptions& options, const CommonOptions& common) {
       json["multipoles"].push_back({{"n", n}, {"m", m}, {"re", value.real()}, {"im", value.imag()}});
     }
   write_json(common, json);
-  say(common, "%s sphere, ka %g: %d elements, surface pressure within %.3g %% of the exact one\n", options.sphere.c_str(),
-      options.ka, result.bem.n_elements, 100.0 * result.surface_pressure_relative_error);
+  say(common, "%s sphere, ka %g: %d elements, surface pressure within %.3g %% of the exact one\n",
+      options.sphere.c_str(), options.ka, result.bem.n_elements, 100.0 * result.surface_pressure_relative_error);
   return kDone;
 }
 
@@ -149,8 +150,8 @@ int run_surface(const TransferOptions& options, const CommonOptions& common) {
 
   nlohmann::json used = options_json(options);
   used.update({{"frequency_hz", options.frequency_hz}, {"unit_m", options.unit_m}});
-  nlohmann::json json =
-      result_header("transfer-surface", "done", common, used, {options.surface, options.velocity_csv, options.points_csv});
+  nlohmann::json json = result_header("transfer-surface", "done", common, used,
+                                      {options.surface, options.velocity_csv, options.points_csv});
   add_solution(json, result);
   json["radiated_power_w"] = result.radiated_power_w[0];
   for (const Complex& p : pressure) json["pressure"].push_back({{"re", p.real()}, {"im", p.imag()}});
@@ -174,7 +175,8 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
   // Of a stopped run: the modes it had finished, beside the output, good for the same model and options only.
   const std::filesystem::path partial = options.output + ".partial.vtu";
   const std::string key =
-      nlohmann::json({{"model_sha256", input_file(options.model).sha256}, {"options", used}, {"version", version()}}).dump();
+      nlohmann::json({{"model_sha256", input_file(options.model).sha256}, {"options", used}, {"version", version()}})
+          .dump();
   acoustics::TransferModel finished{options.radiate.medium, {}};
   if (std::filesystem::exists(partial)) {
     try {
@@ -190,7 +192,8 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
   const acoustics::RadiateResult result =
       acoustics::radiate(model, options.radiate, monitor, known, [&](const acoustics::ModeTransfer& mode) {
         finished.modes.push_back(mode);
-        std::sort(finished.modes.begin(), finished.modes.end(), [](const auto& a, const auto& b) { return a.mode < b.mode; });
+        std::sort(finished.modes.begin(), finished.modes.end(),
+                  [](const auto& a, const auto& b) { return a.mode < b.mode; });
         acoustics::write_transfer_model(partial, finished, key);
       });
   if (!result.usable()) throw NumericalError(result.message);
@@ -217,8 +220,11 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
 }
 
 int run_transfer(const TransferOptions& options, const CommonOptions& common) {
-  const int forms = (options.model.empty() ? 0 : 1) + (options.sphere.empty() ? 0 : 1) + (options.surface.empty() ? 0 : 1);
-  if (forms != 1) throw InputError("transfer", "needs one of a modal model, --sphere and --surface", std::to_string(forms) + " given");
+  const int forms =
+      (options.model.empty() ? 0 : 1) + (options.sphere.empty() ? 0 : 1) + (options.surface.empty() ? 0 : 1);
+  if (forms != 1)
+    throw InputError("transfer", "needs one of a modal model, --sphere and --surface",
+                     std::to_string(forms) + " given");
   if (!options.sphere.empty()) return run_sphere(options, common);
   if (options.surface.empty()) return run_model(options, common);
   if (options.velocity_csv.empty() || options.points_csv.empty())
@@ -243,7 +249,8 @@ Subcommand add_transfer(CLI::App& program, CommonOptions& common) {
   app->add_option("--frequency-hz", options->frequency_hz, "Frequency of that velocity");
   app->add_option("--points", options->points_csv, "Where to find the pressure: x_m,y_m,z_m a line");
   app->add_option("--unit-m", options->unit_m, "Length of the surface file's unit")->capture_default_str();
-  app->add_option("--density-kg-m3", options->radiate.medium.density_kg_m3, "Density of the fluid")->capture_default_str();
+  app->add_option("--density-kg-m3", options->radiate.medium.density_kg_m3, "Density of the fluid")
+      ->capture_default_str();
   app->add_option("--sound-speed-m-s", options->radiate.medium.sound_speed_m_s, "Sound speed of the fluid")
       ->capture_default_str();
   app->add_option("--elements-per-wavelength", options->radiate.elements_per_wavelength,
@@ -254,7 +261,8 @@ Subcommand add_transfer(CLI::App& program, CommonOptions& common) {
   app->add_option("--kept-power", options->radiate.order.kept_power_fraction,
                   "Modal model: part of the radiated power that the multipoles keep")
       ->capture_default_str();
-  app->add_flag("--paper-order", options->radiate.order.paper_rule, "Modal model: order max(kL/4, 4) instead (loses power)");
+  app->add_flag("--paper-order", options->radiate.order.paper_rule,
+                "Modal model: order max(kL/4, 4) instead (loses power)");
   app->add_flag("--allow-coarse", options->radiate.allow_coarse, "Accept fewer than 4 elements a wavelength");
   app->footer(
       "Examples:\n"

@@ -24,7 +24,8 @@ struct TuneCommand {
 /// "0=587.33" or "bending 1=587.33".
 fit::TuneTarget parse_target(const std::string& text) {
   const std::size_t equals = text.rfind('=');
-  if (equals == std::string::npos) throw InputError("--target", "is not MODE=HZ", text, "for example 0=587.33 or \"bending 1=587.33\"");
+  if (equals == std::string::npos)
+    throw InputError("--target", "is not MODE=HZ", text, "for example 0=587.33 or \"bending 1=587.33\"");
   const auto values = parse_assignments("--target", "hz" + text.substr(equals));
   return {text.substr(0, equals), values.at("hz")};
 }
@@ -42,8 +43,10 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
   for (const std::string& target : options.targets) tune.targets.push_back(parse_target(target));
   const fit::TuneResult result = fit::tune_dimensions(specimen, material, tune, monitor);
 
-  const nlohmann::json used = {{"vary", options.vary}, {"targets", options.targets},
-                               {"widest_change", tune.widest_change}, {"tolerance_cents", tune.tolerance_cents}};
+  const nlohmann::json used = {{"vary", options.vary},
+                               {"targets", options.targets},
+                               {"widest_change", tune.widest_change},
+                               {"tolerance_cents", tune.tolerance_cents}};
   write_json(common, fit::tune_json(result, make_provenance(common, used, {})));
   for (const fit::TunedDimension& d : result.dimensions) {
     say(common, "%-18s %.6f m -> %.6f m (%+.3f mm)%s\n", d.name.c_str(), d.start_m, d.value_m,

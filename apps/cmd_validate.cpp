@@ -22,7 +22,8 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
   if (!command.output.empty()) out = std::make_unique<OutputDirectory>(command.output);
   const validate::PaperTables tables = validate::run_papers(monitor);
 
-  nlohmann::json json = result_header("papers", tables.passed() ? "passed" : "not_passed", common, nlohmann::json::object(), {});
+  nlohmann::json json =
+      result_header("papers", tables.passed() ? "passed" : "not_passed", common, nlohmann::json::object(), {});
   json.update(validate::to_json(tables));
   if (out) {
     write_file(out->staging() / "papers.json", json_text(json));
@@ -36,7 +37,8 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
   write_json(common, json);
 
   for (const validate::PaperNumber& n : tables.numbers) {
-    say(common, "%-12s  %-34s printed %-11.6g ours %-11.6g", validate::words_of(n.verdict), n.id.c_str(), n.printed, n.ours);
+    say(common, "%-12s  %-34s printed %-11.6g ours %-11.6g", validate::words_of(n.verdict), n.id.c_str(), n.printed,
+        n.ours);
     if (n.reference) say(common, " reference %.6g", *n.reference);
     say(common, "\n");
   }
@@ -47,9 +49,11 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
 
 Subcommand add_papers(CLI::App& group, CommonOptions& common) {
   auto command = std::make_shared<PapersCommand>();
-  CLI::App* papers = group.add_subcommand("papers", "Every number of the papers' tables that can be computed: printed, ours, reference, verdict");
+  CLI::App* papers = group.add_subcommand(
+      "papers", "Every number of the papers' tables that can be computed: printed, ours, reference, verdict");
   papers->add_option("-o,--output", command->output, "Folder for papers.json, junit.xml and report.html");
-  papers->add_option("--markdown", command->markdown, "Write the tables as Markdown (docs/papers.md)")->type_name("FILE");
+  papers->add_option("--markdown", command->markdown, "Write the tables as Markdown (docs/papers.md)")
+      ->type_name("FILE");
   papers->footer(
       "Examples:\n"
       "  klang validate papers -o papers\n"

@@ -52,13 +52,17 @@ int main(int argc, char** argv) {
   CLI::App program{"Klangprobe: from recordings of struck objects to their material, with honest error bars", "klang"};
   program.set_version_flag("--version", klang::version());
   program.require_subcommand(1);
-  program.footer("Exit codes: 0 done; 1 ran, and a check did not pass; 2 bad input; 3 numerical failure; 130 interrupted.\n"
-                 "klang SUBCOMMAND --help shows its options and examples.");
+  program.footer(
+      "Exit codes: 0 done; 1 ran, and a check did not pass; 2 bad input; 3 numerical failure; 130 interrupted.\n"
+      "klang SUBCOMMAND --help shows its options and examples.");
   CommonOptions common;
   common.command_line = joined_command_line(argc, argv);
-  const Subcommand subcommands[] = {add_mesh(program, common),   add_modes(program, common), add_analyze(program, common),
-                                    add_fit(program, common),    add_tune(program, common),  add_synth(program, common),
-                                    add_transfer(program, common), add_bubble(program, common), add_proxy(program, common), add_converge(program, common), add_regress(program, common), add_validate(program, common), add_dataset(program, common), add_report(program, common), add_doctor(program, common)};
+  const Subcommand subcommands[] = {
+      add_mesh(program, common),     add_modes(program, common),   add_analyze(program, common),
+      add_fit(program, common),      add_tune(program, common),    add_synth(program, common),
+      add_transfer(program, common), add_bubble(program, common),  add_proxy(program, common),
+      add_converge(program, common), add_regress(program, common), add_validate(program, common),
+      add_dataset(program, common),  add_report(program, common),  add_doctor(program, common)};
   for (const Subcommand& subcommand : subcommands) {
     const bool is_group = !subcommand.app->get_subcommands([](const CLI::App*) { return true; }).empty();
     if (!is_group) add_common_options(*subcommand.app, common);  // a group's children have them

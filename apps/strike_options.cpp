@@ -1,8 +1,8 @@
 #include "strike_options.hpp"
 
+#include "body_options.hpp"
 #include "core/base/errors.hpp"
 #include "core/mesh/quality.hpp"
-#include "body_options.hpp"
 
 namespace klang::apps {
 
@@ -28,11 +28,13 @@ void add_strike_option(CLI::App& app, std::vector<std::string>& strikes) {
 }
 
 Eigen::VectorXd decay_per_s(const DampingOptions& damping, const modal::ModalModel& model) {
-  return modal::rayleigh_decay_per_s(model.angular_frequency_rad_s, damping.rayleigh_stiffness_s, damping.rayleigh_mass_per_s) +
+  return modal::rayleigh_decay_per_s(model.angular_frequency_rad_s, damping.rayleigh_stiffness_s,
+                                     damping.rayleigh_mass_per_s) +
          0.5 * damping.loss_factor * model.angular_frequency_rad_s;
 }
 
-std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s, const modal::ModalModel& model) {
+std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s,
+                                        const modal::ModalModel& model) {
   std::vector<modal::Strike> strikes;
   for (const std::string& text : texts) {
     auto values = parse_assignments("--strike", text);
@@ -54,7 +56,8 @@ std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, d
       throw InputError("--strike", "has an unknown name", values.begin()->first,
                        "time_s, x_m, y_m, z_m, fx_n_s, fy_n_s, fz_n_s, contact_s");
     }
-    if (!(strike.impulse_n_s.norm() > 0.0)) throw InputError("--strike", "has no impulse", text, "fx_n_s, fy_n_s, fz_n_s");
+    if (!(strike.impulse_n_s.norm() > 0.0))
+      throw InputError("--strike", "has no impulse", text, "fx_n_s, fy_n_s, fz_n_s");
     strikes.push_back(strike);
   }
   if (strikes.empty()) {

@@ -24,6 +24,7 @@ void add_strike_option(CLI::App& app, std::vector<std::string>& strikes);
 Eigen::VectorXd decay_per_s(const DampingOptions& damping, const modal::ModalModel& model);
 
 /// Strikes from --strike texts; without one, a unit impulse across the body's thinnest direction at its far end.
-std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s, const modal::ModalModel& model);
+std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s,
+                                        const modal::ModalModel& model);
 
 }  // namespace klang::apps

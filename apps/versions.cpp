@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include <Eigen/Core>
 #include <unistd.h>
+#include <Eigen/Core>
 
 #include "core/audio/versions.hpp"
 #include "core/mesh/versions.hpp"

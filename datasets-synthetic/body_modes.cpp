@@ -30,8 +30,8 @@ BodyModes box_modes(const mesh::ShapeSpec& shape, const solid::Material& materia
     modes.labels.push_back("parity " + std::to_string(p[0]) + std::to_string(p[1]) + std::to_string(p[2]));
   }
   const auto o = box.orders();
-  modes.method = "Ritz, Legendre products of degree " + std::to_string(o[0]) + ", " + std::to_string(o[1]) +
-                 ", " + std::to_string(o[2]);
+  modes.method = "Ritz, Legendre products of degree " + std::to_string(o[0]) + ", " + std::to_string(o[1]) + ", " +
+                 std::to_string(o[2]);
   return modes;
 }
 
@@ -59,14 +59,12 @@ BodyModes tube_modes(const mesh::ShapeSpec& shape, const solid::Material& materi
     modes.labels.push_back((label.torsion ? "torsion" : "n=" + std::to_string(label.circumferential)) +
                            (label.odd_in_z ? " odd" : " even"));
   }
-  modes.method =
-      "Ritz, exact in the angle, axial degree " + std::to_string(tube.axial_order()) + ", wall degree 4";
+  modes.method = "Ritz, exact in the angle, axial degree " + std::to_string(tube.axial_order()) + ", wall degree 4";
   return modes;
 }
 
-BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& material,
-                        const solid::Support& support, double highest_hz,
-                        const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
+BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& material, const solid::Support& support,
+                        double highest_hz, const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
   // Finer than what a fit takes; what the elements are still too stiff is estimated and taken off.
   mesh::ShapeMeshOptions mesh_options;
   mesh_options.refinement = shape.kind == "revolution" ? 1 : 0;
@@ -78,8 +76,7 @@ BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& mat
   modal::EigenOptions options;
   options.band = {20.0, highest_hz};
   options.estimate_mesh_error = true;
-  const auto result =
-      modal::solve_modes(mesh, solid::assemble(mesh, support), material, support, options, monitor);
+  const auto result = modal::solve_modes(mesh, solid::assemble(mesh, support), material, support, options, monitor);
   if (!result.usable()) throw NumericalError("true modes of " + shape.kind + ": " + result.message);
 
   BodyModes modes;
@@ -106,9 +103,9 @@ BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& mat
     modes.places_m.push_back(nodes.row(nearest));
     modes.shapes.push_back(result.model.shapes.middleRows<3>(3 * nearest));
   }
-  for (Eigen::Index m = 0; m < result.model.n_modes(); ++m)
-    modes.labels.push_back("mode " + std::to_string(m));
-  modes.method = "quadratic finite elements, " + std::to_string(nodes.rows()) + " nodes, estimated mesh error taken off";
+  for (Eigen::Index m = 0; m < result.model.n_modes(); ++m) modes.labels.push_back("mode " + std::to_string(m));
+  modes.method =
+      "quadratic finite elements, " + std::to_string(nodes.rows()) + " nodes, estimated mesh error taken off";
   if (shape.kind == "tube" || shape.kind == "rod" || shape.kind == "bowl" || shape.kind == "revolution") {
     modes.pair_tolerance = kMeshPairTolerance;
   }
@@ -117,9 +114,8 @@ BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& mat
 
 }  // namespace
 
-BodyModes body_modes(const mesh::ShapeSpec& shape, const solid::Material& material,
-                     const solid::Support& support, double highest_hz,
-                     const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
+BodyModes body_modes(const mesh::ShapeSpec& shape, const solid::Material& material, const solid::Support& support,
+                     double highest_hz, const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
   if (support.kind == solid::SupportKind::kFree) {
     if (shape.kind == "box") return box_modes(shape, material, highest_hz, places);
     if (shape.kind == "tube") return tube_modes(shape, material, highest_hz, places);

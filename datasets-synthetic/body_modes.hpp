@@ -17,15 +17,15 @@ struct BodyModes {
   std::vector<Eigen::Vector3d> places_m;    ///< the points that were taken
   std::vector<std::string> labels;          ///< "n=2 odd", "parity 110", "mode 3"
   std::string method;                       ///< in words, with orders or mesh size
-  double pair_tolerance = 1e-6;  ///< neighbours closer than this (relative) are one pair by symmetry
+  double pair_tolerance = 1e-6;             ///< neighbours closer than this (relative) are one pair by symmetry
 };
 
 /// Modes up to highest_hz at places given in half extents from the centre. Free boxes and tubes by the Ritz
 /// method; other bodies by quadratic finite elements, one refinement finer than the default.
 /// @throws InputError; NumericalError when the eigensolver does not converge
-BodyModes body_modes(const mesh::ShapeSpec& shape, const solid::Material& material,
-                     const solid::Support& support, double highest_hz,
-                     const std::vector<Eigen::Vector3d>& places, Monitor& monitor = silent_monitor());
+BodyModes body_modes(const mesh::ShapeSpec& shape, const solid::Material& material, const solid::Support& support,
+                     double highest_hz, const std::vector<Eigen::Vector3d>& places,
+                     Monitor& monitor = silent_monitor());
 
 /// Splits every pair of neighbours closer than 1e-4: frequencies f (1 -+ detuning / 2), shapes turned by the
 /// angle.

@@ -25,14 +25,18 @@ std::vector<Eigen::Vector3d> draw_seeds(const DebrisOptions& o, std::uint64_t dr
       tries = 0;
       gap *= 0.8;
     }
-    const Eigen::Vector3d at(o.slab_m[0] * (random.uniform() - 0.5), o.slab_m[1] * (random.uniform() - 0.5), rise * random.uniform(-1.0, 1.0));
-    const bool fits = std::all_of(seeds.begin(), seeds.end(), [&](const Eigen::Vector3d& s) { return (s - at).head<2>().norm() >= gap; });
+    const Eigen::Vector3d at(o.slab_m[0] * (random.uniform() - 0.5), o.slab_m[1] * (random.uniform() - 0.5),
+                             rise * random.uniform(-1.0, 1.0));
+    const bool fits = std::all_of(seeds.begin(), seeds.end(),
+                                  [&](const Eigen::Vector3d& s) { return (s - at).head<2>().norm() >= gap; });
     if (fits) seeds.push_back(at);
   }
   return seeds;
 }
 
-DebrisPiece piece_of(const std::string& name, const detail::ConvexCell& cell) { return {name, detail::surface_of(cell), cell.volume_m3()}; }
+DebrisPiece piece_of(const std::string& name, const detail::ConvexCell& cell) {
+  return {name, detail::surface_of(cell), cell.volume_m3()};
+}
 
 }  // namespace
 
@@ -44,10 +48,12 @@ void DebrisOptions::validate() const {
   if (!box_m.isZero(0.0)) lengths("box_m", box_m);
   checked(place, "plate_length_m", plate_length_m, 1e-3, 10.0);
   checked(place, "plate_width_m", plate_width_m, 1e-3, 10.0);
-  if (plate_thicknesses_m.size() > 50) throw InputError(place, "plate_thicknesses_m", std::to_string(plate_thicknesses_m.size()), "at most 50");
+  if (plate_thicknesses_m.size() > 50)
+    throw InputError(place, "plate_thicknesses_m", std::to_string(plate_thicknesses_m.size()), "at most 50");
   for (const double thickness : plate_thicknesses_m) checked(place, "plate_thicknesses_m", thickness, 1e-4, 1.0);
   lengths("slab_m", slab_m);
-  if (!(slab_m[2] <= slab_m.head<2>().minCoeff())) throw InputError(place, "slab_m", to_text(slab_m[2]), "the thickness last and smallest");
+  if (!(slab_m[2] <= slab_m.head<2>().minCoeff()))
+    throw InputError(place, "slab_m", to_text(slab_m[2]), "the thickness last and smallest");
   if (n_shards < 0 || n_shards > 500) throw InputError(place, "n_shards", std::to_string(n_shards), "0 to 500");
   checked(place, "largest_tilt_deg", largest_tilt_deg, 0.0, 30.0);
 }
@@ -60,13 +66,16 @@ std::vector<DebrisPiece> slab_shards(const DebrisOptions& options) {
   for (std::uint64_t draw = 0; draw < kDraws; ++draw) {
     std::vector<detail::ConvexCell> cells = detail::voronoi_cells(options.slab_m, draw_seeds(options, draw));
     double shortest = options.slab_m.norm();
-    for (const detail::ConvexCell& cell : cells) shortest = std::min(shortest, cell.empty() ? 0.0 : cell.shortest_edge_m());
+    for (const detail::ConvexCell& cell : cells)
+      shortest = std::min(shortest, cell.empty() ? 0.0 : cell.shortest_edge_m());
     if (shortest > longest) {
       longest = shortest;
       best = std::move(cells);
     }
   }
-  if (!(longest > 0.0)) throw InputError("debris", "a shard vanished", std::to_string(options.n_shards) + " shards", "fewer shards or less tilt");
+  if (!(longest > 0.0))
+    throw InputError("debris", "a shard vanished", std::to_string(options.n_shards) + " shards",
+                     "fewer shards or less tilt");
   std::vector<DebrisPiece> pieces;
   for (std::size_t i = 0; i < best.size(); ++i) {
     char name[32];
@@ -81,8 +90,9 @@ std::vector<DebrisPiece> debris(const DebrisOptions& options) {
   std::vector<DebrisPiece> pieces;
   if (!options.box_m.isZero(0.0)) pieces.push_back(piece_of("box", detail::box_cell(options.box_m)));
   for (std::size_t i = 0; i < options.plate_thicknesses_m.size(); ++i)
-    pieces.push_back(piece_of("plate_" + std::to_string(i + 1),
-                              detail::box_cell({options.plate_length_m, options.plate_width_m, options.plate_thicknesses_m[i]})));
+    pieces.push_back(
+        piece_of("plate_" + std::to_string(i + 1),
+                 detail::box_cell({options.plate_length_m, options.plate_width_m, options.plate_thicknesses_m[i]})));
   for (DebrisPiece& shard : slab_shards(options)) pieces.push_back(std::move(shard));
   return pieces;
 }

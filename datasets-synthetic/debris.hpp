@@ -10,14 +10,14 @@ namespace klang::datasets {
 
 /// What lies about after a breakage: a box, plates, and the shards of a slab.
 struct DebrisOptions {
-  Eigen::Vector3d box_m{0.12, 0.08, 0.05};                           ///< lengths; 0 in all: no box
-  double plate_length_m = 0.08, plate_width_m = 0.06;                ///< 1e-3 to 10
-  std::vector<double> plate_thicknesses_m{0.004, 0.006, 0.012};      ///< 1e-4 to 1 each, at most 50; empty: no plates
-  Eigen::Vector3d slab_m{0.2, 0.2, 0.006};                           ///< 1e-4 to 10 each, the thickness last and smallest
-  int n_shards = 10;                                                 ///< 0 to 500: pieces of the slab
-  double largest_tilt_deg = 10.0;                                    ///< of the cracks against the slab's normal, as a rule; 0 to 30
+  Eigen::Vector3d box_m{0.12, 0.08, 0.05};                       ///< lengths; 0 in all: no box
+  double plate_length_m = 0.08, plate_width_m = 0.06;            ///< 1e-3 to 10
+  std::vector<double> plate_thicknesses_m{0.004, 0.006, 0.012};  ///< 1e-4 to 1 each, at most 50; empty: no plates
+  Eigen::Vector3d slab_m{0.2, 0.2, 0.006};                       ///< 1e-4 to 10 each, the thickness last and smallest
+  int n_shards = 10;                                             ///< 0 to 500: pieces of the slab
+  double largest_tilt_deg = 10.0;  ///< of the cracks against the slab's normal, as a rule; 0 to 30
   std::uint64_t seed = 1;
-  void validate() const;                                             ///< InputError
+  void validate() const;  ///< InputError
 };
 
 /// One body: a closed convex surface of triangles, normals outward, in the frame of what it was cut from.

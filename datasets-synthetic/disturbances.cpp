@@ -72,8 +72,8 @@ Eigen::VectorXd room_tail(const Eigen::VectorXd& sound, double sample_rate_hz, d
   return values_of(product, length, n);
 }
 
-Eigen::VectorXd mains_hum(Eigen::Index n, double sample_rate_hz, double frequency_hz, double amplitude,
-                          int harmonics, RandomStream& random) {
+Eigen::VectorXd mains_hum(Eigen::Index n, double sample_rate_hz, double frequency_hz, double amplitude, int harmonics,
+                          RandomStream& random) {
   Eigen::VectorXd hum = Eigen::VectorXd::Zero(n);
   for (int k = 1; k <= harmonics && k * frequency_hz < 0.5 * sample_rate_hz; ++k) {
     const double phase = random.uniform(0.0, 2.0 * kPi), omega = 2.0 * kPi * k * frequency_hz;

@@ -16,7 +16,7 @@ Eigen::VectorXd room_tail(const Eigen::VectorXd& sound, double sample_rate_hz, d
                           RandomStream& random);
 
 /// sum_k amplitude / k cos(2 pi k frequency t + phase_k), phases drawn uniformly.
-Eigen::VectorXd mains_hum(Eigen::Index n, double sample_rate_hz, double frequency_hz, double amplitude,
-                          int harmonics, RandomStream& random);
+Eigen::VectorXd mains_hum(Eigen::Index n, double sample_rate_hz, double frequency_hz, double amplitude, int harmonics,
+                          RandomStream& random);
 
 }  // namespace klang::datasets

@@ -262,10 +262,13 @@ DropRecipe parse_drop_recipe(std::string_view text, const std::string& name, std
   }
   std::set<std::string> files;
   for (const DropRecording& recording : recipe.recordings) {
-    if (!files.insert(recording.name).second) throw InputError(name, "two recordings get one file name", recording.name);
-    for (std::size_t i = 1; i < recording.drops.size(); ++i) {  // in order of onset, by which the rise file tells them apart
+    if (!files.insert(recording.name).second)
+      throw InputError(name, "two recordings get one file name", recording.name);
+    for (std::size_t i = 1; i < recording.drops.size();
+         ++i) {  // in order of onset, by which the rise file tells them apart
       if (!(recording.drops[i].onset_s > recording.drops[i - 1].onset_s))
-        throw InputError(name + ", " + recording.name, "two drops have one onset_s", to_text(recording.drops[i].onset_s));
+        throw InputError(name + ", " + recording.name, "two drops have one onset_s",
+                         to_text(recording.drops[i].onset_s));
     }
   }
   if (recipe.recordings.empty()) throw InputError(name, "has no recordings", "", "[[recording]] or [[random]]");

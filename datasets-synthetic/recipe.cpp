@@ -43,9 +43,7 @@ RandomStream stream(std::uint64_t seed, std::size_t specimen, std::size_t channe
   return {seed, (specimen << 16) | (channel << 4) | static_cast<std::uint64_t>(purpose)};
 }
 
-json vector_json(const Eigen::Vector3d& v) {
-  return {json_number(v[0]), json_number(v[1]), json_number(v[2])};
-}
+json vector_json(const Eigen::Vector3d& v) { return {json_number(v[0]), json_number(v[1]), json_number(v[2])}; }
 
 // Modes with equal frequencies (closer than a thousandth of their width) are one partial.
 std::vector<HeardMode> partials_of(std::vector<HeardMode> modes) {
@@ -54,8 +52,7 @@ std::vector<HeardMode> partials_of(std::vector<HeardMode> modes) {
   std::vector<HeardMode> partials;
   for (HeardMode& mode : modes) {
     if (!partials.empty() && mode.damped_rad_s - partials.back().damped_rad_s <= 1e-3 * mode.decay_per_s) {
-      for (std::size_t c = 0; c < mode.amplitude.size(); ++c)
-        partials.back().amplitude[c] += mode.amplitude[c];
+      for (std::size_t c = 0; c < mode.amplitude.size(); ++c) partials.back().amplitude[c] += mode.amplitude[c];
     } else {
       partials.push_back(std::move(mode));
     }
@@ -86,8 +83,7 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
   for (const RecipePickup& pickup : specimen.pickups) places.push_back(pickup.at);
   for (const RecipeMount& mount : specimen.mounts) places.push_back(mount.at);
   const double highest_hz = std::min(recipe.highest_hz, kHighestOfSampleRate * recipe.sample_rate_hz);
-  BodyModes modes =
-      body_modes(specimen.shape, recipe.material, specimen.support, highest_hz, places, monitor);
+  BodyModes modes = body_modes(specimen.shape, recipe.material, specimen.support, highest_hz, places, monitor);
   split_pairs(modes, recipe.split_detuning, recipe.split_detuning > 0.0 ? recipe.split_angle_rad : 0.0);
   const std::size_t n_strikes = specimen.strikes.size();
   const Eigen::Index n_modes = modes.angular_frequency_rad_s.size();
@@ -112,16 +108,12 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
       impulses[s].impulse[m] = modes.shapes[s].col(m).dot(specimen.strikes[s].impulse_n_s);
     }
     if (!(decay < omega)) continue;  // over-damped: a thud, no partial
-    HeardMode mode{omega,
-                   std::sqrt((omega - decay) * (omega + decay)),
-                   decay,
-                   {},
-                   modes.labels[static_cast<std::size_t>(m)]};
+    HeardMode mode{
+        omega, std::sqrt((omega - decay) * (omega + decay)), decay, {}, modes.labels[static_cast<std::size_t>(m)]};
     const std::complex<double> pole(-decay, mode.damped_rad_s);
     const double contact = specimen.strikes[0].contact_s;
     const std::complex<double> start = impulses[0].impulse[m] / mode.damped_rad_s *
-                                       std::exp(0.5 * contact * contact * pole * pole) *
-                                       std::complex<double>(0, -1);
+                                       std::exp(0.5 * contact * contact * pole * pole) * std::complex<double>(0, -1);
     mode.amplitude.assign(n_channels, start);
     heard.push_back(std::move(mode));
   }
@@ -133,13 +125,12 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
     std::size_t at = 0;
     for (Eigen::Index m = 0; m < n_modes; ++m) {
       auto& oscillator = oscillators[static_cast<std::size_t>(m)];
-      oscillator.output_gain = modes.shapes[n_strikes + c].col(m).dot(direction) *
-                               oscillator.angular_frequency_rad_s / (2.0 * kPi);
+      oscillator.output_gain =
+          modes.shapes[n_strikes + c].col(m).dot(direction) * oscillator.angular_frequency_rad_s / (2.0 * kPi);
       if (oscillator.decay_per_s < oscillator.angular_frequency_rad_s)
         heard[at++].amplitude[c] *= oscillator.output_gain;
     }
-    clean.col(static_cast<Eigen::Index>(c)) =
-        modal::render(oscillators, impulses, recipe.sample_rate_hz, n_frames);
+    clean.col(static_cast<Eigen::Index>(c)) = modal::render(oscillators, impulses, recipe.sample_rate_hz, n_frames);
   }
   const double top = clean.size() > 0 ? clean.cwiseAbs().maxCoeff() : 0.0;
   if (!(top > 0.0)) {
@@ -159,8 +150,8 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
     auto channel = sound.col(static_cast<Eigen::Index>(c));
     if (recipe.room_rt60_s) {
       RandomStream random = stream(seed, index, c, Purpose::kRoom);
-      channel += room_tail(clean.col(static_cast<Eigen::Index>(c)), recipe.sample_rate_hz,
-                           *recipe.room_rt60_s, recipe.room_level_db, random);
+      channel += room_tail(clean.col(static_cast<Eigen::Index>(c)), recipe.sample_rate_hz, *recipe.room_rt60_s,
+                           recipe.room_level_db, random);
     }
     const double rms = std::sqrt(channel.squaredNorm() / static_cast<double>(n_frames));
     double noise_rms = 0.0;
@@ -168,8 +159,8 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
     if (recipe.snr_db) {
       noise_rms = rms * std::pow(10.0, -*recipe.snr_db / 20.0);
       RandomStream random = stream(seed, index, c, Purpose::kNoise);
-      added += noise_rms * (recipe.pink ? pink_noise(n_frames, recipe.sample_rate_hz, random)
-                                        : white_noise(n_frames, random));
+      added += noise_rms *
+               (recipe.pink ? pink_noise(n_frames, recipe.sample_rate_hz, random) : white_noise(n_frames, random));
     }
     if (recipe.mains_amplitude > 0.0) {
       RandomStream random = stream(seed, index, 0, Purpose::kMains);  // the same in every channel
@@ -179,8 +170,8 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
     channel += added;
     json list = json::array();
     for (const HeardMode& p : partials) {
-      list.push_back({{"amplitude", json_number(std::abs(p.amplitude[c]))},
-                      {"phase_rad", json_number(std::arg(p.amplitude[c]))}});
+      list.push_back(
+          {{"amplitude", json_number(std::abs(p.amplitude[c]))}, {"phase_rad", json_number(std::arg(p.amplitude[c]))}});
     }
     channels.push_back({{"at_m", vector_json(modes.places_m[n_strikes + c])},
                         {"direction", vector_json(specimen.pickups[c].direction.normalized())},
@@ -219,20 +210,19 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
                        {"contact_s", strike.contact_s}});
   }
   for (Eigen::Index m = 0; m < n_modes; ++m) {
-    mode_list.push_back(
-        {{"undamped_frequency_hz", json_number(modes.angular_frequency_rad_s[m] / (2.0 * kPi))},
-         {"mode", modes.labels[static_cast<std::size_t>(m)]}});
+    mode_list.push_back({{"undamped_frequency_hz", json_number(modes.angular_frequency_rad_s[m] / (2.0 * kPi))},
+                         {"mode", modes.labels[static_cast<std::size_t>(m)]}});
   }
   json mounts = json::array();
   for (std::size_t k = 0; k < specimen.mounts.size(); ++k) {
     made.mounts_m.push_back(modes.places_m[n_strikes + n_channels + k]);
-    mounts.push_back({{"at_m", vector_json(made.mounts_m.back())},
-                      {"direction", specimen.mounts[k].direction ? vector_json(*specimen.mounts[k].direction) : json(nullptr)},
-                      {"damping_n_s_per_m", specimen.mounts[k].damping_n_s_per_m}});
+    mounts.push_back(
+        {{"at_m", vector_json(made.mounts_m.back())},
+         {"direction", specimen.mounts[k].direction ? vector_json(*specimen.mounts[k].direction) : json(nullptr)},
+         {"damping_n_s_per_m", specimen.mounts[k].damping_n_s_per_m}});
   }
   json mass = nullptr;
-  if (specimen.shape.kind != "revolution")
-    mass = mesh::shape_volume_m3(specimen.shape) * recipe.material.density_kg_m3;
+  if (specimen.shape.kind != "revolution") mass = mesh::shape_volume_m3(specimen.shape) * recipe.material.density_kg_m3;
   made.truth = {{"name", specimen.name},
                 {"recording", specimen.name + ".wav"},
                 {"shape", shape_json(specimen.shape)},
@@ -267,31 +257,30 @@ json truth_header(const Recipe& recipe, std::string_view toml, std::uint64_t see
       damping["zener_relaxation_time_s"] = recipe.zener_relaxation_time_s;
       break;
   }
-  return {
-      {"schema_version", 1},
-      {"kind", "dataset"},
-      {"status", "made"},
-      {"name", recipe.name},
-      {"provenance", to_json(provenance)},
-      {"material",
-       {{"lame_lambda_pa", m.lame_lambda_pa},
-        {"lame_mu_pa", m.lame_mu_pa},
-        {"youngs_modulus_pa", m.youngs_modulus_pa()},
-        {"poissons_ratio", m.poissons_ratio()},
-        {"density_kg_m3", m.density_kg_m3}}},
-      {"damping", std::move(damping)},
-      {"sample_rate_hz", recipe.sample_rate_hz},
-      {"duration_s", recipe.duration_s},
-      {"snr_db", json_number(recipe.snr_db)},
-      {"noise_colour", recipe.pink ? "pink" : "white"},
-      {"mains",
-       {{"frequency_hz", recipe.mains_frequency_hz},
-        {"amplitude", recipe.mains_amplitude},
-        {"harmonics", recipe.mains_harmonics}}},
-      {"room", {{"rt60_s", json_number(recipe.room_rt60_s)}, {"level_db", recipe.room_level_db}}},
-      {"split_pairs", {{"relative_detuning", recipe.split_detuning}, {"angle_rad", recipe.split_angle_rad}}},
-      {"dc_offset", recipe.dc_offset},
-      {"clip_level", json_number(recipe.clip_level)}};
+  return {{"schema_version", 1},
+          {"kind", "dataset"},
+          {"status", "made"},
+          {"name", recipe.name},
+          {"provenance", to_json(provenance)},
+          {"material",
+           {{"lame_lambda_pa", m.lame_lambda_pa},
+            {"lame_mu_pa", m.lame_mu_pa},
+            {"youngs_modulus_pa", m.youngs_modulus_pa()},
+            {"poissons_ratio", m.poissons_ratio()},
+            {"density_kg_m3", m.density_kg_m3}}},
+          {"damping", std::move(damping)},
+          {"sample_rate_hz", recipe.sample_rate_hz},
+          {"duration_s", recipe.duration_s},
+          {"snr_db", json_number(recipe.snr_db)},
+          {"noise_colour", recipe.pink ? "pink" : "white"},
+          {"mains",
+           {{"frequency_hz", recipe.mains_frequency_hz},
+            {"amplitude", recipe.mains_amplitude},
+            {"harmonics", recipe.mains_harmonics}}},
+          {"room", {{"rt60_s", json_number(recipe.room_rt60_s)}, {"level_db", recipe.room_level_db}}},
+          {"split_pairs", {{"relative_detuning", recipe.split_detuning}, {"angle_rad", recipe.split_angle_rad}}},
+          {"dc_offset", recipe.dc_offset},
+          {"clip_level", json_number(recipe.clip_level)}};
 }
 
 // A number that TOML reads as one with a fraction.
@@ -308,20 +297,15 @@ std::string specimen_toml_of(const Recipe& recipe, const std::vector<std::vector
   for (char c : recipe.name) {
     if (static_cast<unsigned char>(c) >= 0x20 && c != '"' && c != '\\' && c != 0x7f) quoted += c;
   }
-  std::string text = "# Made with the recordings beside it; the material is a starting guess.\nname = \"" +
-                     quoted + "\"\n\n";
-  text +=
-      "[material]\nyoungs_modulus_pa = " + toml_number(m.youngs_modulus_pa() * recipe.start_youngs_factor) +
-      "\n";
-  text +=
-      "poissons_ratio = " + toml_number(poisson) + "\ndensity_kg_m3 = " + toml_number(m.density_kg_m3) + "\n";
+  std::string text =
+      "# Made with the recordings beside it; the material is a starting guess.\nname = \"" + quoted + "\"\n\n";
+  text += "[material]\nyoungs_modulus_pa = " + toml_number(m.youngs_modulus_pa() * recipe.start_youngs_factor) + "\n";
+  text += "poissons_ratio = " + toml_number(poisson) + "\ndensity_kg_m3 = " + toml_number(m.density_kg_m3) + "\n";
   for (std::size_t s = 0; s < recipe.specimens.size(); ++s) {
     const RecipeSpecimen& specimen = recipe.specimens[s];
-    text +=
-        "\n[[specimen]]\nname = \"" + specimen.name + "\"\nshape = { kind = \"" + specimen.shape.kind + "\"";
+    text += "\n[[specimen]]\nname = \"" + specimen.name + "\"\nshape = { kind = \"" + specimen.shape.kind + "\"";
     for (const auto& [name, metres] : specimen.shape.dims) text += ", " + name + " = " + toml_number(metres);
-    if (!specimen.shape.profile_csv.empty())
-      text += ", profile_csv = '" + specimen.shape.profile_csv.string() + "'";
+    if (!specimen.shape.profile_csv.empty()) text += ", profile_csv = '" + specimen.shape.profile_csv.string() + "'";
     text += " }\n";
     if (specimen.support.kind != solid::SupportKind::kFree) {
       text += "support = { kind = \"";
@@ -356,8 +340,8 @@ Dataset made_dataset(std::string_view toml, const std::string& name, const std::
   const Recipe recipe = parse_recipe(toml, name, base);
   std::vector<Made> made(recipe.specimens.size());
   for_each_job(
-      made.size(), [&](std::size_t i) { made[i] = make_recording(recipe, i, seed, monitor); },
-      "synthetic recordings", monitor);
+      made.size(), [&](std::size_t i) { made[i] = make_recording(recipe, i, seed, monitor); }, "synthetic recordings",
+      monitor);
   Dataset dataset;
   json truth = truth_header(recipe, toml, seed);
   truth["specimens"] = json::array();
@@ -379,8 +363,7 @@ Dataset make_dataset(const std::filesystem::path& recipe_toml, std::uint64_t see
   return made_dataset(text, recipe_toml.filename().string(), recipe_toml.parent_path(), seed, monitor);
 }
 
-Dataset make_dataset_from_text(std::string_view toml, const std::string& name, std::uint64_t seed,
-                               Monitor& monitor) {
+Dataset make_dataset_from_text(std::string_view toml, const std::string& name, std::uint64_t seed, Monitor& monitor) {
   return made_dataset(toml, name, {}, seed, monitor);
 }
 

@@ -23,12 +23,10 @@ const TomlField kSchema[] = {
     {"", "noise", TomlType::kTable, "none", -kInf, kInf, "noise of the recording"},
     {"", "mains", TomlType::kTable, "none", -kInf, kInf, "hum"},
     {"", "room", TomlType::kTable, "none", -kInf, kInf, "reverberation"},
-    {"", "split_pairs", TomlType::kTable, "none", -kInf, kInf,
-     "imperfection that splits pairs of equal frequency"},
+    {"", "split_pairs", TomlType::kTable, "none", -kInf, kInf, "imperfection that splits pairs of equal frequency"},
     {"", "fit", TomlType::kTable, "the defaults below", -kInf, kInf,
      "what the specimen.toml made with the sounds says"},
-    {"", "specimen", TomlType::kTables, "required", -kInf, kInf,
-     "one `[[specimen]]` a body and recording, 1 to 100"},
+    {"", "specimen", TomlType::kTables, "required", -kInf, kInf, "one `[[specimen]]` a body and recording, 1 to 100"},
 
     {"sound", "sample_rate_hz", TomlType::kNumber, "48000", 4000, 768000, "sample rate"},
     {"sound", "duration_s", TomlType::kNumber, "5", 0.01, 120, "length of each recording"},
@@ -43,8 +41,7 @@ const TomlField kSchema[] = {
     {"material", "lame_lambda_pa", TomlType::kNumber, "with lame_mu_pa", -1e14, 1e14, "Lamé's λ"},
     {"material", "lame_mu_pa", TomlType::kNumber, "with lame_lambda_pa", 1e-6, 1e14, "Lamé's μ"},
     {"material", "youngs_modulus_pa", TomlType::kNumber, "with poissons_ratio", 1e-6, 1e14, "Young's modulus"},
-    {"material", "poissons_ratio", TomlType::kNumber, "with youngs_modulus_pa", -0.999, 0.4999,
-     "Poisson's ratio"},
+    {"material", "poissons_ratio", TomlType::kNumber, "with youngs_modulus_pa", -0.999, 0.4999, "Poisson's ratio"},
     {"material", "density_kg_m3", TomlType::kNumber, "the preset's", 1e-3, 1e6, "density"},
 
     {"damping", "model", TomlType::kText, "required", -kInf, kInf, "`rayleigh`, `loss_factor` or `zener`"},
@@ -56,8 +53,7 @@ const TomlField kSchema[] = {
 
     {"noise", "snr_db", TomlType::kNumber, "required", -60, 200,
      "mean square of the sound over the whole recording by that of the noise, each channel"},
-    {"noise", "colour", TomlType::kText, "`white`", -kInf, kInf,
-     "`white` or `pink` (3 dB an octave, above 20 Hz)"},
+    {"noise", "colour", TomlType::kText, "`white`", -kInf, kInf, "`white` or `pink` (3 dB an octave, above 20 Hz)"},
 
     {"mains", "frequency_hz", TomlType::kNumber, "50", 1, 1000, "fundamental"},
     {"mains", "amplitude", TomlType::kNumber, "required", 0, 1, "of the fundamental, full scale = 1"},
@@ -65,8 +61,7 @@ const TomlField kSchema[] = {
      "their number; the k-th has amplitude / k and a seeded phase"},
 
     {"room", "rt60_s", TomlType::kNumber, "required", 0.01, 20, "time in which the tail falls by 60 dB"},
-    {"room", "level_db", TomlType::kNumber, "-20", -120, 40,
-     "energy of the tail's response against the direct sound"},
+    {"room", "level_db", TomlType::kNumber, "-20", -120, 40, "energy of the tail's response against the direct sound"},
 
     {"split_pairs", "relative_detuning", TomlType::kNumber, "required", 0, 0.1,
      "distance of the two frequencies, as a part of their mean"},
@@ -83,15 +78,16 @@ const TomlField kSchema[] = {
     {"specimen", "support", TomlType::kText, "`free`", -kInf, kInf, "`free`, `clamped:x=0`, ..."},
     {"specimen", "strike", TomlType::kTables, "required", -kInf, kInf, "one or more blows"},
     {"specimen", "pickup", TomlType::kTables, "required", -kInf, kInf, "one for each channel"},
-    {"specimen", "mount", TomlType::kTables, "none", -kInf, kInf, "viscous dampers: wire or foam that touches the body"},
-    {"specimen", "predict", TomlType::kBoolean, "`false`", -kInf, kInf, "passed on to the specimen.toml made with the sounds"},
+    {"specimen", "mount", TomlType::kTables, "none", -kInf, kInf,
+     "viscous dampers: wire or foam that touches the body"},
+    {"specimen", "predict", TomlType::kBoolean, "`false`", -kInf, kInf,
+     "passed on to the specimen.toml made with the sounds"},
 
     {"specimen.strike", "time_s", TomlType::kNumber, "0.1", -10, 120, "centre of the force pulse"},
     {"specimen.strike", "at", TomlType::kVector, "required", -1, 1,
      "place, in half extents of the body from its centre"},
     {"specimen.strike", "impulse_n_s", TomlType::kVector, "required", -1e3, 1e3, "impulse vector"},
-    {"specimen.strike", "contact_s", TomlType::kNumber, "0", 0, 0.1,
-     "standard deviation of the Gaussian force pulse"},
+    {"specimen.strike", "contact_s", TomlType::kNumber, "0", 0, 0.1, "standard deviation of the Gaussian force pulse"},
 
     {"specimen.pickup", "at", TomlType::kVector, "required", -1, 1,
      "place, in half extents of the body from its centre"},
@@ -194,10 +190,9 @@ TomlTable required_table(const TomlTable& table, std::string_view key) {
 }
 
 void check_name(const std::string& name, const std::string& place) {
-  const bool fits =
-      !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-        return std::isalnum(c) || c == '_' || c == '-' || c == '+' || c == '#';
-      });
+  const bool fits = !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c == '-' || c == '+' || c == '#';
+  });
   if (!fits) throw InputError(place, "cannot be a file name", name, "1 to 64 letters, digits and _ - + #");
 }
 
@@ -209,14 +204,13 @@ RecipeSpecimen read_specimen(const TomlTable& table, const std::filesystem::path
   const std::string support = table.text("support", "free");
   specimen.support = located(table.place("support"), [&] { return solid::parse_support(support); });
   for (const TomlTable& strike : some_tables(table, "strike", kMaxStrikes)) {
-    specimen.strikes.push_back({strike.number("time_s", 0.1), strike.vector("at"),
-                                strike.vector("impulse_n_s"), strike.number("contact_s", 0.0)});
+    specimen.strikes.push_back({strike.number("time_s", 0.1), strike.vector("at"), strike.vector("impulse_n_s"),
+                                strike.number("contact_s", 0.0)});
     if (!(specimen.strikes.back().time_s < recipe.duration_s)) {
       throw InputError(strike.place("time_s"), "is after the end of the recording",
                        to_text(specimen.strikes.back().time_s), "below " + to_text(recipe.duration_s));
     }
-    if (specimen.strikes.back().impulse_n_s.isZero(0.0))
-      throw InputError(strike.place("impulse_n_s"), "is zero");
+    if (specimen.strikes.back().impulse_n_s.isZero(0.0)) throw InputError(strike.place("impulse_n_s"), "is zero");
   }
   for (const TomlTable& pickup : some_tables(table, "pickup", kMaxPickups)) {
     specimen.pickups.push_back({pickup.vector("at"), pickup.vector("direction")});
@@ -262,10 +256,8 @@ std::string Recipe::damping_model() const {
   return "";
 }
 
-Recipe parse_recipe(std::string_view text, const std::string& name,
-                    const std::filesystem::path& base_folder) {
-  if (text.size() > kMaxBytes)
-    throw InputError(name, "is too long for a recipe", std::to_string(text.size()));
+Recipe parse_recipe(std::string_view text, const std::string& name, const std::filesystem::path& base_folder) {
+  if (text.size() > kMaxBytes) throw InputError(name, "is too long for a recipe", std::to_string(text.size()));
   const TomlTable root = TomlTable::parse(text, name, kSchema);
   Recipe recipe;
   recipe.name = root.text("name", name.c_str());
@@ -312,8 +304,7 @@ Recipe parse_recipe(std::string_view text, const std::string& name,
       const bool plain = std::all_of(parameter.begin(), parameter.end(), [](unsigned char c) {
         return std::isalnum(c) || c == '_' || c == '.' || c == '-' || c == '+' || c == '#';
       });
-      if (!plain || parameter.empty())
-        throw InputError(fit.place("parameters"), "is no parameter name", parameter);
+      if (!plain || parameter.empty()) throw InputError(fit.place("parameters"), "is no parameter name", parameter);
     }
     recipe.start_youngs_factor = fit.number("youngs_modulus_factor", 1.0);
     recipe.start_poissons_ratio = fit.optional_number("poissons_ratio");

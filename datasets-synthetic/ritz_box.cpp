@@ -83,8 +83,7 @@ Eigen::MatrixXd block_stiffness(const std::vector<BasisFunction>& basis,
 }
 
 // Degrees that resolve the shortest wave of the band to about 1e-7: pi/2 a half-wave, and some for the edges.
-std::array<int, 3> default_orders(const Eigen::Vector3d& size_m, const solid::Material& material,
-                                  double highest_hz) {
+std::array<int, 3> default_orders(const Eigen::Vector3d& size_m, const solid::Material& material, double highest_hz) {
   const double thickness = size_m.minCoeff();
   const double nu = material.poissons_ratio();
   const double plate = std::sqrt(material.youngs_modulus_pa() * thickness * thickness /
@@ -104,8 +103,7 @@ std::array<int, 3> default_orders(const Eigen::Vector3d& size_m, const solid::Ma
 
 }  // namespace
 
-RitzBox::RitzBox(const Eigen::Vector3d& size_m, const solid::Material& material,
-                 const RitzBoxOptions& options)
+RitzBox::RitzBox(const Eigen::Vector3d& size_m, const solid::Material& material, const RitzBoxOptions& options)
     : size_m_(size_m), orders_(options.orders) {
   validate(material);
   const std::array<const char*, 3> names = {"length_m", "width_m", "height_m"};
@@ -124,8 +122,7 @@ RitzBox::RitzBox(const Eigen::Vector3d& size_m, const solid::Material& material,
   std::array<std::vector<std::pair<double, Mode>>, 8> blocks;
   for_each_job(8, [&](std::size_t b) {
     const BlasThreads one_thread(1);
-    const std::array<int, 3> parity = {static_cast<int>(b >> 2), static_cast<int>(b >> 1 & 1),
-                                       static_cast<int>(b & 1)};
+    const std::array<int, 3> parity = {static_cast<int>(b >> 2), static_cast<int>(b >> 1 & 1), static_cast<int>(b & 1)};
     const auto basis = block_basis(parity, orders_);
     const Eigen::MatrixXd stiffness = block_stiffness(basis, integrals, material);
     // Rather more than a block of this body can hold in the band; doubled in the rare case that they are not
@@ -134,8 +131,7 @@ RitzBox::RitzBox(const Eigen::Vector3d& size_m, const solid::Material& material,
       const auto pairs = detail::lowest_eigenpairs(stiffness, count);
       const Eigen::VectorXd omega_sq = pairs.values / material.density_kg_m3;
       if (omega_sq[omega_sq.size() - 1] <= highest_sq && omega_sq.size() < stiffness.rows()) continue;
-      for (Eigen::Index k = rigid_modes_in_block(parity); k < omega_sq.size() && omega_sq[k] <= highest_sq;
-           ++k) {
+      for (Eigen::Index k = rigid_modes_in_block(parity); k < omega_sq.size() && omega_sq[k] <= highest_sq; ++k) {
         const Eigen::VectorXd c = pairs.vectors.col(k) / std::sqrt(material.density_kg_m3);
         blocks[b].push_back({std::sqrt(omega_sq[k]), {parity, {c.data(), c.data() + c.size()}}});
       }
@@ -163,8 +159,8 @@ Eigen::MatrixXd RitzBox::shapes_at(const Eigen::Vector3d& point_m) const {
     const Mode& mode = modes_[static_cast<std::size_t>(m)];
     std::size_t i = 0;
     for (const BasisFunction& f : block_basis(mode.parity, orders_)) {
-      shapes(f.axis, m) += mode.coefficients[i++] * values[0][f.degrees[0]] * values[1][f.degrees[1]] *
-                           values[2][f.degrees[2]];
+      shapes(f.axis, m) +=
+          mode.coefficients[i++] * values[0][f.degrees[0]] * values[1][f.degrees[1]] * values[2][f.degrees[2]];
     }
   }
   return shapes;

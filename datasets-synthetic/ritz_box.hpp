@@ -12,8 +12,7 @@ namespace klang::datasets {
 /// elements of core/solid. Frequencies are upper bounds that fall geometrically with the order. Source:
 /// Visscher, Migliori, Bell & Reinert 1991, J. Acoust. Soc. Am. 90, 2154 (there with plain powers).
 struct RitzBoxOptions {
-  std::array<int, 3>
-      orders{};  ///< highest degree along x, y, z, 3 to 40; 0: from the shortest wave in the band
+  std::array<int, 3> orders{};  ///< highest degree along x, y, z, 3 to 40; 0: from the shortest wave in the band
   double highest_hz = 20000.0;  ///< modes above are dropped (> 0)
 };
 

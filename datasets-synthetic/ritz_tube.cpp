@@ -60,16 +60,14 @@ std::vector<int> degrees(int order, bool odd) {
 }
 
 // Rows and columns (wall function i, axial function k) of wall (i, j) times axial (k, l).
-void add_product(Eigen::Ref<Eigen::MatrixXd> block, const Eigen::MatrixXd& wall,
-                 const Eigen::MatrixXd& axial) {
+void add_product(Eigen::Ref<Eigen::MatrixXd> block, const Eigen::MatrixXd& wall, const Eigen::MatrixXd& axial) {
   const Eigen::Index n = axial.rows(), m = axial.cols();
   for (Eigen::Index i = 0; i < wall.rows(); ++i) {
     for (Eigen::Index j = 0; j < wall.cols(); ++j) block.block(i * n, j * m, n, m) += wall(i, j) * axial;
   }
 }
 
-Eigen::MatrixXd picked(const Eigen::MatrixXd& matrix, const std::vector<int>& rows,
-                       const std::vector<int>& cols) {
+Eigen::MatrixXd picked(const Eigen::MatrixXd& matrix, const std::vector<int>& rows, const std::vector<int>& cols) {
   return matrix(rows, cols);
 }
 
@@ -83,8 +81,7 @@ int default_axial_order(double length_m, double outer_m, double wall_m, const so
   const double shear_m = 0.6 * material.shear_speed_m_s() / highest_hz;
   // Plate waves of the wall run alone only above the ring frequency.
   const double ring_hz = bar / (2.0 * kPi * outer_m);
-  const double wave_m =
-      highest_hz > ring_hz ? std::min({beam_m, plate_m, shear_m}) : std::min(beam_m, shear_m);
+  const double wave_m = highest_hz > ring_hz ? std::min({beam_m, plate_m, shear_m}) : std::min(beam_m, shear_m);
   // Shell edge layers of about sqrt(radius wall) at the ends, where polynomials are dense as 1 / degree^2.
   const double ends = 6.5 * std::sqrt(length_m / std::sqrt(outer_m * wall_m));
   const double waves = 16.0 + 1.6 * 2.0 * length_m / wave_m;
@@ -103,8 +100,7 @@ void RitzTube::solve(int n, bool odd, bool torsion, const solid::Material& mater
   // odd: parity of u_r and u_theta in z; u_z has the other.
   const std::vector<int> across = degrees(axial_order_, odd), along = degrees(axial_order_, !odd);
   const auto n_wall = static_cast<Eigen::Index>(wall_order_ + 1);
-  const auto n_across = static_cast<Eigen::Index>(across.size()),
-             n_along = static_cast<Eigen::Index>(along.size());
+  const auto n_across = static_cast<Eigen::Index>(across.size()), n_along = static_cast<Eigen::Index>(along.size());
   const Eigen::Index size_r = has_plane ? n_wall * n_across : 0, size_t = has_around ? n_wall * n_across : 0,
                      size_z = has_plane ? n_wall * n_along : 0;
   const Eigen::Index at_t = size_r, at_z = size_r + size_t, size = at_z + size_z;
@@ -125,8 +121,7 @@ void RitzTube::solve(int n, bool odd, bool torsion, const solid::Material& mater
   if (has_plane) {
     auto rr = stiffness.block(0, 0, size_r, size_r);
     add_product(rr,
-                stiff * (w.slope_slope_r + w.value_value_over_r) + lambda * sym +
-                    mu * waves_sq * w.value_value_over_r,
+                stiff * (w.slope_slope_r + w.value_value_over_r) + lambda * sym + mu * waves_sq * w.value_value_over_r,
                 same);
     add_product(rr, mu * one, bend);
     auto zz = stiffness.block(at_z, at_z, size_z, size_z);
@@ -139,8 +134,7 @@ void RitzTube::solve(int n, bool odd, bool torsion, const solid::Material& mater
   }
   if (has_around) {
     auto tt = stiffness.block(at_t, at_t, size_t, size_t);
-    add_product(tt,
-                stiff * waves_sq * w.value_value_over_r + mu * (w.slope_slope_r - sym + w.value_value_over_r),
+    add_product(tt, stiff * waves_sq * w.value_value_over_r + mu * (w.slope_slope_r - sym + w.value_value_over_r),
                 same);
     add_product(tt, mu * one, bend);
   }
@@ -224,8 +218,8 @@ RitzTube::RitzTube(double length_m, double outer_radius_m, double wall_m, const 
 
 Eigen::MatrixXd RitzTube::shapes_at(const Eigen::Vector3d& point_m) const {
   const double r = std::hypot(point_m[0], point_m[1]), theta = std::atan2(point_m[1], point_m[0]);
-  const Eigen::VectorXd wall = wall_basis_ * detail::legendre_values(wall_order_, outer_m_ - inner_m_,
-                                                                     r - 0.5 * (inner_m_ + outer_m_));
+  const Eigen::VectorXd wall =
+      wall_basis_ * detail::legendre_values(wall_order_, outer_m_ - inner_m_, r - 0.5 * (inner_m_ + outer_m_));
   const Eigen::VectorXd along = detail::legendre_values(axial_order_, length_m_, point_m[2]);
   Eigen::MatrixXd shapes = Eigen::MatrixXd::Zero(3, n_modes());
   for (Eigen::Index m = 0; m < n_modes(); ++m) {

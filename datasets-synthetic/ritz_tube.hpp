@@ -11,8 +11,8 @@ namespace klang::datasets {
 /// Exact in the angle; blocks of one n and one parity in z. Nothing is shared with the finite elements of
 /// core/solid.
 struct RitzTubeOptions {
-  int axial_order = 0;  ///< highest degree along the axis, 4 to 120; 0: from the shortest wave in the band
-  int wall_order = 4;   ///< through the wall, 1 to 12
+  int axial_order = 0;          ///< highest degree along the axis, 4 to 120; 0: from the shortest wave in the band
+  int wall_order = 4;           ///< through the wall, 1 to 12
   double highest_hz = 20000.0;  ///< modes above are dropped (> 0)
 };
 

@@ -15,9 +15,9 @@
 namespace klang::fit {
 namespace {
 
-constexpr double kUnknownScatter = 0.2;     // relative, where one or two decays cannot show their scatter
-constexpr double kLargestOwnStd = 0.7;      // relative; beyond it ln(decay) is no normal variable
-constexpr double kIdentifiableStd = 0.5;    // relative; beyond it the 95 % interval reaches zero
+constexpr double kUnknownScatter = 0.2;   // relative, where one or two decays cannot show their scatter
+constexpr double kLargestOwnStd = 0.7;    // relative; beyond it ln(decay) is no normal variable
+constexpr double kIdentifiableStd = 0.5;  // relative; beyond it the 95 % interval reaches zero
 
 constexpr std::size_t kMostParameters = 3;  // two of the material and the mounts
 
@@ -50,7 +50,8 @@ struct Data {
   Eigen::VectorXd radiation;                // known part of each decay [1/s], zero where it is not asked for
   Eigen::VectorXd mount;                    // decay by unit dampers at the mounts [1/kg], the same
 
-  double log_total(DampingKind kind, const double* p, Eigen::Index i, std::array<double, kMostParameters>& gradient) const {
+  double log_total(DampingKind kind, const double* p, Eigen::Index i,
+                   std::array<double, kMostParameters>& gradient) const {
     gradient.fill(0.0);
     return log_total_decay(kind, p, omega[i], radiation[i], mount[i], gradient.data());
   }
@@ -87,7 +88,7 @@ class DampingCost : public ceres::CostFunction {
 };
 
 struct Solution {
-  Eigen::VectorXd value;        // physical units
+  Eigen::VectorXd value;  // physical units
   Eigen::VectorXd scale;
   double scatter = 0.0;
   double minus_two_log_likelihood = 0.0;
@@ -133,8 +134,8 @@ Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& s
     if (!summary.IsSolutionUsable()) return solution;
     solution.value = x.array().exp() * solution.scale.array();
     const Eigen::VectorXd residual = residuals_of(kind, data, solution.value);
-    const double scatter = detail::scatter_estimate(residual, data.sigma, Eigen::VectorXd::Ones(n), n_parameters,
-                                                    kUnknownScatter, 0.0);
+    const double scatter =
+        detail::scatter_estimate(residual, data.sigma, Eigen::VectorXd::Ones(n), n_parameters, kUnknownScatter, 0.0);
     const bool settled = std::abs(scatter - solution.scatter) <= 1e-6 * (1e-3 + scatter);
     solution.scatter = scatter;
     if (settled) break;
@@ -157,11 +158,14 @@ std::vector<Eigen::VectorXd> material_starts(DampingKind kind, const Data& data)
   const auto two = [](double a, double b) { return (Eigen::VectorXd(2) << a, b).finished(); };
   const double stiffness = log_mean(2.0 * decay / omega.square()), mass = log_mean(2.0 * decay);
   switch (kind) {
-    case DampingKind::kRayleigh: return {two(0.5 * stiffness, 0.5 * mass), two(stiffness, 0.05 * mass),
-                                         two(0.05 * stiffness, mass)};
-    case DampingKind::kLossFactor: return {one(log_mean(2.0 * decay / omega))};
-    case DampingKind::kMassOnly: return {one(mass)};
-    case DampingKind::kStiffnessOnly: return {one(stiffness)};
+    case DampingKind::kRayleigh:
+      return {two(0.5 * stiffness, 0.5 * mass), two(stiffness, 0.05 * mass), two(0.05 * stiffness, mass)};
+    case DampingKind::kLossFactor:
+      return {one(log_mean(2.0 * decay / omega))};
+    case DampingKind::kMassOnly:
+      return {one(mass)};
+    case DampingKind::kStiffnessOnly:
+      return {one(stiffness)};
     case DampingKind::kZener: {
       std::vector<Eigen::VectorXd> all;
       for (const double factor : {0.03, 0.3, 1.0, 3.0, 30.0}) {
@@ -195,7 +199,8 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
   candidate.kind = kind;
   candidate.with_radiation = data.radiation.any();
   candidate.with_mount = data.mount.any();
-  candidate.model = std::string(facts.text) + (candidate.with_radiation ? "_and_radiation" : "") + (candidate.with_mount ? "_and_mount" : "");
+  candidate.model = std::string(facts.text) + (candidate.with_radiation ? "_and_radiation" : "") +
+                    (candidate.with_mount ? "_and_mount" : "");
   Solution best;
   for (const Eigen::VectorXd& start : starts(kind, data)) {
     const Solution solution = solve_from(kind, data, start);
@@ -242,7 +247,8 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
       parameter.ci95 = {{std::max(0.0, parameter.value - quantile * std), parameter.value + quantile * std}};
     }
     if (!parameter.identifiable) {
-      parameter.why = dof < 0.0 ? "fewer decays than parameters" : "its interval reaches zero: the decays do not need it";
+      parameter.why =
+          dof < 0.0 ? "fewer decays than parameters" : "its interval reaches zero: the decays do not need it";
       if (dof < 0.0) parameter.std.reset(), parameter.ci95.reset();
     }
     candidate.parameters.push_back(parameter);
@@ -322,7 +328,8 @@ Eigen::VectorXd mount_decay_per_kg(const modal::ModalModel& model, const std::ve
   return sum;
 }
 
-double DampingCandidate::decay_per_s(double angular_frequency_rad_s, double radiation_per_s, double mount_per_kg) const {
+double DampingCandidate::decay_per_s(double angular_frequency_rad_s, double radiation_per_s,
+                                     double mount_per_kg) const {
   if (parameters.empty()) return 0.0;
   std::array<double, kMostParameters> p{}, gradient{};
   for (std::size_t j = 0; j < parameters.size() && j < kMostParameters; ++j) p[j] = parameters[j].value;
@@ -345,7 +352,8 @@ DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std
   if (used.size() <= 2) warnings.push_back("few decays: their scatter is assumed to be 20 %");
 
   const auto n = static_cast<Eigen::Index>(used.size());
-  Data data{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
+  Data data{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd::Zero(n),
+            Eigen::VectorXd::Zero(n)};
   Eigen::VectorXd radiation(n), mount(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const DecayPoint& point = used[static_cast<std::size_t>(i)];

@@ -48,7 +48,7 @@ double log_decay(DampingKind kind, const double* parameters, double angular_freq
 
 /// The same with what acts beside the material: ln(decay + radiation + c mount), c the parameter after the material's own
 /// (read, and its derivative written, only where mount_per_kg > 0).
-double log_total_decay(DampingKind kind, const double* parameters, double angular_frequency_rad_s, double radiation_per_s,
-                       double mount_per_kg, double* gradient);
+double log_total_decay(DampingKind kind, const double* parameters, double angular_frequency_rad_s,
+                       double radiation_per_s, double mount_per_kg, double* gradient);
 
 }  // namespace klang::fit

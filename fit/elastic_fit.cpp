@@ -52,7 +52,11 @@ class ElasticCost : public ceres::CostFunction {
  public:
   ElasticCost(const ParameterSpace& space, const SpectrumModels& models, const std::vector<ElasticDatum>& data,
               Eigen::VectorXd total, Eigen::VectorXd leash, const std::map<std::string, Prior>& priors)
-      : space_(space), models_(models), data_(data), total_(std::move(total)), leash_(std::move(leash)),
+      : space_(space),
+        models_(models),
+        data_(data),
+        total_(std::move(total)),
+        leash_(std::move(leash)),
         priors_(priors) {
     const auto n = data.size() + priors.size() + static_cast<std::size_t>(space.size());
     set_num_residuals(static_cast<int>(n));
@@ -82,8 +86,8 @@ class ElasticCost : public ceres::CostFunction {
       jacobian(row, j) = pull;
     }
     if (jacobians && jacobians[0]) {
-      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-          jacobians[0], num_residuals(), m) = jacobian;
+      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(jacobians[0], num_residuals(),
+                                                                                         m) = jacobian;
     }
     return out.allFinite() && jacobian.allFinite();
   }
@@ -95,7 +99,6 @@ class ElasticCost : public ceres::CostFunction {
   Eigen::VectorXd total_, leash_;
   const std::map<std::string, Prior>& priors_;
 };
-
 
 }  // namespace
 

@@ -22,23 +22,23 @@ struct FitParameter {
   std::optional<double> std;
   std::optional<std::array<double, 2>> ci95;
   bool identifiable = false;
-  std::string why;            ///< empty, or one sentence
+  std::string why;  ///< empty, or one sentence
   double start_value = 0.0;
-  bool derived = false;       ///< computed from the fitted ones with its covariance (E, nu from lambda, mu)
+  bool derived = false;  ///< computed from the fitted ones with its covariance (E, nu from lambda, mu)
 };
 
 struct PartialMatch {
   int specimen = 0;
-  int partial = -1;           ///< row of that specimen's table
-  int mode = -1;              ///< 0-based elastic mode
+  int partial = -1;  ///< row of that specimen's table
+  int mode = -1;     ///< 0-based elastic mode
   double frequency_hz = 0.0;
   std::optional<double> frequency_std_hz;
   double model_frequency_hz = 0.0;
   double deviation_cents = 0.0;  ///< measured against model
   std::optional<double> decay_per_s, decay_std_per_s, model_decay_per_s;
-  std::optional<double> radiation_decay_per_s;  ///< by the mode's radiated power (boundary elements), when asked for
-  std::optional<double> mount_decay_per_kg;     ///< by a damper of 1 N s/m at each mount; empty: the specimen has none
-  std::optional<double> model_frequency_std_hz; ///< of a prediction: material, model scatter and mesh; empty: fitted
+  std::optional<double> radiation_decay_per_s;   ///< by the mode's radiated power (boundary elements), when asked for
+  std::optional<double> mount_decay_per_kg;      ///< by a damper of 1 N s/m at each mount; empty: the specimen has none
+  std::optional<double> model_frequency_std_hz;  ///< of a prediction: material, model scatter and mesh; empty: fitted
 };
 
 enum class DampingKind { kRayleigh, kLossFactor, kMassOnly, kStiffnessOnly, kZener };
@@ -47,12 +47,12 @@ enum class DampingKind { kRayleigh, kLossFactor, kMassOnly, kStiffnessOnly, kZen
 /// Zener (D/2) omega (omega tau)/(1 + (omega tau)^2).
 struct DampingCandidate {
   DampingKind kind = DampingKind::kRayleigh;
-  std::string model;                       ///< "rayleigh", "loss_factor", "mass_only", "stiffness_only", "zener";
-                                           ///< "rayleigh_and_radiation", "..._and_mount" where these are added
+  std::string model;  ///< "rayleigh", "loss_factor", "mass_only", "stiffness_only", "zener";
+                      ///< "rayleigh_and_radiation", "..._and_mount" where these are added
   bool with_radiation = false, with_mount = false;
   std::vector<FitParameter> parameters;
-  std::optional<double> aicc, aicc_weight; ///< empty when there are too few partials
-  double rms_relative_residual = 0.0;      ///< of decays
+  std::optional<double> aicc, aicc_weight;  ///< empty when there are too few partials
+  double rms_relative_residual = 0.0;       ///< of decays
   /// Of the material, on top with_radiation the mode's radiation and with_mount the mounts' dampers.
   double decay_per_s(double angular_frequency_rad_s, double radiation_per_s = 0.0, double mount_per_kg = 0.0) const;
 };
@@ -64,22 +64,22 @@ struct DampingResult {
 
 struct SpecimenResult {
   std::string name;
-  bool predicted = false;             ///< took no part in the fit; its matches test it
-  RingdownResult ringdown;            ///< not run when partials came from a table
+  bool predicted = false;   ///< took no part in the fit; its matches test it
+  RingdownResult ringdown;  ///< not run when partials came from a table
   PartialTable partials;
-  modal::ModalModel model;            ///< at the fitted parameters (full solve)
+  modal::ModalModel model;  ///< at the fitted parameters (full solve)
   bool none_missing = false;
   std::vector<int> unmatched_partials;
   std::vector<double> predicted_frequency_hz, predicted_decay_per_s;  ///< all modes in band
   Eigen::VectorXd mesh_relative_error;  ///< estimated error of each of them by the mesh, >= 0
   double rms_deviation_cents = 0.0, max_deviation_cents = 0.0;
-  audio::Signal recorded, fitted;     ///< empty without a recording
+  audio::Signal recorded, fitted;  ///< empty without a recording
 };
 
 struct FitOptions {
-  int n_modes = 0;              ///< model modes a specimen; 0: as many as the partials' range needs
-  double gate_cents = 60.0;     ///< widest accepted deviation after the fit, 1 to 600
-  double model_std_cents = 2.0; ///< how far the model itself may be off (mesh, dimensions), added to the partials' own
+  int n_modes = 0;               ///< model modes a specimen; 0: as many as the partials' range needs
+  double gate_cents = 60.0;      ///< widest accepted deviation after the fit, 1 to 600
+  double model_std_cents = 2.0;  ///< how far the model itself may be off (mesh, dimensions), added to the partials' own
   bool robust = true;
   std::uint64_t seed = 1;
   void validate() const;
@@ -88,7 +88,7 @@ struct FitOptions {
 struct FitResult {
   FitStatus status = FitStatus::kNotRun;
   std::string message;
-  std::vector<FitParameter> parameters;      ///< asked ones first, then derived ones
+  std::vector<FitParameter> parameters;          ///< asked ones first, then derived ones
   std::vector<std::vector<double>> correlation;  ///< of the identifiable asked parameters
   DampingResult damping;
   std::vector<PartialMatch> matches;

@@ -73,7 +73,8 @@ json shape_of(const Specimen& specimen, const std::vector<FitParameter>& paramet
 std::string file_stem(const std::string& specimen_name) {
   std::string stem = specimen_name;
   for (char& c : stem) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
     if (!plain) c = '_';
   }
   return stem;
@@ -138,11 +139,12 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
     const SpecimenResult& specimen = result.specimens[s];
     for (std::size_t k = 0; k < specimen.predicted_frequency_hz.size(); ++k) {
       const double decay = k < specimen.predicted_decay_per_s.size() ? specimen.predicted_decay_per_s[k] : 0.0;
-      predicted.push_back({{"specimen", specimen.name},
-                           {"mode_index", k},
-                           {"frequency_hz", json_number(specimen.predicted_frequency_hz[k])},
-                           {"mesh_relative_error", json_number(specimen.mesh_relative_error[static_cast<Eigen::Index>(k)])},
-                           {"decay_per_s", decay > 0.0 ? json_number(decay) : json(nullptr)}});
+      predicted.push_back(
+          {{"specimen", specimen.name},
+           {"mode_index", k},
+           {"frequency_hz", json_number(specimen.predicted_frequency_hz[k])},
+           {"mesh_relative_error", json_number(specimen.mesh_relative_error[static_cast<Eigen::Index>(k)])},
+           {"decay_per_s", decay > 0.0 ? json_number(decay) : json(nullptr)}});
     }
     std::vector<int> modes(specimen.partials.partials.size(), -1);
     for (const PartialMatch& match : result.matches) {
@@ -158,8 +160,8 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
         {{"name", specimen.name},
          {"predicted", specimen.predicted},
          {"shape", shape_of(problem.specimens[s], result.parameters)},
-         {"mass_kg", solved ? json_number(mesh::mesh_volume_m3(mesh) * specimen.model.material.density_kg_m3)
-                            : json(nullptr)},
+         {"mass_kg",
+          solved ? json_number(mesh::mesh_volume_m3(mesh) * specimen.model.material.density_kg_m3) : json(nullptr)},
          {"n_nodes", mesh.n_nodes()},
          {"n_elements", mesh.n_elements()},
          {"none_missing", specimen.none_missing},
@@ -201,10 +203,16 @@ json tune_json(const TuneResult& result, const Provenance& provenance) {
                        {"hz_per_mm", hz},
                        {"cents_per_tenth_mm", cents_per_tenth}});
   }
-  return {{"schema_version", 1},     {"kind", "tune"},        {"status", to_text(result.status)},
-          {"message", result.message}, {"provenance", to_json(provenance)},
-          {"warnings", json::array()}, {"wall_time_s", result.wall_time_s},
-          {"dimensions", dimensions},  {"targets", targets},    {"n_rounds", result.n_rounds}};
+  return {{"schema_version", 1},
+          {"kind", "tune"},
+          {"status", to_text(result.status)},
+          {"message", result.message},
+          {"provenance", to_json(provenance)},
+          {"warnings", json::array()},
+          {"wall_time_s", result.wall_time_s},
+          {"dimensions", dimensions},
+          {"targets", targets},
+          {"n_rounds", result.n_rounds}};
 }
 
 }  // namespace klang::fit

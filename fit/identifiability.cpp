@@ -125,7 +125,8 @@ Eigen::VectorXd leash_factors(const ParameterSpace& space, const ElasticFit& fit
   const Eigen::MatrixXd covariance = inverse(fit.information + fit.prior_information);
   for (Eigen::Index j = 0; j < space.size(); ++j) {
     const std::string& name = space.coordinate_names()[static_cast<std::size_t>(j)];
-    const double scale = name == "poissons_ratio" || name == "lame_lambda_pa" ? scale_of("poissons_ratio", fit.x[j]) : 1.0;
+    const double scale =
+        name == "poissons_ratio" || name == "lame_lambda_pa" ? scale_of("poissons_ratio", fit.x[j]) : 1.0;
     const double common = (fit.systematic.transpose() * covariance.col(j)).squaredNorm();
     if (std::sqrt(covariance(j, j) + common) <= threshold(name) * scale) factor[j] = 0.0;
   }
@@ -139,7 +140,8 @@ Eigen::VectorXd prediction_std(const ParameterSpace& space, const SpectrumModels
   const ParameterSpace::Local local = space.local(specimen, fit.x);
   const Eigen::MatrixXd gradient = 0.5 * model.spectrum(local.point).derivative * local.derivative;  // of ln f by x
   const Eigen::MatrixXd spread = gradient * posterior;
-  Eigen::VectorXd variance = spread.cwiseProduct(gradient).rowwise().sum() + (spread * fit.systematic).rowwise().squaredNorm();
+  Eigen::VectorXd variance =
+      spread.cwiseProduct(gradient).rowwise().sum() + (spread * fit.systematic).rowwise().squaredNorm();
   variance.array() += fit.scatter * fit.scatter;
   if (const Eigen::VectorXd mesh = model.relative_error(); mesh.size() == variance.size()) variance += mesh.cwiseAbs2();
   return variance.cwiseMax(0.0).cwiseSqrt();
@@ -183,8 +185,8 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
       const double reach = 1e-6 * (space.high()[j] - space.low()[j]);
       const bool matters = std::abs(space.quantity(name, fit.x).gradient[j]) > 0.0;
       const bool bound = fit.x[j] - space.low()[j] <= reach || space.high()[j] - fit.x[j] <= reach;
-      const bool own = space.coordinate_names()[static_cast<std::size_t>(j)] != "poissons_ratio" ||
-                       name != "youngs_modulus_pa";
+      const bool own =
+          space.coordinate_names()[static_cast<std::size_t>(j)] != "poissons_ratio" || name != "youngs_modulus_pa";
       at_bound = at_bound || (bound && matters && own);
     }
     if (derived && !space.ratio_is_free()) {

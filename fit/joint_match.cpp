@@ -46,7 +46,8 @@ double prior_score(double log_factor, double poisson_offset) {
 std::vector<std::size_t> telling_partials(const PartialTable& table) {
   std::vector<std::size_t> rows(table.partials.size());
   std::iota(rows.begin(), rows.end(), 0u);
-  std::vector<std::size_t> chosen(rows.begin(), rows.begin() + static_cast<long>(std::min(rows.size(), kStrongPartials)));
+  std::vector<std::size_t> chosen(rows.begin(),
+                                  rows.begin() + static_cast<long>(std::min(rows.size(), kStrongPartials)));
   std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
     return table.partials[a].amplitude.value_or(0.0) > table.partials[b].amplitude.value_or(0.0);
   });
@@ -122,8 +123,8 @@ JointMatch refined(const ParameterSpace& space, const SpectrumModels& models, co
   std::vector<std::vector<int>> before;
   for (int round = 0; round < 12; ++round) {
     joint.lines = lines_at(space, models, joint.fit.x, cluster);
-    const double gate = round < 2 ? std::max(100.0, options.gate_cents)
-                                  : std::min(options.gate_cents, std::max(6.0 * tolerance, 12.0));
+    const double gate =
+        round < 2 ? std::max(100.0, options.gate_cents) : std::min(options.gate_cents, std::max(6.0 * tolerance, 12.0));
     const MatchOptions match{tolerance, gate, 40.0};
     joint.matches.clear();
     joint.score = 0.0;
@@ -186,7 +187,8 @@ std::vector<ElasticDatum> elastic_data(const std::vector<PartialTable>& tables, 
         if (matches[s].line_of_partial[i] != static_cast<int>(k)) continue;
         const Partial& partial = tables[s].partials[i];
         // The model's modes are undamped: omega_0^2 = omega_d^2 + decay^2.
-        datum.log_frequency += std::log(std::hypot(partial.frequency_hz, partial.decay_per_s.value_or(0.0) / (2.0 * kPi)));
+        datum.log_frequency +=
+            std::log(std::hypot(partial.frequency_hz, partial.decay_per_s.value_or(0.0) / (2.0 * kPi)));
         variance += std::pow(partial.frequency_std_hz.value_or(0.0) / partial.frequency_hz, 2);
         n += 1.0;
       }

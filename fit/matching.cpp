@@ -11,10 +11,10 @@
 namespace klang::fit {
 namespace {
 
-constexpr double kHeardLoud = 0.75;        // a loud line in a recording that shows as many partials as there are lines
+constexpr double kHeardLoud = 0.75;  // a loud line in a recording that shows as many partials as there are lines
 constexpr double kHeardSilent = 0.02;
 constexpr double kStrangersPerCent = 1.0 / 1200.0;
-constexpr double kSecondOfPair = -1.0;     // log odds: most strikes show one partial of a pair
+constexpr double kSecondOfPair = -1.0;  // log odds: most strikes show one partial of a pair
 
 struct Candidate {
   int partial;
@@ -180,8 +180,8 @@ TableMatch match_partials(const PartialTable& table, const std::vector<ModelLine
       if (value > 0.0) candidates.push_back({static_cast<int>(i), static_cast<int>(k), value});
     }
   }
-  match.line_of_partial = exact ? optimal(candidates, table.partials.size(), lines)
-                                : greedy(candidates, table.partials.size(), lines);
+  match.line_of_partial =
+      exact ? optimal(candidates, table.partials.size(), lines) : greedy(candidates, table.partials.size(), lines);
   drop_wide_splits(table, options.split_cents, match.line_of_partial);
 
   std::vector<int> taken(lines.size(), 0);

@@ -10,7 +10,7 @@ namespace klang::fit {
 /// geometric mean. A line takes up to as many partials as it has modes.
 struct ModelLine {
   double frequency_hz = 0.0;
-  std::vector<int> modes;  ///< ascending in frequency
+  std::vector<int> modes;   ///< ascending in frequency
   double visibility = 1.0;  ///< 0 to 1: how loud a strike makes it, relative to the loudest
 };
 
@@ -27,7 +27,7 @@ struct MatchOptions {
 struct TableMatch {
   std::vector<int> line_of_partial;  ///< -1: unmatched
   int n_matched = 0;
-  double score = 0.0;                ///< log posterior odds against "all partials are strangers"
+  double score = 0.0;  ///< log posterior odds against "all partials are strangers"
 };
 
 /// Assigns partials to lines by the largest total of log odds.

@@ -15,7 +15,8 @@ struct Mean {
 
 Mean mean_of(const std::vector<std::pair<double, std::optional<double>>>& values) {
   double weight_sum = 0.0, sum = 0.0;
-  const bool all_known = std::all_of(values.begin(), values.end(), [](const auto& v) { return v.second && *v.second > 0; });
+  const bool all_known =
+      std::all_of(values.begin(), values.end(), [](const auto& v) { return v.second && *v.second > 0; });
   for (const auto& [value, std] : values) {
     const double weight = all_known ? 1.0 / (*std * *std) : 1.0;
     weight_sum += weight;

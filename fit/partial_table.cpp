@@ -67,12 +67,10 @@ std::vector<std::string_view> cells_of(std::string_view line) {
   }
 }
 
-void store(Partial& partial, const Column& column, double value, const std::string& place,
-           const std::string& shown) {
+void store(Partial& partial, const Column& column, double value, const std::string& place, const std::string& shown) {
   constexpr double kLargest = 1e12;
   const bool bounded = std::isfinite(value) && std::abs(value) <= kLargest;
-  const bool fits =
-      column.rule == Rule::kAny || value > 0 || (column.rule == Rule::kAtLeastZero && value == 0);
+  const bool fits = column.rule == Rule::kAny || value > 0 || (column.rule == Rule::kAtLeastZero && value == 0);
   if (!bounded || !fits) {
     throw InputError(place, std::string(column.name) + " is out of range", shown,
                      column.rule == Rule::kAboveZero     ? "above 0, up to 1e12"
@@ -96,8 +94,7 @@ PartialTable finished(std::vector<Partial> partials, const std::string& name) {
 std::vector<const Column*> header_columns(std::string_view line, const std::string& place) {
   std::vector<const Column*> columns;
   for (const std::string_view cell : cells_of(line)) {
-    const auto found =
-        std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return cell == c.name; });
+    const auto found = std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return cell == c.name; });
     if (found == kColumns.end()) {
       throw InputError(place, "unknown column", quoted(cell), column_names());
     }
@@ -173,8 +170,7 @@ PartialTable parse_partial_json(std::string_view text, const std::string& name) 
       const bool missing = cell == row.end() || cell->is_null();
       if (missing && column.member == nullptr) throw InputError(place, "frequency_hz is missing");
       if (missing) continue;
-      if (!cell->is_number())
-        throw InputError(place, std::string(column.name) + " is not a number", cell->type_name());
+      if (!cell->is_number()) throw InputError(place, std::string(column.name) + " is not a number", cell->type_name());
       const double value = cell->get<double>();
       store(partial, column, value, place, klang::to_text(value));
     }

@@ -33,13 +33,15 @@ mesh::ShapeDivisions fit_divisions(const mesh::ShapeSpec& shape, const solid::Ma
     // Ring modes (the section turns oval) need twice the elements around; below them bending rules.
     const double radius_m = shape.dims.at("outer_radius_m") - 0.5 * shape.dims.at("wall_m");
     const double speed = std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3);
-    const double ring_hz = 2.683 / (2.0 * kPi) * shape.dims.at("wall_m") / (std::sqrt(12.0) * radius_m * radius_m) * speed;
+    const double ring_hz =
+        2.683 / (2.0 * kPi) * shape.dims.at("wall_m") / (std::sqrt(12.0) * radius_m * radius_m) * speed;
     n[0] = std::min(n[0], 36);
     n[1] = std::max(n[1], highest_hz > ring_hz ? 40 : 24);
   } else if (shape.kind == "rod") {
     n = {std::min(n[0], 30), 2, 2};
   } else if (shape.kind == "box") {
-    const std::array<double, 3> sides = {shape.dims.at("length_m"), shape.dims.at("width_m"), shape.dims.at("height_m")};
+    const std::array<double, 3> sides = {shape.dims.at("length_m"), shape.dims.at("width_m"),
+                                         shape.dims.at("height_m")};
     std::array<std::size_t, 3> order = {0, 1, 2};
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sides[a] < sides[b]; });
     const double thin = sides[order[0]], middle = sides[order[1]], longest = sides[order[2]];
@@ -111,8 +113,8 @@ Eigen::VectorXd mode_visibility(const modal::ModalModel& model) {
 }
 
 ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& body,
-                                 const std::vector<std::string>& free_dimensions,
-                                 const ReducedSpectrumOptions& options, Monitor& monitor)
+                                 const std::vector<std::string>& free_dimensions, const ReducedSpectrumOptions& options,
+                                 Monitor& monitor)
     : mass_kg_(specimen.mass_kg) {
   const auto system = detail::elastic_blocks(specimen, body, 0, monitor);
   // Where material ratio or shape change, the modes at the solution are solved for and proven then.
@@ -158,7 +160,8 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
   }
   log_volume_ = std::log(body.volume_m3);
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    const double h = axes_[a].step, low = std::log(bodies[2 * a].volume_m3), high = std::log(bodies[2 * a + 1].volume_m3);
+    const double h = axes_[a].step, low = std::log(bodies[2 * a].volume_m3),
+                 high = std::log(bodies[2 * a + 1].volume_m3);
     axes_[a].volume_slope = (high - low) / (2.0 * h);
     axes_[a].volume_curvature = (high - 2.0 * log_volume_ + low) / (2.0 * h * h);
   }
@@ -177,8 +180,8 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(system->projected_mass(b, collected));
     const auto& weight = gram.eigenvalues();
     const Eigen::Index rank = (weight.array() > kBasisCut * kBasisCut * weight[weight.size() - 1]).count();
-    const Eigen::MatrixXd basis = collected * (gram.eigenvectors().rightCols(rank) *
-                                               weight.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
+    const Eigen::MatrixXd basis =
+        collected * (gram.eigenvectors().rightCols(rank) * weight.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
     // Known mesh errors are taken out of both stiffnesses mode by mode: T^T K T with T = 1 - sum error u u^T M.
     Eigen::MatrixXd softer = Eigen::MatrixXd::Identity(rank, rank);
     if (!lowest.correction.empty()) {
@@ -219,7 +222,8 @@ std::vector<Eigen::Index> ReducedSpectrum::order_at_start(const solid::Material&
     if (block.n_modes == 0) continue;
     const Matrices& c = block.centre;
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(
-        material.lame_lambda_pa * c.stiffness_lambda + material.lame_mu_pa * c.stiffness_mu, c.mass, Eigen::EigenvaluesOnly);
+        material.lame_lambda_pa * c.stiffness_lambda + material.lame_mu_pa * c.stiffness_mu, c.mass,
+        Eigen::EigenvaluesOnly);
     for (Eigen::Index k = 0; k < block.n_modes; ++k) {
       for (int copy = 0; copy < block.multiplicity; ++copy)
         lines.emplace_back(pairs.eigenvalues()[k], static_cast<Eigen::Index>(lines.size()));
@@ -263,7 +267,8 @@ Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
     const Block& block = blocks_[b];
     const Eigen::Index n = block.n_modes;
     if (n == 0) continue;
-    Eigen::MatrixXd k_lambda = block.centre.stiffness_lambda, k_mu = block.centre.stiffness_mu, mass = block.centre.mass;
+    Eigen::MatrixXd k_lambda = block.centre.stiffness_lambda, k_mu = block.centre.stiffness_mu,
+                    mass = block.centre.mass;
     for (std::size_t a = 0; a < axes_.size(); ++a) {
       const double t = std::log(point.dimensions[a] / axes_[a].start_m);
       const Matrices &s = axes_[a].slope[b], &c = axes_[a].curvature[b];
@@ -271,7 +276,8 @@ Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
       k_mu += t * s.stiffness_mu + t * t * c.stiffness_mu;
       mass += t * s.mass + t * t * c.mass;
     }
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(lambda * k_lambda + mu * k_mu, density * mass);
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(lambda * k_lambda + mu * k_mu,
+                                                                          density * mass);
     const Eigen::VectorXd value = pairs.eigenvalues().head(n);
     const Eigen::MatrixXd u = pairs.eigenvectors().leftCols(n);  // u^T (rho M) u = 1
     const auto quadratic = [&](const Eigen::MatrixXd& a) -> Eigen::VectorXd {

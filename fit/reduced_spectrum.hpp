@@ -36,11 +36,11 @@ SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& mat
 /// eigenvalues those of its mean. Harmonics of a body of revolution are projected one by one, so that their modes keep
 /// their numbers where they cross.
 struct ReducedSpectrumOptions {
-  Band band;               ///< low_hz: modes below are left out; high_hz: modes are wanted up to here
-  int count = 0;           ///< modes; 0: as many as reach band.high_hz, at most max_count
-  int max_count = 80;      ///< of tetrahedra's modes; a section gives four times as many
+  Band band;                    ///< low_hz: modes below are left out; high_hz: modes are wanted up to here
+  int count = 0;                ///< modes; 0: as many as reach band.high_hz, at most max_count
+  int max_count = 80;           ///< of tetrahedra's modes; a section gives four times as many
   double relative_step = 0.01;  ///< of dimensions
-  bool vary_ratio = true;  ///< false: Poisson's ratio stays as it is, and a solve is saved
+  bool vary_ratio = true;       ///< false: Poisson's ratio stays as it is, and a solve is saved
 };
 
 class ReducedSpectrum : public SpectrumModel {
@@ -61,8 +61,8 @@ class ReducedSpectrum : public SpectrumModel {
     Eigen::MatrixXd stiffness_lambda, stiffness_mu, mass;
   };
   struct Axis {
-    double start_m = 0.0, step = 0.0;         // step of ln(dimension)
-    std::vector<Matrices> slope, curvature;   // of each block by ln(dimension), halves included
+    double start_m = 0.0, step = 0.0;                   // step of ln(dimension)
+    std::vector<Matrices> slope, curvature;             // of each block by ln(dimension), halves included
     double volume_slope = 0.0, volume_curvature = 0.0;  // of ln(volume)
   };
   struct Block {

@@ -31,8 +31,7 @@ std::string short_hz(double frequency_hz) {
 }
 
 Complex advanced(const FittedPartial& partial, Complex amplitude, double time_s) {
-  return amplitude *
-         std::exp(Complex(-partial.ring.pole.decay_per_s, kPi2 * partial.ring.pole.frequency_hz) * time_s);
+  return amplitude * std::exp(Complex(-partial.ring.pole.decay_per_s, kPi2 * partial.ring.pole.frequency_hz) * time_s);
 }
 
 /// Energy that each strike adds to what rang already, summed over partials and channels.
@@ -44,8 +43,8 @@ std::vector<double> added_energy(const RingData& data, const std::vector<FittedP
       for (Eigen::Index c = 0; c < partial.ring.amplitude.cols(); ++c) {
         Complex added = partial.ring.amplitude(static_cast<Eigen::Index>(s), c);
         if (s > 0) {
-          const double gap = static_cast<double>(data.segments()[s].begin - data.segments()[s - 1].begin) /
-                             data.sample_rate_hz();
+          const double gap =
+              static_cast<double>(data.segments()[s].begin - data.segments()[s - 1].begin) / data.sample_rate_hz();
           added -= advanced(partial, partial.ring.amplitude(static_cast<Eigen::Index>(s) - 1, c), gap);
         }
         energy[s] += weight * std::norm(added);
@@ -84,11 +83,10 @@ void extrapolate(Partial& out, const FittedPartial& partial, const Segment& segm
   const Eigen::Vector2d log_slope(a.real() / (size * size), a.imag() / (size * size));
   const Eigen::Vector2d arg_slope(-a.imag() / (size * size), a.real() / (size * size));
   const Eigen::Matrix2d& pole = partial.pole_covariance;
-  const double log_variance = log_slope.dot(amplitude_covariance * log_slope) +
-                              2 * t * log_slope.dot(cross.col(1)) + t * t * pole(1, 1);
+  const double log_variance =
+      log_slope.dot(amplitude_covariance * log_slope) + 2 * t * log_slope.dot(cross.col(1)) + t * t * pole(1, 1);
   const double phase_variance = arg_slope.dot(amplitude_covariance * arg_slope) -
-                                2 * kPi2 * t * arg_slope.dot(cross.col(0)) +
-                                std::pow(kPi2 * t, 2) * pole(0, 0);
+                                2 * kPi2 * t * arg_slope.dot(cross.col(0)) + std::pow(kPi2 * t, 2) * pole(0, 0);
   out.amplitude_std = *out.amplitude * std::sqrt(std::max(log_variance, 1e-32));
   out.phase_std_rad = std::sqrt(std::max(phase_variance, 1e-32));
 }
@@ -104,10 +102,8 @@ Verdict judged(const RingData& data, const FittedPartial& partial, const Ringdow
   const double decay_std = std::sqrt(partial.pole_covariance(1, 1));
   const double width = std::max(pole.decay_per_s / kPi2, 0.5 / partial.window_s);
   if (!(frequency_std <= 0.3 * width) || !(frequency_std > 0) || !(decay_std > 0)) return Verdict::kNoise;
-  if (!(pole.frequency_hz >= data.band().low_hz) || !(pole.frequency_hz <= data.band().high_hz))
-    return Verdict::kNoise;
-  if (!(pole.decay_per_s < 0.7 * kPi2 * pole.frequency_hz))
-    return Verdict::kNoise;  // over before it oscillates
+  if (!(pole.frequency_hz >= data.band().low_hz) || !(pole.frequency_hz <= data.band().high_hz)) return Verdict::kNoise;
+  if (!(pole.decay_per_s < 0.7 * kPi2 * pole.frequency_hz)) return Verdict::kNoise;  // over before it oscillates
   Eigen::Index segment = 0, channel = 0;
   partial.ring.amplitude.cwiseAbs().maxCoeff(&segment, &channel);
   const double loud = std::abs(partial.ring.amplitude(segment, channel));
@@ -122,14 +118,13 @@ Verdict judged(const RingData& data, const FittedPartial& partial, const Ringdow
   if (!(*struck.amplitude <= 10 * data.peak(segment, channel))) return Verdict::kNoise;
   const auto before = amplitude_before(data, channel, pole.frequency_hz);
   if (before && *before > 0.3 * loud) return Verdict::kSteady;
-  const double mains = std::min(std::abs(std::remainder(pole.frequency_hz, 50.0)),
-                                std::abs(std::remainder(pole.frequency_hz, 60.0)));
+  const double mains =
+      std::min(std::abs(std::remainder(pole.frequency_hz, 50.0)), std::abs(std::remainder(pole.frequency_hz, 60.0)));
   const double lost = pole.decay_per_s * partial.window_s;  // nepers within the window
   if (!before && mains < 0.3 && lost < 0.3 && pole.frequency_hz < 1000) return Verdict::kSteady;
   // Without a quiet part before the strike only a long look tells a steady tone from a slow decay.
   constexpr double kLongLookS = 1.5;
-  if (!before && partial.window_s >= kLongLookS &&
-      (pole.decay_per_s + 2 * decay_std) * partial.window_s < 0.05)
+  if (!before && partial.window_s >= kLongLookS && (pole.decay_per_s + 2 * decay_std) * partial.window_s < 0.05)
     return Verdict::kSteady;
   if (!(pole.decay_per_s > -3 * decay_std) && lost < -0.3) return Verdict::kSteady;  // it grows
   return Verdict::kPartial;
@@ -219,8 +214,7 @@ void measure_fit(RingdownResult& result, const RingData& data, const Search& fou
     const Segment& segment = data.segments()[s];
     const Eigen::Index n = segment.end - segment.begin;
     for (std::size_t c = 0; c < data.channels().size(); ++c) {
-      const Eigen::VectorXd left =
-          data.residual(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c), n, struck);
+      const Eigen::VectorXd left = data.residual(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(c), n, struck);
       energy += band_energy(data.channels()[c].segment(segment.begin, n), data.sample_rate_hz(), data.band());
       rest += band_energy(left, data.sample_rate_hz(), data.band());
       n_samples += static_cast<double>(n);
@@ -233,9 +227,8 @@ void measure_fit(RingdownResult& result, const RingData& data, const Search& fou
 void fill_table(RingdownResult& result, const RingData& data, Search& found, const RingdownOptions& options) {
   auto& partials = found.partials;
   if (partials.size() > static_cast<std::size_t>(options.max_partials)) {
-    std::stable_sort(partials.begin(), partials.end(), [](const FittedPartial& a, const FittedPartial& b) {
-      return a.ring.energy() > b.ring.energy();
-    });
+    std::stable_sort(partials.begin(), partials.end(),
+                     [](const FittedPartial& a, const FittedPartial& b) { return a.ring.energy() > b.ring.energy(); });
     result.warnings.push_back("the strongest " + std::to_string(options.max_partials) + " of " +
                               std::to_string(partials.size()) + " partials kept");
     partials.resize(static_cast<std::size_t>(options.max_partials));
@@ -293,8 +286,7 @@ void RingdownOptions::validate() const {
   checked("ringdown", "min_snr_db", min_snr_db, 0, 120);
 }
 
-RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options,
-                                 Monitor& monitor) {
+RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options, Monitor& monitor) {
   options.validate();
   const std::string place = recording.origin.empty() ? "recording" : recording.origin;
   checked_open(place, "sample_rate_hz", recording.sample_rate_hz, 0, 1e9);
@@ -312,8 +304,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
     result.message = "the band lies above half the sample rate";
     return result;
   }
-  const double spread =
-      (recording.samples.colwise().maxCoeff() - recording.samples.colwise().minCoeff()).maxCoeff();
+  const double spread = (recording.samples.colwise().maxCoeff() - recording.samples.colwise().minCoeff()).maxCoeff();
   if (!(spread > 0)) throw InputError(recording.origin, "the recording is silent");
 
   audio::StrikeOptions strike_options;
@@ -378,21 +369,19 @@ audio::Signal resynthesise(const RingdownResult& ringdown, Eigen::Index n_frames
     const auto begin = static_cast<Eigen::Index>(std::ceil(strike_s * rate - 1e-9));
     const Eigen::Index end =
         s + 1 < ringdown.strikes_s.size()
-            ? std::min(n_frames,
-                       static_cast<Eigen::Index>(std::ceil(ringdown.strikes_s[s + 1] * rate - 1e-9)))
+            ? std::min(n_frames, static_cast<Eigen::Index>(std::ceil(ringdown.strikes_s[s + 1] * rate - 1e-9)))
             : n_frames;
     for (std::size_t i = 0; i < ringdown.partials.partials.size(); ++i) {
       const Partial& partial = ringdown.partials.partials[i];
-      const double amplitude = ringdown.strike_amplitudes.empty() ? partial.amplitude.value_or(0)
-                                                                  : ringdown.strike_amplitudes[s][i];
-      const double phase = ringdown.strike_phases_rad.empty() ? partial.phase_rad.value_or(0)
-                                                              : ringdown.strike_phases_rad[s][i];
+      const double amplitude =
+          ringdown.strike_amplitudes.empty() ? partial.amplitude.value_or(0) : ringdown.strike_amplitudes[s][i];
+      const double phase =
+          ringdown.strike_phases_rad.empty() ? partial.phase_rad.value_or(0) : ringdown.strike_phases_rad[s][i];
       const Complex sigma(-partial.decay_per_s.value_or(0), kPi2 * partial.frequency_hz);
       const Complex step = std::exp(sigma / rate);
       constexpr Eigen::Index kBlock = 512;
       for (Eigen::Index block = begin; block < end; block += kBlock) {
-        Complex z =
-            amplitude * std::exp(Complex(0, phase) + sigma * (static_cast<double>(block) / rate - strike_s));
+        Complex z = amplitude * std::exp(Complex(0, phase) + sigma * (static_cast<double>(block) / rate - strike_s));
         for (Eigen::Index k = block; k < std::min(block + kBlock, end); ++k) {
           signal.samples(k, 0) += z.real();
           z *= step;

@@ -19,16 +19,15 @@ struct RingdownOptions {
 
 struct RingdownResult {
   RingdownStatus status = RingdownStatus::kNotRun;
-  std::string message;    ///< why nothing was found
-  PartialTable partials;  ///< amplitude and phase at the first strike; standard deviations always given
-  std::vector<double> strikes_s;                       ///< times of the strikes, from the file's start
+  std::string message;            ///< why nothing was found
+  PartialTable partials;          ///< amplitude and phase at the first strike; standard deviations always given
+  std::vector<double> strikes_s;  ///< times of the strikes, from the file's start
   std::vector<std::vector<double>> strike_amplitudes;  ///< [strike][partial], where there are several strikes
   std::vector<std::vector<double>> strike_phases_rad;  ///< as strike_amplitudes
   double sample_rate_hz = 0.0;
-  std::optional<double>
-      explained_energy;               ///< 0..1, of the energy in band of the free ringing after the strikes
-  std::optional<double> noise_rms;    ///< rms of what the partials leave there, full scale = 1, in band
-  std::vector<std::string> warnings;  ///< "clipped: 312 samples left out", "mains hum at 50 Hz ignored"
+  std::optional<double> explained_energy;  ///< 0..1, of the energy in band of the free ringing after the strikes
+  std::optional<double> noise_rms;         ///< rms of what the partials leave there, full scale = 1, in band
+  std::vector<std::string> warnings;       ///< "clipped: 312 samples left out", "mains hum at 50 Hz ignored"
   std::map<std::string, double> wall_time_s;
   bool usable() const { return status == RingdownStatus::kOk; }
 };

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -147,8 +147,8 @@ void solve_final(const FitProblem& fitted, std::size_t index, Work& work, Specim
   const double highest = std::max(fitted.band.high_hz, 1.05 * highest_partial_hz(work.partials));
   for (Eigen::Index k = 0; k < n_kept && frequency_hz[k] <= highest; ++k)
     result.predicted_frequency_hz.push_back(frequency_hz[k]);
-  const auto n_shown = std::max<Eigen::Index>(
-      1, (frequency_hz.array() <= kShapeMargin * highest_partial_hz(work.partials)).count());
+  const auto n_shown =
+      std::max<Eigen::Index>(1, (frequency_hz.array() <= kShapeMargin * highest_partial_hz(work.partials)).count());
   result.model.angular_frequency_rad_s.conservativeResize(n_shown);
   result.model.shapes.conservativeResize(Eigen::NoChange, n_shown);
 }
@@ -276,12 +276,15 @@ void add_matches(int index, const std::vector<int>& modes, FitResult& result) {
 void match_prediction(const ParameterSpace& space, const SpectrumModels& models, std::size_t specimen,
                       const PartialTable& table, const FitOptions& options, JointMatch& joint) {
   constexpr double kToleranceCents = 10.0;  // scale of an honest prediction's errors; heavy tails beyond
-  joint.lines[specimen] = model_lines(model_frequencies(space, models, specimen, joint.fit.x), models[specimen]->visibility());
-  joint.matches[specimen] = match_partials(table, joint.lines[specimen], 0.0, {kToleranceCents, options.gate_cents, 40.0});
+  joint.lines[specimen] =
+      model_lines(model_frequencies(space, models, specimen, joint.fit.x), models[specimen]->visibility());
+  joint.matches[specimen] =
+      match_partials(table, joint.lines[specimen], 0.0, {kToleranceCents, options.gate_cents, 40.0});
 }
 
 /// How far each prediction may be off, into its matches.
-void add_prediction_std(const Eigen::VectorXd& relative_std, const std::vector<int>& rank, int specimen, FitResult& result) {
+void add_prediction_std(const Eigen::VectorXd& relative_std, const std::vector<int>& rank, int specimen,
+                        FitResult& result) {
   for (PartialMatch& match : result.matches) {
     if (match.specimen != specimen) continue;
     const auto column = std::find(rank.begin(), rank.end(), match.mode) - rank.begin();
@@ -319,11 +322,16 @@ void add_rayleigh(const FitProblem& problem, FitResult& result) {
 
 std::string to_text(FitStatus status) {
   switch (status) {
-    case FitStatus::kNotRun: return "not_run";
-    case FitStatus::kConverged: return "converged";
-    case FitStatus::kNotConverged: return "not_converged";
-    case FitStatus::kNoPartials: return "no_partials";
-    case FitStatus::kNoMatch: return "no_match";
+    case FitStatus::kNotRun:
+      return "not_run";
+    case FitStatus::kConverged:
+      return "converged";
+    case FitStatus::kNotConverged:
+      return "not_converged";
+    case FitStatus::kNoPartials:
+      return "no_partials";
+    case FitStatus::kNoMatch:
+      return "no_match";
   }
   return "";
 }
@@ -345,8 +353,9 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
     }
   }
   std::vector<Work> work(n);
-  for_each_job(n, [&](std::size_t s) { read_data(problem.specimens[s], problem.band, work[s], silent_monitor()); },
-               "partials", monitor);
+  for_each_job(
+      n, [&](std::size_t s) { read_data(problem.specimens[s], problem.band, work[s], silent_monitor()); }, "partials",
+      monitor);
   result.wall_time_s["partials"] = watch.lap();
   std::size_t n_partials = 0;
   for (std::size_t s = 0; s < n; ++s) {
@@ -373,7 +382,8 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
 
   FitProblem current = problem;
   std::vector<PartialTable> tables;
-  for (std::size_t s = 0; s < n; ++s) tables.push_back(problem.specimens[s].predict ? PartialTable{} : work[s].partials);
+  for (std::size_t s = 0; s < n; ++s)
+    tables.push_back(problem.specimens[s].predict ? PartialTable{} : work[s].partials);
   JointMatchOptions match_options;
   match_options.gate_cents = options.gate_cents;
   match_options.elastic.model_std = options.model_std_cents * kCent;
@@ -385,10 +395,13 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
   double seconds_models = 0.0, seconds_match = 0.0;
   for (int round = 0; round < 3; ++round) {
     space = std::make_unique<ParameterSpace>(current);
-    for_each_job(n, [&](std::size_t s) {
-      if (work[s].partials.partials.empty()) return;
-      build_model(current, *space, s, options, work[s], silent_monitor());
-    }, "models", monitor);
+    for_each_job(
+        n,
+        [&](std::size_t s) {
+          if (work[s].partials.partials.empty()) return;
+          build_model(current, *space, s, options, work[s], silent_monitor());
+        },
+        "models", monitor);
     seconds_models += watch.lap();
     // A specimen without partials takes no part: an empty model would have no modes.
     models.clear();
@@ -425,9 +438,12 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
   result.n_iterations = joint.fit.n_iterations;
   watch.lap();
 
-  for_each_job(n, [&](std::size_t s) {
-    if (work[s].spectrum) solve_final(fitted, s, work[s], result.specimens[s], silent_monitor());
-  }, "final modes", monitor);
+  for_each_job(
+      n,
+      [&](std::size_t s) {
+        if (work[s].spectrum) solve_final(fitted, s, work[s], result.specimens[s], silent_monitor());
+      },
+      "final modes", monitor);
   result.wall_time_s["final_modes"] = watch.lap();
   std::vector<std::vector<int>> modes(n);
   for (std::size_t s = 0; s < n; ++s) {
@@ -455,7 +471,8 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
       const auto decay_per_s = radiation_of(result.specimens[s], modes[s], result.warnings, monitor);
       for (PartialMatch& match : result.matches) {
         const auto found = decay_per_s.find(match.mode);
-        if (match.specimen == static_cast<int>(s) && found != decay_per_s.end()) match.radiation_decay_per_s = found->second;
+        if (match.specimen == static_cast<int>(s) && found != decay_per_s.end())
+          match.radiation_decay_per_s = found->second;
       }
     }
     result.wall_time_s["radiation"] = watch.lap();
@@ -464,8 +481,10 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
   add_rayleigh(problem, result);
   const DampingCandidate* damping = result.damping.candidates.empty() ? nullptr : &result.damping.candidates.front();
   for (PartialMatch& match : result.matches) {
-    if (damping) match.model_decay_per_s = damping->decay_per_s(2.0 * kPi * match.model_frequency_hz, match.radiation_decay_per_s.value_or(0.0),
-                                                           match.mount_decay_per_kg.value_or(0.0));
+    if (damping)
+      match.model_decay_per_s =
+          damping->decay_per_s(2.0 * kPi * match.model_frequency_hz, match.radiation_decay_per_s.value_or(0.0),
+                               match.mount_decay_per_kg.value_or(0.0));
   }
   for (std::size_t s = 0; s < n; ++s) {
     if (!work[s].spectrum) continue;

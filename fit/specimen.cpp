@@ -1,9 +1,9 @@
 #include "fit/specimen.hpp"
 
+#include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <toml++/toml.h>
 
 #include "core/base/errors.hpp"
 #include "core/base/output_file.hpp"
@@ -36,9 +36,7 @@ class Reader {
     }
   }
 
-  std::string place(const toml::node& node, std::string_view key) const {
-    return at(node.source().begin.line, key);
-  }
+  std::string place(const toml::node& node, std::string_view key) const { return at(node.source().begin.line, key); }
   std::string place(std::string_view key) const {
     const toml::node* node = table_.get(key);
     return at((node ? *node : static_cast<const toml::node&>(table_)).source().begin.line, key);
@@ -180,11 +178,13 @@ void read_material(const Reader& reader, FitProblem& problem, bool& explicit_den
       "preset, or lame_lambda_pa with lame_mu_pa, or youngs_modulus_pa with poissons_ratio";
   if (int(preset.has_value()) + int(lame) + int(engineering) != 1) {
     const char* problem_text = preset || lame || engineering ? "says the elasticity twice" : "says no elasticity";
-    throw InputError(reader.place(preset ? "preset" : lame ? "lame_mu_pa" : "youngs_modulus_pa"), problem_text, "",
-                     kAllowed);
+    throw InputError(reader.place(preset ? "preset"
+                                  : lame ? "lame_mu_pa"
+                                         : "youngs_modulus_pa"),
+                     problem_text, "", kAllowed);
   }
-  if (lame && !(lambda && mu)) throw InputError(reader.place(lambda ? "lame_lambda_pa" : "lame_mu_pa"),
-                                                "stands alone", "", kAllowed);
+  if (lame && !(lambda && mu))
+    throw InputError(reader.place(lambda ? "lame_lambda_pa" : "lame_mu_pa"), "stands alone", "", kAllowed);
   if (engineering && !(young && poisson)) {
     throw InputError(reader.place(young ? "youngs_modulus_pa" : "poissons_ratio"), "stands alone", "", kAllowed);
   }
@@ -203,7 +203,9 @@ void read_material(const Reader& reader, FitProblem& problem, bool& explicit_den
   if (!problem.density_given) material.density_kg_m3 = 0.0;
   solid::Material trial = material;
   if (!problem.density_given) trial.density_kg_m3 = 1000.0;
-  located(reader.place(lame ? "lame_lambda_pa" : preset ? "preset" : "poissons_ratio"),
+  located(reader.place(lame     ? "lame_lambda_pa"
+                       : preset ? "preset"
+                                : "poissons_ratio"),
           [&] { solid::validate(trial); });
 }
 
@@ -404,8 +406,7 @@ void read_fit(const Reader& reader, const std::string& file, FitProblem& problem
 
 }  // namespace
 
-FitProblem parse_fit_problem(std::string_view text, const std::string& name,
-                             const std::filesystem::path& base_folder) {
+FitProblem parse_fit_problem(std::string_view text, const std::string& name, const std::filesystem::path& base_folder) {
   if (text.size() > kMaxTomlBytes) throw InputError(name, "is too long", std::to_string(text.size()), "1 MiB");
   toml::table root;
   try {
@@ -434,8 +435,8 @@ FitProblem parse_fit_problem(std::string_view text, const std::string& name,
     const toml::table* table = (*specimens)[i].as_table();
     if (!table) throw InputError(top.place("specimen"), "must be tables", shown((*specimens)[i]), "[[specimen]]");
     Specimen specimen = read_specimen(*table, i + 1, name, base_folder);
-    const std::string place = name + ":" + std::to_string((*specimens)[i].source().begin.line) + ": specimen[" +
-                              std::to_string(i + 1) + "]";
+    const std::string place =
+        name + ":" + std::to_string((*specimens)[i].source().begin.line) + ": specimen[" + std::to_string(i + 1) + "]";
     if (!names.insert(specimen.name).second) throw InputError(place + ".name", "is used twice", specimen.name);
     if (specimen.mass_kg && explicit_density) {
       throw InputError(place + ".mass_kg", "mass and density_kg_m3 are both given", to_text(*specimen.mass_kg),

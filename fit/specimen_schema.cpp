@@ -48,7 +48,9 @@ std::vector<SchemaField> make_schema() {
       {"specimen", "predict", kBoolean, "`false`", -kInf, kInf,
        "take no part in the fit: partials are predicted from the others' material and held against the recording", 0},
       {"specimen", "mount", kTableList, "none", -kInf, kInf,
-       "places where wire or foam touches the body: viscous dampers, of one coefficient that is fitted with the damping", 0},
+       "places where wire or foam touches the body: viscous dampers, of one coefficient that is fitted with the "
+       "damping",
+       0},
 
       {"specimen.shape", "kind", kText, "required", -kInf, kInf,
        "tube, rod, box, shell_box, ellipsoid, sphere, bowl or revolution", 0},
@@ -70,7 +72,8 @@ std::vector<SchemaField> make_schema() {
        "numbers, and dimensions such as `D3.length_m`",
        0},
       {"fit", "radiation_damping", kBoolean, "`false`", -kInf, kInf,
-       "compute how much of each matched mode's damping is sound that it radiates into the air (boundary elements), and rank "
+       "compute how much of each matched mode's damping is sound that it radiates into the air (boundary elements), "
+       "and rank "
        "the damping models with and without it",
        0},
       {"fit", "band_hz", kNumberList, "`[20, 20000]`", 0, 1e6, "lowest and highest frequency that is looked at", 2},
@@ -132,13 +135,20 @@ const SchemaField* find_field(std::string_view table, std::string_view key) {
 
 std::string_view type_text(FieldType type) {
   switch (type) {
-    case kText: return "text";
-    case kNumber: return "number";
-    case kBoolean: return "true or false";
-    case kTextList: return "list of texts";
-    case kNumberList: return "list of numbers";
-    case kTable: return "table";
-    case kTableList: return "list of tables";
+    case kText:
+      return "text";
+    case kNumber:
+      return "number";
+    case kBoolean:
+      return "true or false";
+    case kTextList:
+      return "list of texts";
+    case kNumberList:
+      return "list of numbers";
+    case kTable:
+      return "table";
+    case kTableList:
+      return "list of tables";
   }
   return "";
 }
@@ -159,9 +169,9 @@ std::string known_keys(std::string_view table) {
 }
 
 const std::vector<std::string>& material_parameter_names() {
-  static const std::vector<std::string> names = {
-      "lame_lambda_pa", "lame_mu_pa",    "shear_modulus_pa",     "youngs_modulus_pa",
-      "poissons_ratio", "density_kg_m3", "rayleigh_stiffness_s", "rayleigh_mass_per_s"};
+  static const std::vector<std::string> names = {"lame_lambda_pa",       "lame_mu_pa",         "shear_modulus_pa",
+                                                 "youngs_modulus_pa",    "poissons_ratio",     "density_kg_m3",
+                                                 "rayleigh_stiffness_s", "rayleigh_mass_per_s"};
   return names;
 }
 

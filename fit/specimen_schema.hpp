@@ -10,14 +10,14 @@ enum class FieldType { kText, kNumber, kBoolean, kTextList, kNumberList, kTable,
 
 /// One key of specimen.toml. The table of these drives the reader's checks, its error messages and docs/specimen.md.
 struct SchemaField {
-  std::string_view table;      ///< "", "material", "specimen", "specimen.shape", "specimen.support", "fit", "fit.priors.*"
+  std::string_view table;  ///< "", "material", "specimen", "specimen.shape", "specimen.support", "fit", "fit.priors.*"
   std::string_view key;
   FieldType type = FieldType::kText;
-  std::string_view presence;   ///< "required", or the default in words
-  double low = -std::numeric_limits<double>::infinity();   ///< numbers: low < value < high
+  std::string_view presence;                              ///< "required", or the default in words
+  double low = -std::numeric_limits<double>::infinity();  ///< numbers: low < value < high
   double high = std::numeric_limits<double>::infinity();
   std::string_view meaning;
-  int list_length = 0;         ///< of a number list; 0: any
+  int list_length = 0;  ///< of a number list; 0: any
 };
 
 const std::vector<SchemaField>& specimen_schema();

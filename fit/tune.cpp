@@ -39,7 +39,8 @@ Flexure flexure(const mesh::TetMesh& mesh, const Eigen::Ref<const Eigen::VectorX
   Eigen::VectorXd count = Eigen::VectorXd::Zero(kSlices);
   double total = 0.0;
   for (Eigen::Index node = 0; node < mesh.nodes_m.rows(); ++node) {
-    const auto slice = std::min<Eigen::Index>(kSlices - 1, static_cast<Eigen::Index>((coordinate[node] - low) / span * kSlices));
+    const auto slice =
+        std::min<Eigen::Index>(kSlices - 1, static_cast<Eigen::Index>((coordinate[node] - low) / span * kSlices));
     const Eigen::Vector3d u = shape.segment<3>(3 * node);
     sum.row(slice) += u.transpose();
     count[slice] += 1.0;
@@ -109,7 +110,8 @@ void TuneOptions::validate(const Specimen& specimen) const {
   for (const auto& [name, value] : specimen.shape->dims) known += (known.empty() ? "" : ", ") + name;
   for (const std::string& name : dimensions) {
     if (!specimen.shape->dims.count(name)) throw InputError(kPlace, "unknown dimension", name, known);
-    if (std::count(dimensions.begin(), dimensions.end(), name) > 1) throw InputError(kPlace, "dimension named twice", name);
+    if (std::count(dimensions.begin(), dimensions.end(), name) > 1)
+      throw InputError(kPlace, "dimension named twice", name);
   }
   for (const TuneTarget& target : targets) checked_open(kPlace, "frequency_hz", target.frequency_hz, 0.0, 1e6);
   checked(kPlace, "widest_change", widest_change, 0.001, 0.5);
@@ -134,8 +136,8 @@ std::vector<std::vector<int>> bending_modes(const mesh::ShapeSpec& shape, const 
     if (n > families.size() + 1) continue;
     if (families.size() < n) families.resize(n);
     auto& family = families[n - 1];
-    const bool partner = family.empty() || cents(model.angular_frequency_rad_s[k],
-                                                 model.angular_frequency_rad_s[family.front()]) < 5.0;
+    const bool partner =
+        family.empty() || cents(model.angular_frequency_rad_s[k], model.angular_frequency_rad_s[family.front()]) < 5.0;
     if (partner) family.push_back(static_cast<int>(k));
   }
   return families;
@@ -154,8 +156,8 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
   SpecimenBody body = make_body(current, material, 1.5 * highest_hz);
   for (const std::string& name : options.dimensions) {
     const double start = specimen.shape->dims.at(name);
-    result.dimensions.push_back({name, start, start, start * (1.0 - options.widest_change),
-                                 start * (1.0 + options.widest_change), false});
+    result.dimensions.push_back(
+        {name, start, start, start * (1.0 - options.widest_change), start * (1.0 + options.widest_change), false});
   }
   for (int round = 0; round < options.max_rounds; ++round) {
     monitor.progress("tune", static_cast<double>(round) / options.max_rounds);
@@ -211,7 +213,8 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     bool stuck = true;
     const auto local = space.local(0, fit.x);
     for (TunedDimension& dimension : result.dimensions) {
-      const auto place = static_cast<std::size_t>(std::find(order.begin(), order.end(), dimension.name) - order.begin());
+      const auto place =
+          static_cast<std::size_t>(std::find(order.begin(), order.end(), dimension.name) - order.begin());
       // Beyond a tenth the parabolas no longer hold; the next round goes on from there.
       const double step = std::clamp(local.point.dimensions[place] / dimension.value_m, 0.9, 1.1);
       const double next = std::clamp(step * dimension.value_m, dimension.low_m, dimension.high_m);

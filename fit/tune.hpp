@@ -18,9 +18,9 @@ struct TuneTarget {
 struct TuneOptions {
   std::vector<std::string> dimensions;  ///< of the shape, e.g. {"length_m"}
   std::vector<TuneTarget> targets;
-  double widest_change = 0.2;           ///< dimensions stay within this share of their start, 0.001 to 0.5
-  double tolerance_cents = 0.05;        ///< of the full model, 1e-4 to 100
-  int max_rounds = 8;                   ///< of meshing anew, 1 to 50
+  double widest_change = 0.2;     ///< dimensions stay within this share of their start, 0.001 to 0.5
+  double tolerance_cents = 0.05;  ///< of the full model, 1e-4 to 100
+  int max_rounds = 8;             ///< of meshing anew, 1 to 50
   void validate(const Specimen& specimen) const;
 };
 
@@ -47,7 +47,7 @@ struct TuneResult {
   std::string message;
   std::vector<TunedDimension> dimensions;
   std::vector<TunedTarget> targets;
-  mesh::ShapeSpec shape;   ///< the tuned body
+  mesh::ShapeSpec shape;  ///< the tuned body
   int n_rounds = 0;
   std::map<std::string, double> wall_time_s;
   bool usable() const { return status == TuneStatus::kReached; }

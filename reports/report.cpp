@@ -8,14 +8,14 @@
 #include "core/base/errors.hpp"
 #include "core/base/output_file.hpp"
 #include "reports/detail/audio_clip.hpp"
+#include "reports/detail/bubble_page.hpp"
 #include "reports/detail/mode_pictures.hpp"
 #include "reports/detail/page.hpp"
 #include "reports/detail/proxy_page.hpp"
 #include "reports/detail/proxy_study_page.hpp"
 #include "reports/detail/raster.hpp"
-#include "reports/detail/spectrogram.hpp"
-#include "reports/detail/bubble_page.hpp"
 #include "reports/detail/regression_page.hpp"
+#include "reports/detail/spectrogram.hpp"
 #include "reports/detail/study_figures.hpp"
 #include "reports/detail/study_pictures.hpp"
 #include "reports/detail/text.hpp"
@@ -52,8 +52,7 @@ class ReportWriter {
     for (std::size_t i = 0; i < data_.specimens.size(); ++i) {
       monitor_.throw_if_stopped();
       sounds(i);
-      monitor_.progress("report",
-                        0.1 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(data_.specimens.size()));
+      monitor_.progress("report", 0.1 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(data_.specimens.size()));
     }
     mode_shapes();
     monitor_.progress("report", 0.95);
@@ -74,7 +73,8 @@ class ReportWriter {
     study_pictures();
     auto& list = parts_.downloads;
     list.emplace_back(result_json_.filename().string(), "– the result this page is made of");
-    for (const auto& [name, what] : {std::pair{"levels.csv", "– every level"}, {"junit.xml", "– the claims for a test report"}}) {
+    for (const auto& [name, what] :
+         {std::pair{"levels.csv", "– every level"}, {"junit.xml", "– the claims for a test report"}}) {
       std::error_code ignored;
       if (std::filesystem::is_regular_file(folder_ / name, ignored)) list.emplace_back(name, what);
     }
@@ -88,10 +88,12 @@ class ReportWriter {
     monitor_.progress("report", 0.0);
     add_figure("error", proxy_error_figure(data_.proxy_study));
     add_figure("time", proxy_time_figure(data_.proxy_study));
-    const audio::Signal direct = sound_beside(data_.proxy_study.direct_sound), proxy = sound_beside(data_.proxy_study.proxy_sound);
+    const audio::Signal direct = sound_beside(data_.proxy_study.direct_sound),
+                        proxy = sound_beside(data_.proxy_study.proxy_sound);
     if (direct.n_frames() >= 16 && proxy.n_frames() >= 16) {
       SpecimenMedia media;
-      media.spectrogram = spectrogram_figure("the direct mix", direct, proxy, {}, spectrogram_range(direct, 20000.0), "Proxies", {}, "Direct");
+      media.spectrogram = spectrogram_figure("the direct mix", direct, proxy, {}, spectrogram_range(direct, 20000.0),
+                                             "Proxies", {}, "Direct");
       media.clip_s = std::min(kLongestClipS, kAudioBytes / 2 / (2 * std::min(48000.0, direct.sample_rate_hz)));
       media.cut = media.clip_s < direct.duration_s();
       media.gain = std::min(clip_gain(direct, media.clip_s), clip_gain(proxy, media.clip_s));
@@ -115,7 +117,8 @@ class ReportWriter {
   ReportResult write_papers() {
     parts_.downloads.emplace_back(result_json_.filename().string(), "– the result this page is made of");
     std::error_code ignored;
-    if (std::filesystem::is_regular_file(folder_ / "junit.xml", ignored)) parts_.downloads.emplace_back("junit.xml", "– the claims for a test report");
+    if (std::filesystem::is_regular_file(folder_ / "junit.xml", ignored))
+      parts_.downloads.emplace_back("junit.xml", "– the claims for a test report");
     finish();
     return std::move(result_);
   }
@@ -125,11 +128,14 @@ class ReportWriter {
       add_figure(stem, svg);
       parts_.proxy.push_back({std::move(svg), stem, caption});
     };
-    add("partials", proxy_partials_figure(data_.proxy), "Above: the partials, amplitudes at the strike. Below: how far the proxies' partials lie above the body's, rank by rank.");
+    add("partials", proxy_partials_figure(data_.proxy),
+        "Above: the partials, amplitudes at the strike. Below: how far the proxies' partials lie above the body's, "
+        "rank by rank.");
     add("shape", proxy_shape_figure(data_.proxy), "Sections through the ellipsoids, to one scale.");
     auto& list = parts_.downloads;
     list.emplace_back(result_json_.filename().string(), "– the result this page is made of");
-    for (const auto& [file, what] : {std::pair{"target.wav", "Body"}, {"before.wav", "First proxy"}, {"after.wav", "Fitted proxy"}}) {
+    for (const auto& [file, what] :
+         {std::pair{"target.wav", "Body"}, {"before.wav", "First proxy"}, {"after.wav", "Fitted proxy"}}) {
       const audio::Signal sound = sound_beside(file);
       if (sound.n_frames() == 0) continue;
       parts_.proxy_clips.emplace_back(what, wav_clip(sound, kLongestClipS, clip_gain(sound, kLongestClipS)));
@@ -147,16 +153,20 @@ class ReportWriter {
       add_figure(stem, *svg);
       parts_.regression.push_back({std::move(*svg), stem, caption});
     };
-    add("spectrum", regression_spectrum_figure(data_.regression), "Partials at the strike, side by side, and mean third-octave levels, the noise taken off.");
+    add("spectrum", regression_spectrum_figure(data_.regression),
+        "Partials at the strike, side by side, and mean third-octave levels, the noise taken off.");
     add("levels", regression_spectrogram_figure(data_.regression),
-        "Levels in bands of a twelfth octave from the onset on. What lies under the floor (12 dB over the louder noise, or 50 dB under the loudest cell) is set to it, "
+        "Levels in bands of a twelfth octave from the onset on. What lies under the floor (12 dB over the louder "
+        "noise, or 50 dB under the loudest cell) is set to it, "
         "so that noise shows no difference.");
     add("partials", regression_partials_figure(data_.regression),
-        "How far the partials lie from the reference. A mark outside its bar is a failed claim; hollow marks were not judged.");
+        "How far the partials lie from the reference. A mark outside its bar is a failed claim; hollow marks were not "
+        "judged.");
     auto& list = parts_.downloads;
     list.emplace_back(result_json_.filename().string(), "– the result this page is made of");
     std::error_code ignored;
-    if (std::filesystem::is_regular_file(folder_ / "junit.xml", ignored)) list.emplace_back("junit.xml", "– the claims for a test report");
+    if (std::filesystem::is_regular_file(folder_ / "junit.xml", ignored))
+      list.emplace_back("junit.xml", "– the claims for a test report");
     list.emplace_back("figures/", "– every figure as SVG and PNG");
     finish();
     return std::move(result_);
@@ -207,9 +217,7 @@ class ReportWriter {
     monitor_.progress("report", 1.0);
   }
 
-  void add_file(const std::string& name, std::string bytes) {
-    output_.emplace_back(folder_ / name, std::move(bytes));
-  }
+  void add_file(const std::string& name, std::string bytes) { output_.emplace_back(folder_ / name, std::move(bytes)); }
 
   /// The page comes last, so that it never points at what is not there yet; after a failure files that are
   /// new go again.
@@ -270,8 +278,7 @@ class ReportWriter {
     std::error_code ignored;
     if (!inside || !std::filesystem::is_regular_file(folder_ / path, ignored)) {
       result_.warnings.push_back(
-          name + (inside ? ": no such file beside the result" : ": lies outside the result's folder") +
-          ", left out");
+          name + (inside ? ": no such file beside the result" : ": lies outside the result's folder") + ", left out");
       return {};
     }
     return folder_ / path;
@@ -291,8 +298,7 @@ class ReportWriter {
   std::string stem_of(std::size_t index) const {
     const std::string stem = file_stem(data_.specimens[index].name);
     for (std::size_t i = 0; i < data_.specimens.size(); ++i) {
-      if (i != index && file_stem(data_.specimens[i].name) == stem)
-        return stem + "-" + std::to_string(index + 1);
+      if (i != index && file_stem(data_.specimens[i].name) == stem) return stem + "-" + std::to_string(index + 1);
     }
     return stem;
   }
@@ -300,13 +306,13 @@ class ReportWriter {
   void sounds(std::size_t index) {
     const Specimen& specimen = data_.specimens[index];
     SpecimenMedia& media = parts_.media[index];
-    const audio::Signal recorded = sound_beside(specimen.recording),
-                        fitted = sound_beside(specimen.resynthesis);
+    const audio::Signal recorded = sound_beside(specimen.recording), fitted = sound_beside(specimen.resynthesis);
     const audio::Signal& first = recorded.n_frames() > 0 ? recorded : fitted;
     if (first.n_frames() < 16) return;
     double highest = 0;
     for (const Partial& partial : specimen.partials) highest = std::max(highest, partial.frequency_hz);
-    for (const BubbleRow& row : data_.bubbles.rows) highest = std::max({highest, row.frequency_start_hz, row.frequency_end_hz});
+    for (const BubbleRow& row : data_.bubbles.rows)
+      highest = std::max({highest, row.frequency_start_hz, row.frequency_end_hz});
     const bool in_page = index < kMaxMedia;
     if (index == kMaxMedia) {
       result_.warnings.push_back("sounds and spectrograms of " +
@@ -322,8 +328,8 @@ class ReportWriter {
       range.low_hz = std::clamp(0.6 * lowest, 100.0, 0.5 * range.high_hz);
     }
     Svg svg = spectrogram_figure(specimen.name.empty() ? "the recording" : specimen.name, first,
-                                 both ? fitted : audio::Signal{}, specimen.strikes_s,
-                                 range, fitted_words(data_), ridges_of(data_.bubbles));
+                                 both ? fitted : audio::Signal{}, specimen.strikes_s, range, fitted_words(data_),
+                                 ridges_of(data_.bubbles));
     add_figure(data_.kind == "fit" ? "spectrogram-" + stem_of(index) : "spectrogram", svg);
     if (!in_page) return;
     media.spectrogram = std::move(svg);
@@ -347,8 +353,7 @@ class ReportWriter {
   std::vector<ModePicture> candidates(const Specimen& specimen) const {
     std::vector<Predicted> modes;
     if (data_.kind == "modes") {
-      for (const Mode& mode : specimen.modes)
-        modes.push_back({specimen.name, mode.index, mode.frequency_hz, {}});
+      for (const Mode& mode : specimen.modes) modes.push_back({specimen.name, mode.index, mode.frequency_hz, {}});
     } else {
       const SpecimenRows rows = rows_of(data_, specimen);
       std::set<int> heard;
@@ -435,11 +440,9 @@ class ReportWriter {
       const std::string& name = table.first;
       // A user's own table of that name in this folder is an input and stays.
       std::error_code ignored;
-      const bool taken =
-          std::any_of(data_.inputs.begin(), data_.inputs.end(), [&](const ProvenanceInput& input) {
-            return std::filesystem::path(input.path).filename() == name &&
-                   std::filesystem::exists(folder_ / name, ignored);
-          });
+      const bool taken = std::any_of(data_.inputs.begin(), data_.inputs.end(), [&](const ProvenanceInput& input) {
+        return std::filesystem::path(input.path).filename() == name && std::filesystem::exists(folder_ / name, ignored);
+      });
       add_file(taken ? "report-" + name : name, table.second);
       csv_files_.push_back(taken ? "report-" + name : name);
     }
@@ -452,8 +455,7 @@ class ReportWriter {
     std::error_code ignored;
     for (const Specimen& specimen : data_.specimens) {
       const auto add = [&](const std::string& name, const char* what) {
-        if (!name.empty() && std::filesystem::is_regular_file(folder_ / name, ignored))
-          list.emplace_back(name, what);
+        if (!name.empty() && std::filesystem::is_regular_file(folder_ / name, ignored)) list.emplace_back(name, what);
       };
       add(specimen.recording, "– recording");
       add(specimen.resynthesis, "– fitted model’s sound");
@@ -474,8 +476,7 @@ class ReportWriter {
 
 }  // namespace
 
-ReportResult write_report(const std::filesystem::path& result_json, const ReportOptions& options,
-                          Monitor& monitor) {
+ReportResult write_report(const std::filesystem::path& result_json, const ReportOptions& options, Monitor& monitor) {
   return ReportWriter(result_json, options, monitor).write();
 }
 

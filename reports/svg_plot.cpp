@@ -91,10 +91,10 @@ std::string figure_css(bool dark) {
   for (int i = 0; i < kSeriesCount; ++i) {
     const std::string n = std::to_string(i);
     rule(".s" + n, "fill:none;stroke-width:1.75;" + colour("stroke", p.series[static_cast<std::size_t>(i)]));
-    rule(".m" + n, "stroke-width:1;" + colour("fill", p.series[static_cast<std::size_t>(i)]) + ";" +
-                       colour("stroke", p.paper));
-    rule(".h" + n, "stroke-width:1.5;" + colour("stroke", p.series[static_cast<std::size_t>(i)]) + ";" +
-                       colour("fill", p.paper));
+    rule(".m" + n,
+         "stroke-width:1;" + colour("fill", p.series[static_cast<std::size_t>(i)]) + ";" + colour("stroke", p.paper));
+    rule(".h" + n,
+         "stroke-width:1.5;" + colour("stroke", p.series[static_cast<std::size_t>(i)]) + ";" + colour("fill", p.paper));
     rule("text.t" + n, colour("fill", p.series[static_cast<std::size_t>(i)]));
   }
   rule(".thin", "stroke-width:1");
@@ -113,20 +113,19 @@ Svg::Svg(double width, double height, std::string description)
 }
 
 void Svg::line(double x1, double y1, double x2, double y2, std::string_view classes) {
-  body_ += "<line class=\"" + std::string(classes) + "\" x1=\"" + coordinate(x1) + "\" y1=\"" +
-           coordinate(y1) + "\" x2=\"" + coordinate(x2) + "\" y2=\"" + coordinate(y2) + "\"/>\n";
+  body_ += "<line class=\"" + std::string(classes) + "\" x1=\"" + coordinate(x1) + "\" y1=\"" + coordinate(y1) +
+           "\" x2=\"" + coordinate(x2) + "\" y2=\"" + coordinate(y2) + "\"/>\n";
 }
 
 void Svg::rect(double x, double y, double width, double height, std::string_view classes, double radius) {
   body_ += "<rect class=\"" + std::string(classes) + "\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) +
-           "\" width=\"" + coordinate(std::max(width, 0.0)) + "\" height=\"" +
-           coordinate(std::max(height, 0.0)) + (radius > 0 ? "\" rx=\"" + coordinate(radius) : "") + "\"/>\n";
+           "\" width=\"" + coordinate(std::max(width, 0.0)) + "\" height=\"" + coordinate(std::max(height, 0.0)) +
+           (radius > 0 ? "\" rx=\"" + coordinate(radius) : "") + "\"/>\n";
 }
 
 void Svg::polyline(const std::vector<PlotPoint>& points, std::string_view classes, bool closed) {
   if (points.size() < 2) return;
-  body_ +=
-      std::string(closed ? "<polygon" : "<polyline") + " class=\"" + std::string(classes) + "\" points=\"";
+  body_ += std::string(closed ? "<polygon" : "<polyline") + " class=\"" + std::string(classes) + "\" points=\"";
   for (const PlotPoint& point : points) body_ += coordinate(point.x) + "," + coordinate(point.y) + " ";
   body_.back() = '"';
   body_ += "/>\n";
@@ -183,23 +182,19 @@ void Svg::marker(int series, double x, double y, double radius, std::string_view
   }
 }
 
-void Svg::text(double x, double y, std::string_view words, std::string_view classes, Anchor anchor,
-               double turned_deg) {
-  body_ +=
-      "<text class=\"" + std::string(classes) + "\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\"";
-  if (anchor != Anchor::kStart)
-    body_ += anchor == Anchor::kMiddle ? " text-anchor=\"middle\"" : " text-anchor=\"end\"";
+void Svg::text(double x, double y, std::string_view words, std::string_view classes, Anchor anchor, double turned_deg) {
+  body_ += "<text class=\"" + std::string(classes) + "\" x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\"";
+  if (anchor != Anchor::kStart) body_ += anchor == Anchor::kMiddle ? " text-anchor=\"middle\"" : " text-anchor=\"end\"";
   if (turned_deg != 0) {
-    body_ +=
-        " transform=\"rotate(" + coordinate(turned_deg) + " " + coordinate(x) + " " + coordinate(y) + ")\"";
+    body_ += " transform=\"rotate(" + coordinate(turned_deg) + " " + coordinate(x) + " " + coordinate(y) + ")\"";
   }
   body_ += ">" + escaped(words) + "</text>\n";
 }
 
 void Svg::image(double x, double y, double width, double height, std::string_view data_uri) {
   body_ += "<image x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\" width=\"" + coordinate(width) +
-           "\" height=\"" + coordinate(height) + "\" preserveAspectRatio=\"none\" href=\"" +
-           std::string(data_uri) + "\"/>\n";
+           "\" height=\"" + coordinate(height) + "\" preserveAspectRatio=\"none\" href=\"" + std::string(data_uri) +
+           "\"/>\n";
 }
 
 void Svg::begin_group(std::string_view title) { body_ += "<g><title>" + escaped(title) + "</title>\n"; }
@@ -207,8 +202,8 @@ void Svg::end_group() { body_ += "</g>\n"; }
 
 std::string Svg::markup(std::string_view head) const {
   return "<svg class=\"kf\" role=\"img\" aria-label=\"" + escaped(description_) + "\" viewBox=\"0 0 " +
-         coordinate(width_) + " " + coordinate(height_) + "\" width=\"" + coordinate(width_) +
-         "\" height=\"" + coordinate(height_) + "\"" + std::string(head) + body_ + "</svg>\n";
+         coordinate(width_) + " " + coordinate(height_) + "\" width=\"" + coordinate(width_) + "\" height=\"" +
+         coordinate(height_) + "\"" + std::string(head) + body_ + "</svg>\n";
 }
 
 std::string Svg::inline_markup() const { return markup(">\n"); }
@@ -288,24 +283,17 @@ AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& 
 }
 
 Frame::Frame(Svg& svg, double left, double top, double width, double height, AxisSpec x, AxisSpec y)
-    : svg_(svg),
-      left_(left),
-      top_(top),
-      width_(width),
-      height_(height),
-      x_axis_(std::move(x)),
-      y_axis_(std::move(y)) {
+    : svg_(svg), left_(left), top_(top), width_(width), height_(height), x_axis_(std::move(x)), y_axis_(std::move(y)) {
   KLANG_CHECK(x_axis_.low < x_axis_.high && y_axis_.low < y_axis_.high, "an axis needs an extent");
-  KLANG_CHECK((x_axis_.scale == Scale::kLinear || x_axis_.low > 0) &&
-                  (y_axis_.scale == Scale::kLinear || y_axis_.low > 0),
-              "a log axis starts above zero");
+  KLANG_CHECK(
+      (x_axis_.scale == Scale::kLinear || x_axis_.low > 0) && (y_axis_.scale == Scale::kLinear || y_axis_.low > 0),
+      "a log axis starts above zero");
 }
 
 namespace {
 double fraction(const AxisSpec& axis, double value) {
   if (axis.scale == Scale::kLog)
-    return (std::log(std::max(value, 1e-305)) - std::log(axis.low)) /
-           (std::log(axis.high) - std::log(axis.low));
+    return (std::log(std::max(value, 1e-305)) - std::log(axis.low)) / (std::log(axis.high) - std::log(axis.low));
   return (value - axis.low) / (axis.high - axis.low);
 }
 }  // namespace
@@ -314,8 +302,7 @@ double Frame::x(double value) const { return left_ + width_ * fraction(x_axis_, 
 double Frame::y(double value) const { return top_ + height_ * (1 - fraction(y_axis_, value)); }
 
 bool Frame::shows(double x_value, double y_value) const {
-  return x_value >= x_axis_.low && x_value <= x_axis_.high && y_value >= y_axis_.low &&
-         y_value <= y_axis_.high;
+  return x_value >= x_axis_.low && x_value <= x_axis_.high && y_value >= y_axis_.low && y_value <= y_axis_.high;
 }
 
 void Frame::draw_axes(int x_ticks, int y_ticks, bool x_grid, bool y_grid) {
@@ -333,10 +320,8 @@ void Frame::draw_axes(int x_ticks, int y_ticks, bool x_grid, bool y_grid) {
   }
   svg_.line(left_, bottom(), right(), bottom(), "axis");
   svg_.line(left_, top_, left_, bottom(), "axis");
-  if (x_axis_.labelled)
-    svg_.text((left_ + right()) / 2, bottom() + 36, x_axis_.label, "muted", Anchor::kMiddle);
-  if (y_axis_.labelled)
-    svg_.text(left_ - 50, (top_ + bottom()) / 2, y_axis_.label, "muted", Anchor::kMiddle, -90);
+  if (x_axis_.labelled) svg_.text((left_ + right()) / 2, bottom() + 36, x_axis_.label, "muted", Anchor::kMiddle);
+  if (y_axis_.labelled) svg_.text(left_ - 50, (top_ + bottom()) / 2, y_axis_.label, "muted", Anchor::kMiddle, -90);
 }
 
 void Frame::curve(const std::vector<PlotPoint>& values, std::string_view classes) {
@@ -413,10 +398,10 @@ std::vector<double> spread_labels(std::vector<double> positions, double spacing,
       const Block& last = blocks.back();
       if (before.wanted_first + spacing * static_cast<double>(before.count) <= last.wanted_first) break;
       const double total = static_cast<double>(before.count + last.count);
-      before.wanted_first = (before.wanted_first * static_cast<double>(before.count) +
-                             (last.wanted_first - spacing * static_cast<double>(before.count)) *
-                                 static_cast<double>(last.count)) /
-                            total;
+      before.wanted_first =
+          (before.wanted_first * static_cast<double>(before.count) +
+           (last.wanted_first - spacing * static_cast<double>(before.count)) * static_cast<double>(last.count)) /
+          total;
       before.count += last.count;
       blocks.pop_back();
     }

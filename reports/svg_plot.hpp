@@ -30,8 +30,8 @@ class Svg {
   void polyline(const std::vector<PlotPoint>& points, std::string_view classes, bool closed = false);
   /// Marker of series 0-7: its own shape and colour. tooltip may be empty.
   void marker(int series, double x, double y, double radius, std::string_view tooltip, bool hollow = false);
-  void text(double x, double y, std::string_view words, std::string_view classes,
-            Anchor anchor = Anchor::kStart, double turned_deg = 0);
+  void text(double x, double y, std::string_view words, std::string_view classes, Anchor anchor = Anchor::kStart,
+            double turned_deg = 0);
   /// An image given as a data URI, stretched to the rectangle.
   void image(double x, double y, double width, double height, std::string_view data_uri);
   /// Encloses what is drawn until end_group; the title shows under a pointer.

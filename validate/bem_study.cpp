@@ -32,7 +32,8 @@ const std::vector<Case> kCases = {{"quadrupole-ka5", "Quadrupole, ka = 5", 2, 5.
                                   {"dipole-ka4.4934", "Dipole, ka = 4.4934", 1, 4.493409457909064, 1e-2},
                                   {"octupole-ka1", "Octupole, ka = 1", 3, 1.0, 1e-2}};
 
-SphereResult solved(const SphereCase& sphere, std::shared_ptr<const acoustics::HelmholtzBem>& solver, Monitor& monitor) {
+SphereResult solved(const SphereCase& sphere, std::shared_ptr<const acoustics::HelmholtzBem>& solver,
+                    Monitor& monitor) {
   acoustics::BemOptions options;
   options.allow_coarse = true;
   options.n_blas_threads = 1;  // the same bits on any number of threads
@@ -103,10 +104,12 @@ void add_fields(const SphereCase& sphere, const SphereResult& result, const std:
   map.values /= largest;
   fields.surfaces.push_back(std::move(map));
 
-  BalloonField balloon = detail::balloon([&](const Eigen::Vector3d& s) { return std::abs(acoustics::far_field_pa_m(multipole, s)); });
+  BalloonField balloon =
+      detail::balloon([&](const Eigen::Vector3d& s) { return std::abs(acoustics::far_field_pa_m(multipole, s)); });
   balloon.name = "directivity";
   balloon.title = "Directivity";
-  balloon.caption = words + ": far field, level re the loudest direction; 30 dB from the surface of the unit ball to its centre.";
+  balloon.caption =
+      words + ": far field, level re the loudest direction; 30 dB from the surface of the unit ball to its centre.";
   fields.balloons.push_back(std::move(balloon));
 }
 
@@ -116,8 +119,10 @@ Study bem_study(const StudyOptions& options, Monitor& monitor) {
   Study study;
   study.title = "Pressure of the boundary elements";
   study.question =
-      "Does the surface pressure of vibrating spheres converge with the square of the element size, also at the frequencies "
-      "where the sphere resonates inside (ka = π, 4.4934)? The error is the root mean square over the surface against the "
+      "Does the surface pressure of vibrating spheres converge with the square of the element size, also at the "
+      "frequencies "
+      "where the sphere resonates inside (ka = π, 4.4934)? The error is the root mean square over the surface against "
+      "the "
       "exact series.";
   const std::vector<int> divisions = {4, 6, 8, 10};
   const std::size_t n_levels = level_count(options, divisions.size());
@@ -134,7 +139,8 @@ Study bem_study(const StudyOptions& options, Monitor& monitor) {
     series.expected_order = 2.0;
     series.order_tolerance = 0.3;
     series.higher_is_fine = true;
-    series.error_tolerance = c.error_tolerance * std::pow(static_cast<double>(divisions.back()) / divisions[n_levels - 1], 2.0);
+    series.error_tolerance =
+        c.error_tolerance * std::pow(static_cast<double>(divisions.back()) / divisions[n_levels - 1], 2.0);
     study.series.push_back(std::move(series));
   }
   if (cases.empty()) return study;
@@ -160,9 +166,10 @@ Study bem_study(const StudyOptions& options, Monitor& monitor) {
       if (options.fields && k == 0 && i + 1 == n_levels) add_fields(sphere, result, cases[k].title, study.fields);
     }
     if (i == 1 && options.only.empty()) {
-      study.claims.push_back(resonance_claim("resonance-pi", "Error at ka = π over its mean 6 % beside (pulsating)", 0, kPi, solver,
-                                             divisions[i], silent_monitor()));
-      study.claims.push_back(resonance_claim("resonance-4.4934", "Error at ka = 4.4934 over its mean 6 % beside (dipole)", 1,
+      study.claims.push_back(resonance_claim("resonance-pi", "Error at ka = π over its mean 6 % beside (pulsating)", 0,
+                                             kPi, solver, divisions[i], silent_monitor()));
+      study.claims.push_back(resonance_claim("resonance-4.4934",
+                                             "Error at ka = 4.4934 over its mean 6 % beside (dipole)", 1,
                                              4.493409457909064, solver, divisions[i], silent_monitor()));
     }
   }

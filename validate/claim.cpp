@@ -14,11 +14,20 @@ std::string attribute(std::string_view text) {
   std::string result;
   for (const char c : text) {
     switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      case '"': result += "&quot;"; break;
-      default: result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
     }
   }
   return result;
@@ -27,7 +36,8 @@ std::string attribute(std::string_view text) {
 }  // namespace
 
 Claim judged(Claim claim) {
-  claim.passed = claim.not_judged.empty() && std::abs(claim.measured - claim.reference.value_or(0.0)) <= claim.tolerance;
+  claim.passed =
+      claim.not_judged.empty() && std::abs(claim.measured - claim.reference.value_or(0.0)) <= claim.tolerance;
   return claim;
 }
 
@@ -43,8 +53,10 @@ nlohmann::json to_json(const Claim& claim) {
 }
 
 std::string junit_xml(std::string_view suite, const std::vector<Claim>& claims) {
-  const auto n_skipped = std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.not_judged.empty(); });
-  const auto n_failed = std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.passed; }) - n_skipped;
+  const auto n_skipped =
+      std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.not_judged.empty(); });
+  const auto n_failed =
+      std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.passed; }) - n_skipped;
   const std::string counts =
       " tests=\"" + std::to_string(claims.size()) + "\" failures=\"" + std::to_string(n_failed) + "\" errors=\"0\"";
   std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites" + counts + ">\n<testsuite name=\"" +

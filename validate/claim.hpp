@@ -9,14 +9,14 @@ namespace klang::validate {
 
 /// One statement that was put to the test. Accepted only through deviation <= tolerance, so that a NaN does not pass.
 struct Claim {
-  std::string name;                      ///< "ball-p2.order": unique within a study, no spaces
-  std::string words;                     ///< the statement as a sentence
+  std::string name;   ///< "ball-p2.order": unique within a study, no spaces
+  std::string words;  ///< the statement as a sentence
   double measured = 0.0;
   std::optional<double> reference;       ///< what it should be; empty: an error that should be 0
   double tolerance = 0.0;                ///< largest |measured - reference|, in the same unit
   std::optional<double> observed_order;  ///< where the claim is about convergence
   bool passed = false;
-  std::string not_judged = {};           ///< why nothing could be said; empty: it was judged. Never passed then.
+  std::string not_judged = {};  ///< why nothing could be said; empty: it was judged. Never passed then.
 };
 
 /// passed = |measured - reference| <= tolerance, with reference 0 where there is none.

@@ -65,12 +65,15 @@ Blow random_blow(const mesh::SurfaceMesh& surface, const DebrisStudyOptions& o, 
   RandomStream random(o.debris.seed, 1000 + stream);
   std::vector<double> upto;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
-    const Eigen::Vector3d a = surface.vertices_m.row(surface.triangles(t, 0)), b = surface.vertices_m.row(surface.triangles(t, 1)),
+    const Eigen::Vector3d a = surface.vertices_m.row(surface.triangles(t, 0)),
+                          b = surface.vertices_m.row(surface.triangles(t, 1)),
                           c = surface.vertices_m.row(surface.triangles(t, 2));
     upto.push_back((upto.empty() ? 0.0 : upto.back()) + (b - a).cross(c - a).norm());
   }
-  const auto t = static_cast<Eigen::Index>(std::upper_bound(upto.begin(), upto.end() - 1, random.uniform() * upto.back()) - upto.begin());
-  const Eigen::Vector3d a = surface.vertices_m.row(surface.triangles(t, 0)), b = surface.vertices_m.row(surface.triangles(t, 1)),
+  const auto t = static_cast<Eigen::Index>(
+      std::upper_bound(upto.begin(), upto.end() - 1, random.uniform() * upto.back()) - upto.begin());
+  const Eigen::Vector3d a = surface.vertices_m.row(surface.triangles(t, 0)),
+                        b = surface.vertices_m.row(surface.triangles(t, 1)),
                         c = surface.vertices_m.row(surface.triangles(t, 2));
   const double root = std::sqrt(random.uniform()), part = random.uniform();
   Blow blow;
@@ -78,7 +81,8 @@ Blow random_blow(const mesh::SurfaceMesh& surface, const DebrisStudyOptions& o, 
   const Eigen::Vector3d inward = -(b - a).cross(c - a).normalized();
   const double tilt = o.friction_deg * kPi / 180.0 * std::sqrt(random.uniform()), turn = 2.0 * kPi * random.uniform();
   const Eigen::Vector3d e = inward.unitOrthogonal(), f = inward.cross(e);
-  blow.impulse_n_s = o.impulse_n_s * (std::cos(tilt) * inward + std::sin(tilt) * (std::cos(turn) * e + std::sin(turn) * f));
+  blow.impulse_n_s =
+      o.impulse_n_s * (std::cos(tilt) * inward + std::sin(tilt) * (std::cos(turn) * e + std::sin(turn) * f));
   blow.listener_m = o.listener_m * random_direction(random);
   blow.onset_s = o.mix_s * random.uniform();
   return blow;
@@ -87,8 +91,10 @@ Blow random_blow(const mesh::SurfaceMesh& surface, const DebrisStudyOptions& o, 
 /// SB eq. 8. @return Pa
 Eigen::VectorXd sound_of(const Ringing& r, const DebrisStudyOptions& o) {
   std::vector<modal::Oscillator> oscillators;
-  for (Eigen::Index i = 0; i < r.omega.size(); ++i) oscillators.push_back({r.omega[i], r.decay[i], r.pressure_pa[i] * r.omega[i]});
-  return modal::render(oscillators, {{0.0, r.impulse, o.contact_duration_s}}, o.sample_rate_hz, static_cast<Eigen::Index>(std::llround(o.duration_s * o.sample_rate_hz)));
+  for (Eigen::Index i = 0; i < r.omega.size(); ++i)
+    oscillators.push_back({r.omega[i], r.decay[i], r.pressure_pa[i] * r.omega[i]});
+  return modal::render(oscillators, {{0.0, r.impulse, o.contact_duration_s}}, o.sample_rate_hz,
+                       static_cast<Eigen::Index>(std::llround(o.duration_s * o.sample_rate_hz)));
 }
 
 fit::Voice voice_of(const Ringing& r, const DebrisStudyOptions& o) {
@@ -109,7 +115,8 @@ double element_edge_m(const mesh::MassProperties& body, const DebrisStudyOptions
   const double thickness = std::sqrt(12.0 * 0.5 * (moments[0] + moments[1] - moments[2]) / body.volume_m3);
   const solid::Material& m = o.material;
   const double omega = 2.0 * kPi * o.highest_hz, nu = m.poissons_ratio();
-  const double bending_speed_m2_s = thickness * std::sqrt(m.youngs_modulus_pa() / (12.0 * (1.0 - nu * nu) * m.density_kg_m3));  // omega = c k^2
+  const double bending_speed_m2_s =
+      thickness * std::sqrt(m.youngs_modulus_pa() / (12.0 * (1.0 - nu * nu) * m.density_kg_m3));  // omega = c k^2
   const double bending = 2.0 * kPi * std::sqrt(bending_speed_m2_s / omega), shear = m.shear_speed_m_s() / o.highest_hz;
   return std::min(bending, shear) / o.elements_per_wavelength;
 }
@@ -121,7 +128,8 @@ struct Heard {
 
 class Study {
  public:
-  Study(const soundbank::Soundbank& bank, const DebrisStudyOptions& options, Monitor& monitor) : bank_(bank), o_(options), finder_(bank), monitor_(monitor) {}
+  Study(const soundbank::Soundbank& bank, const DebrisStudyOptions& options, Monitor& monitor)
+      : bank_(bank), o_(options), finder_(bank), monitor_(monitor) {}
   DebrisStudyResult run(const std::vector<datasets::DebrisPiece>& pieces);
 
  private:
@@ -129,7 +137,8 @@ class Study {
   double prepare() const;
   Heard direct(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result);
   Heard proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result);
-  void curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>& direct, const std::vector<Eigen::VectorXd>& by_proxy) const;
+  void curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>& direct,
+             const std::vector<Eigen::VectorXd>& by_proxy) const;
   audio::Signal mix(const DebrisStudyResult& result, const std::vector<const Eigen::VectorXd*>& sounds) const;
 
   const soundbank::Soundbank& bank_;
@@ -171,7 +180,8 @@ Heard Study::direct(const datasets::DebrisPiece& piece, const Blow& blow, Debris
     const acoustics::RadiateResult transfer = acoustics::radiate(model, radiate, monitor_);
     if (!transfer.usable()) throw NumericalError(piece.name + ": " + transfer.message);
     Eigen::MatrixXcd pressure;
-    acoustics::TransferEvaluator(transfer.transfer).evaluate(mesh::mass_properties(piece.surface).centre_m + blow.listener_m, pressure);
+    acoustics::TransferEvaluator(transfer.transfer)
+        .evaluate(mesh::mass_properties(piece.surface).centre_m + blow.listener_m, pressure);
     ringing.pressure_pa = Eigen::VectorXd::Zero(model.n_modes());
     for (std::size_t i = 0; i < transfer.transfer.modes.size(); ++i)
       ringing.pressure_pa[transfer.transfer.modes[i].mode] = std::abs(pressure(static_cast<Eigen::Index>(i), 0));
@@ -183,7 +193,8 @@ Heard Study::direct(const datasets::DebrisPiece& piece, const Blow& blow, Debris
     ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
     ringing.impulse = Eigen::VectorXd::Zero(model.n_modes());
     for (std::size_t k = 0; k < place.nodes.size(); ++k)
-      ringing.impulse += place.weights[static_cast<Eigen::Index>(k)] * model.shapes.middleRows<3>(3 * place.nodes[k]).transpose() * blow.impulse_n_s;
+      ringing.impulse += place.weights[static_cast<Eigen::Index>(k)] *
+                         model.shapes.middleRows<3>(3 * place.nodes[k]).transpose() * blow.impulse_n_s;
     heard.sound_pa = sound_of(ringing, o_);
   }
   return heard;
@@ -194,7 +205,8 @@ double Study::prepare() const {
   {
     const StageClock clock(spent_s);
     const soundbank::EllipsoidModes modes = soundbank::cell_modes(bank_, 0, 1.0);
-    if (!modes.shape_at(bank_.cells.front().modes.front().id, Eigen::Vector3d::UnitX()).allFinite()) throw NumericalError("bank: shapes are not finite");
+    if (!modes.shape_at(bank_.cells.front().modes.front().id, Eigen::Vector3d::UnitX()).allFinite())
+      throw NumericalError("bank: shapes are not finite");
   }
   return spent_s;
 }
@@ -248,7 +260,8 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
     Eigen::MatrixXcd pressure;
     acoustics::TransferEvaluator(transfer).evaluate(frame.rotation * blow.listener_m, pressure);
     for (std::size_t i = 0; i < transfer.modes.size(); ++i)
-      ringing.pressure_pa[row[static_cast<std::size_t>(transfer.modes[i].mode)]] = std::abs(pressure(static_cast<Eigen::Index>(i), 0));
+      ringing.pressure_pa[row[static_cast<std::size_t>(transfer.modes[i].mode)]] =
+          std::abs(pressure(static_cast<Eigen::Index>(i), 0));
   }
   {
     const StageClock clock(result.proxy.audio_s);
@@ -256,9 +269,11 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
     ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
     const soundbank::EllipsoidModes modes = soundbank::cell_modes(bank_, found.cell, scale);
     const Eigen::Vector3d force = frame.rotation * blow.impulse_n_s;
-    const Eigen::Vector3d contact = o_.contact == ProxyContact::kNormal
-                                        ? soundbank::point_of_normal(modes.axes_m(), -force)
-                                        : soundbank::point_of_place(modes.axes_m(), frame.rotation * (blow.at_m - body.centre_m), frame.moments, body.volume_m3);
+    const Eigen::Vector3d contact =
+        o_.contact == ProxyContact::kNormal
+            ? soundbank::point_of_normal(modes.axes_m(), -force)
+            : soundbank::point_of_place(modes.axes_m(), frame.rotation * (blow.at_m - body.centre_m), frame.moments,
+                                        body.volume_m3);
     const Eigen::Vector3d xi = contact.cwiseQuotient(modes.axes_m());
     ringing.impulse.resize(static_cast<Eigen::Index>(kept.size()));
     for (std::size_t k = 0; k < kept.size(); ++k)
@@ -273,7 +288,8 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
 audio::Signal Study::mix(const DebrisStudyResult& result, const std::vector<const Eigen::VectorXd*>& sounds) const {
   audio::Signal signal;
   signal.sample_rate_hz = o_.sample_rate_hz;
-  signal.samples = decltype(signal.samples)::Zero(static_cast<Eigen::Index>(std::ceil((o_.mix_s + o_.duration_s) * o_.sample_rate_hz)) + 1, 1);
+  signal.samples = decltype(signal.samples)::Zero(
+      static_cast<Eigen::Index>(std::ceil((o_.mix_s + o_.duration_s) * o_.sample_rate_hz)) + 1, 1);
   for (std::size_t i = 0; i < sounds.size(); ++i) {
     const auto first = static_cast<Eigen::Index>(std::llround(result.pieces[i].onset_s * o_.sample_rate_hz));
     signal.samples.block(first, 0, sounds[i]->size(), 1) += *sounds[i];
@@ -281,7 +297,8 @@ audio::Signal Study::mix(const DebrisStudyResult& result, const std::vector<cons
   return signal;
 }
 
-void Study::curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>& direct, const std::vector<Eigen::VectorXd>& by_proxy) const {
+void Study::curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>& direct,
+                  const std::vector<Eigen::VectorXd>& by_proxy) const {
   // A threshold at the frequency of each piece replaces those above it; thinned evenly, both ends kept.
   std::vector<double> steps{0.0};
   double all_modes = 0.0;
@@ -332,8 +349,14 @@ DebrisStudyResult Study::run(const std::vector<datasets::DebrisPiece>& pieces) {
     monitor_.progress("debris", static_cast<double>(i) / static_cast<double>(pieces.size()));
     monitor_.throw_if_stopped();
     const datasets::DebrisPiece& piece = pieces[i];
-    const double radius = (piece.surface.vertices_m.rowwise() - mesh::mass_properties(piece.surface).centre_m.transpose()).rowwise().norm().maxCoeff();
-    if (!(o_.listener_m > 2.0 * radius)) throw InputError("debris study", "listener_m", to_text(o_.listener_m), "more than " + to_text(2.0 * radius) + ", twice the radius of " + piece.name);
+    const double radius =
+        (piece.surface.vertices_m.rowwise() - mesh::mass_properties(piece.surface).centre_m.transpose())
+            .rowwise()
+            .norm()
+            .maxCoeff();
+    if (!(o_.listener_m > 2.0 * radius))
+      throw InputError("debris study", "listener_m", to_text(o_.listener_m),
+                       "more than " + to_text(2.0 * radius) + ", twice the radius of " + piece.name);
     const Blow blow = random_blow(piece.surface, o_, i);
     DebrisPieceResult row;
     row.name = piece.name;
@@ -341,15 +364,18 @@ DebrisStudyResult Study::run(const std::vector<datasets::DebrisPiece>& pieces) {
     row.onset_s = blow.onset_s;
     Heard by_proxy;
     for (int k = 0; k < o_.proxy_repeats; ++k) by_proxy = proxy(piece, blow, row);
-    for (double* stage : {&row.proxy.lowest_s, &row.proxy.retrieval_s, &row.proxy.transfer_s, &row.proxy.audio_s}) *stage /= o_.proxy_repeats;
+    for (double* stage : {&row.proxy.lowest_s, &row.proxy.retrieval_s, &row.proxy.transfer_s, &row.proxy.audio_s})
+      *stage /= o_.proxy_repeats;
     Heard heard = direct(piece, blow, row);
     if (sounds(heard.sound_pa) && by_proxy.sound_pa.size() > 0 && sounds(by_proxy.sound_pa))
-      row.errors = fit::TargetSound(voice_of(heard.ringing, o_), o_.n_partials, o_.duration_s, o_.sample_rate_hz).errors(voice_of(by_proxy.ringing, o_));
+      row.errors = fit::TargetSound(voice_of(heard.ringing, o_), o_.n_partials, o_.duration_s, o_.sample_rate_hz)
+                       .errors(voice_of(by_proxy.ringing, o_));
     direct_sounds.push_back(std::move(heard.sound_pa));
     proxy_sounds.push_back(std::move(by_proxy.sound_pa));
     result.pieces.push_back(std::move(row));
   }
-  if (std::none_of(direct_sounds.begin(), direct_sounds.end(), sounds)) throw InputError("debris", "no piece has a mode up to highest_hz", to_text(o_.highest_hz));
+  if (std::none_of(direct_sounds.begin(), direct_sounds.end(), sounds))
+    throw InputError("debris", "no piece has a mode up to highest_hz", to_text(o_.highest_hz));
   curve(result, direct_sounds, proxy_sounds);
   result.status = DebrisStudyStatus::kDone;
   monitor_.progress("debris", 1.0);
@@ -376,7 +402,8 @@ void DebrisStudyOptions::validate() const {
   checked(place, "duration_s", duration_s, 0.05, 10.0);
   checked(place, "mix_s", mix_s, 0.0, 60.0);
   const auto count = [&](const char* name, int value, int low, int high) {
-    if (value < low || value > high) throw InputError(place, name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
+    if (value < low || value > high)
+      throw InputError(place, name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
   };
   count("n_partials", n_partials, 1, 40);
   count("n_thresholds", n_thresholds, 2, 100);
@@ -387,16 +414,21 @@ DebrisStudyResult debris_study(const soundbank::Soundbank& bank, const DebrisStu
   return debris_study(bank, datasets::debris(options.debris), options, monitor);
 }
 
-DebrisStudyResult debris_study(const soundbank::Soundbank& bank, const std::vector<datasets::DebrisPiece>& pieces, const DebrisStudyOptions& options, Monitor& monitor) {
+DebrisStudyResult debris_study(const soundbank::Soundbank& bank, const std::vector<datasets::DebrisPiece>& pieces,
+                               const DebrisStudyOptions& options, Monitor& monitor) {
   options.validate();
   soundbank::check_poissons_ratio(bank, options.material.poissons_ratio(), "debris");
   const bool with_sound = std::any_of(bank.cells.begin(), bank.cells.end(), [](const soundbank::Cell& cell) {
-    return std::any_of(cell.modes.begin(), cell.modes.end(), [](const soundbank::CellMode& mode) { return !mode.packed_pa.empty(); });
+    return std::any_of(cell.modes.begin(), cell.modes.end(),
+                       [](const soundbank::CellMode& mode) { return !mode.packed_pa.empty(); });
   });
-  if (!with_sound) throw InputError("bank", "has frequencies only, no sound", {}, "one that was built without --no-radiation");
+  if (!with_sound)
+    throw InputError("bank", "has frequencies only, no sound", {}, "one that was built without --no-radiation");
   // The bank's sound holds for its own wave speed and density.
   const auto same = [](const char* name, double asked, double banks) {
-    if (!(std::abs(asked / banks - 1.0) <= 0.02)) throw InputError("debris", "the bank is of another material", std::string(name) + " " + to_text(asked), to_text(banks) + " to 2 %");
+    if (!(std::abs(asked / banks - 1.0) <= 0.02))
+      throw InputError("debris", "the bank is of another material", std::string(name) + " " + to_text(asked),
+                       to_text(banks) + " to 2 %");
   };
   same("shear speed [m/s]", options.material.shear_speed_m_s(), bank.material.shear_speed_m_s());
   same("density [kg/m^3]", options.material.density_kg_m3, bank.material.density_kg_m3);

@@ -82,14 +82,17 @@ Eigen::VectorXd elastic_sphere_frequency_hz(double radius_m, const solid::Materi
   }
 }
 
-Eigen::Vector3d torsional_displacement(int degree, double wavenumber_a, double radius_m, const Eigen::Vector3d& point_m) {
+Eigen::Vector3d torsional_displacement(int degree, double wavenumber_a, double radius_m,
+                                       const Eigen::Vector3d& point_m) {
   const double r = point_m.norm(), rho = std::hypot(point_m.x(), point_m.y());
   if (!(rho > 0.0)) return Eigen::Vector3d::Zero();
   // dP_l(cos theta)/dtheta = -sin theta P_l'(cos theta), (t^2 - 1) P_l' = l (t P_l - P_{l-1})
   const double t = point_m.z() / r, sin_theta = rho / r;
   const double slope = degree == 0 ? 0.0
-                                   : degree * (t * std::legendre(static_cast<unsigned>(degree), t) -
-                                               std::legendre(static_cast<unsigned>(degree - 1), t)) / sin_theta;
+                                   : degree *
+                                         (t * std::legendre(static_cast<unsigned>(degree), t) -
+                                          std::legendre(static_cast<unsigned>(degree - 1), t)) /
+                                         sin_theta;
   return bessel(degree, wavenumber_a * r / radius_m) * slope * Eigen::Vector3d(-point_m.y(), point_m.x(), 0.0) / rho;
 }
 

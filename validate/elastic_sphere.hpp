@@ -34,6 +34,7 @@ Eigen::VectorXd elastic_sphere_frequency_hz(double radius_m, const solid::Materi
 
 /// Displacement of the torsional mode (degree l, m = 0) at a point, not normalised:
 ///   u = j_l(x r / a) dP_l(cos theta)/dtheta e_phi
-Eigen::Vector3d torsional_displacement(int degree, double wavenumber_a, double radius_m, const Eigen::Vector3d& point_m);
+Eigen::Vector3d torsional_displacement(int degree, double wavenumber_a, double radius_m,
+                                       const Eigen::Vector3d& point_m);
 
 }  // namespace klang::validate

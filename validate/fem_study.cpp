@@ -32,8 +32,8 @@ struct Problem {
   ShapeSpec shape;
   solid::Material material;
   int order = 2;
-  int n_modes = 10;    ///< judged
-  int n_computed = 10; ///< up to a gap of the spectrum, where the solver is at its best
+  int n_modes = 10;                           ///< judged
+  int n_computed = 10;                        ///< up to a gap of the spectrum, where the solver is at its best
   std::vector<std::array<int, 3>> divisions;  ///< coarse to fine, all in one proportion (bar: along it)
   double error_tolerance = 0.0;               ///< at the finest
   std::string reference;
@@ -52,7 +52,9 @@ std::vector<Problem> problems() {
   const solid::Material no_poisson = solid::from_youngs_modulus(70e9, 0.0, 2700.0);
   const auto lamb = [] { return elastic_sphere_frequency_hz(kBallRadius_m, kSteel, 10); };
   const auto wave = [no_poisson] {
-    return Eigen::VectorXd::Constant(1, std::sqrt(no_poisson.youngs_modulus_pa() / no_poisson.density_kg_m3) / (2.0 * kBarLength_m)).eval();
+    return Eigen::VectorXd::Constant(
+               1, std::sqrt(no_poisson.youngs_modulus_pa() / no_poisson.density_kg_m3) / (2.0 * kBarLength_m))
+        .eval();
   };
   const auto ritz_block = [] {
     return hertz(datasets::RitzBox({0.03, 0.04, 0.05}, kAluminium, {{13, 13, 13}, 56000.0}).angular_frequency_rad_s());
@@ -63,18 +65,79 @@ std::vector<Problem> problems() {
   const std::string lamb_words = "Lamb’s characteristic equations of the free ball (13 digits)";
   const std::string box_words = "Ritz method with Legendre polynomials (upper bounds, 1e-6)";
   return {
-      {"ball-p2", "Ball, curved quadratic elements", ball, kSteel, 2, 10, 13,
-       {{2, 2, 1}, {3, 3, 1}, {4, 4, 1}, {5, 5, 1}}, 1e-4, lamb_words, 1e-12, lamb},
-      {"ball-p1", "Ball, linear elements", ball, kSteel, 1, 10, 13,
-       {{2, 2, 1}, {3, 3, 1}, {4, 4, 1}, {5, 5, 1}, {6, 6, 1}}, 2e-2, lamb_words, 1e-12, lamb},
-      {"bar-p2", "Bar without Poisson effect, quadratic elements", bar, no_poisson, 2, 1, 10,
-       {{4, 2, 2}, {6, 2, 2}, {8, 2, 2}, {12, 2, 2}, {16, 2, 2}}, 4e-6, "longitudinal wave, c / 2 L exactly", 1e-12, wave},
-      {"block-p2", "Block 30 × 40 × 50 mm, quadratic elements", block, kAluminium, 2, 10, 10,
-       {{6, 6, 6}, {8, 8, 8}, {10, 10, 10}, {12, 12, 12}}, 2.5e-4, box_words, 1e-6, ritz_block},
-      {"block-p1", "Block 30 × 40 × 50 mm, linear elements", block, kAluminium, 1, 10, 10,
-       {{6, 6, 6}, {8, 8, 8}, {12, 12, 12}, {16, 16, 16}}, 4e-2, box_words, 1e-6, ritz_block},
-      {"tile-p2", "Thin tile 100 × 100 × 8 mm, quadratic elements", tile, kCeramic, 2, 8, 8,
-       {{4, 4, 2}, {8, 8, 4}, {12, 12, 6}, {16, 16, 8}}, 3e-3, box_words, 1e-6, ritz_tile, false},
+      {"ball-p2",
+       "Ball, curved quadratic elements",
+       ball,
+       kSteel,
+       2,
+       10,
+       13,
+       {{2, 2, 1}, {3, 3, 1}, {4, 4, 1}, {5, 5, 1}},
+       1e-4,
+       lamb_words,
+       1e-12,
+       lamb},
+      {"ball-p1",
+       "Ball, linear elements",
+       ball,
+       kSteel,
+       1,
+       10,
+       13,
+       {{2, 2, 1}, {3, 3, 1}, {4, 4, 1}, {5, 5, 1}, {6, 6, 1}},
+       2e-2,
+       lamb_words,
+       1e-12,
+       lamb},
+      {"bar-p2",
+       "Bar without Poisson effect, quadratic elements",
+       bar,
+       no_poisson,
+       2,
+       1,
+       10,
+       {{4, 2, 2}, {6, 2, 2}, {8, 2, 2}, {12, 2, 2}, {16, 2, 2}},
+       4e-6,
+       "longitudinal wave, c / 2 L exactly",
+       1e-12,
+       wave},
+      {"block-p2",
+       "Block 30 × 40 × 50 mm, quadratic elements",
+       block,
+       kAluminium,
+       2,
+       10,
+       10,
+       {{6, 6, 6}, {8, 8, 8}, {10, 10, 10}, {12, 12, 12}},
+       2.5e-4,
+       box_words,
+       1e-6,
+       ritz_block},
+      {"block-p1",
+       "Block 30 × 40 × 50 mm, linear elements",
+       block,
+       kAluminium,
+       1,
+       10,
+       10,
+       {{6, 6, 6}, {8, 8, 8}, {12, 12, 12}, {16, 16, 16}},
+       4e-2,
+       box_words,
+       1e-6,
+       ritz_block},
+      {"tile-p2",
+       "Thin tile 100 × 100 × 8 mm, quadratic elements",
+       tile,
+       kCeramic,
+       2,
+       8,
+       8,
+       {{4, 4, 2}, {8, 8, 4}, {12, 12, 6}, {16, 16, 8}},
+       3e-3,
+       box_words,
+       1e-6,
+       ritz_tile,
+       false},
   };
 }
 
@@ -105,9 +168,10 @@ Eigen::VectorXd judged_modes(const Eigen::VectorXd& computed_hz, const Eigen::Ve
 
 /// How far the exact torsional mode of degree 2 (m = 0) lies from the five computed ones: |u - P u| over the largest |u|, P the
 /// projection in the sense of the mass.
-SurfaceField torsion_error(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled, const modal::ModalModel& model,
-                           const Problem& problem) {
-  const double x = 2.0 * kPi * elastic_sphere_frequency_hz(kBallRadius_m, kSteel, 1)[0] * kBallRadius_m / kSteel.shear_speed_m_s();
+SurfaceField torsion_error(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
+                           const modal::ModalModel& model, const Problem& problem) {
+  const double x =
+      2.0 * kPi * elastic_sphere_frequency_hz(kBallRadius_m, kSteel, 1)[0] * kBallRadius_m / kSteel.shear_speed_m_s();
   Eigen::VectorXd exact(3 * mesh.n_nodes());
   for (int i = 0; i < mesh.n_nodes(); ++i)
     exact.segment<3>(3 * i) = torsional_displacement(2, x, kBallRadius_m, mesh.nodes_m.row(i).transpose());
@@ -120,8 +184,9 @@ SurfaceField torsion_error(const mesh::TetMesh& mesh, const solid::AssembledSoli
   SurfaceField field;
   field.name = "torsion-error-" + problem.id;
   field.title = problem.order == 2 ? "Torsional mode, quadratic elements" : "Torsional mode, linear elements";
-  field.caption = "Distance of the exact torsional mode of degree 2 from the five computed ones, over its largest displacement; " +
-                  std::to_string(mesh.n_elements()) + " elements.";
+  field.caption =
+      "Distance of the exact torsional mode of degree 2 from the five computed ones, over its largest displacement; " +
+      std::to_string(mesh.n_elements()) + " elements.";
   field.quantity = "relative_error";
   const bool quadratic = surface.triangles.cols() == 6;
   constexpr int kPieces[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
@@ -136,7 +201,8 @@ SurfaceField torsion_error(const mesh::TetMesh& mesh, const solid::AssembledSoli
   Eigen::Index row = 0;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     for (int piece = 0; piece < (quadratic ? 4 : 1); ++piece, ++row) {
-      for (int c = 0; c < 3; ++c) field.triangles(row, c) = vertex(surface.triangles(t, quadratic ? kPieces[piece][c] : c));
+      for (int c = 0; c < 3; ++c)
+        field.triangles(row, c) = vertex(surface.triangles(t, quadratic ? kPieces[piece][c] : c));
     }
   }
   field.vertices_m.resize(static_cast<Eigen::Index>(used.size()), 3);
@@ -155,7 +221,8 @@ Study fem_study(const StudyOptions& options, Monitor& monitor) {
   study.title = "Eigenfrequencies of the finite elements";
   study.question =
       "Do the eigenvalues ω² of linear and of quadratic tetrahedra converge at their theoretical orders, 2 and 4, on "
-      "straight and on curved bodies? The error is how far the computed ω² lie above the exact ones, in the mean over the "
+      "straight and on curved bodies? The error is how far the computed ω² lie above the exact ones, in the mean over "
+      "the "
       "lowest modes.";
   std::vector<Problem> list = problems();
   std::erase_if(list, [&](const Problem& p) { return !wanted(options, p.id); });
@@ -163,7 +230,8 @@ Study fem_study(const StudyOptions& options, Monitor& monitor) {
   // Progress by an estimate of the work: unknowns to the power 1.5.
   const auto work = [](const Problem& p, std::size_t i) {
     const auto& n = p.divisions[i];
-    const double cells = (p.shape.kind == "sphere" ? 26.0 * n[0] * n[0] * n[0] : 1.0 * n[0] * n[1] * n[2]) * (p.order == 2 ? 8.0 : 1.0);
+    const double cells =
+        (p.shape.kind == "sphere" ? 26.0 * n[0] * n[0] * n[0] : 1.0 * n[0] * n[1] * n[2]) * (p.order == 2 ? 8.0 : 1.0);
     return std::pow(cells, 1.5);
   };
   for (const Problem& problem : list) {
@@ -175,9 +243,9 @@ Study fem_study(const StudyOptions& options, Monitor& monitor) {
     series.title = problem.title;
     series.reference = problem.reference;
     series.step_words = "element size [m]";
-    series.error_words = problem.n_modes == 1
-                             ? "relative error of ω² of the longitudinal mode"
-                             : "mean relative error of ω² over the lowest " + std::to_string(problem.n_modes) + " modes";
+    series.error_words = problem.n_modes == 1 ? "relative error of ω² of the longitudinal mode"
+                                              : "mean relative error of ω² over the lowest " +
+                                                    std::to_string(problem.n_modes) + " modes";
     series.counts = problem.counts;
     series.expected_order = 2.0 * problem.order;
     series.order_tolerance = problem.order == 1 ? 0.3 : 0.4;
@@ -193,7 +261,8 @@ Study fem_study(const StudyOptions& options, Monitor& monitor) {
       monitor.throw_if_stopped();
       monitor.progress(problem.title, n_done / n_all);
       const auto start = std::chrono::steady_clock::now();
-      const mesh::TetMesh mesh = mesh::mesh_shape(problem.shape, mesh::ShapeDivisions{problem.divisions[i]}, problem.order);
+      const mesh::TetMesh mesh =
+          mesh::mesh_shape(problem.shape, mesh::ShapeDivisions{problem.divisions[i]}, problem.order);
       const solid::AssembledSolid assembled = solid::assemble(mesh);
       const modal::EigenResult modes = solved(mesh, assembled, problem, silent_monitor());
       Level level;

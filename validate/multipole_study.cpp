@@ -41,7 +41,8 @@ std::vector<double> truncation_errors(double k, double radius_m, const std::vect
   const Multipole series = expansion(k, highest);
   const acoustics::SphereQuadrature rule = acoustics::sphere_quadrature(2 * highest + 20);
   const auto n = static_cast<std::size_t>(rule.directions.cols());
-  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(orders.size()) + 1);
+  Eigen::MatrixXd squares =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(orders.size()) + 1);
   parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
     const acoustics::HelmholtzBasis basis(highest);
     Eigen::VectorXcd values;
@@ -67,7 +68,8 @@ std::vector<double> truncation_errors(double k, double radius_m, const std::vect
 double lost_power(double kd, int order) {
   const Multipole whole = expansion(kd / kDistance_m, kHighestOrder);
   const acoustics::Medium air;
-  return 1.0 - acoustics::radiated_power_w(acoustics::truncated(whole, order), air) / acoustics::radiated_power_w(whole, air);
+  return 1.0 -
+         acoustics::radiated_power_w(acoustics::truncated(whole, order), air) / acoustics::radiated_power_w(whole, air);
 }
 
 // Independent values of the lost power of SB's order max(kL/4, 4) and of the orders that 1 % and 1e-4 take.
@@ -92,15 +94,25 @@ void add_truncation_claims(Study& study) {
     paper.paper_rule = true;
     const int order = acoustics::lowest_order(row.kd, paper);
     std::snprintf(words, sizeof words, "Power lost by the paper’s order %d at ka = %g", order, row.kd);
-    study.claims.push_back(judged({std::string(kd) + ".lost-power", words, lost_power(row.kd, order), row.lost_fraction,
-                                   1e-9 + 1e-6 * row.lost_fraction, {}, false}));
-    for (const auto& [fraction, wanted_order, name] : {std::tuple{1e-2, row.order_for_1_percent, "1 %"},
-                                                       std::tuple{1e-4, row.order_for_1e_4, "0.01 %"}}) {
+    study.claims.push_back(judged({std::string(kd) + ".lost-power",
+                                   words,
+                                   lost_power(row.kd, order),
+                                   row.lost_fraction,
+                                   1e-9 + 1e-6 * row.lost_fraction,
+                                   {},
+                                   false}));
+    for (const auto& [fraction, wanted_order, name] :
+         {std::tuple{1e-2, row.order_for_1_percent, "1 %"}, std::tuple{1e-4, row.order_for_1e_4, "0.01 %"}}) {
       int needed = 0;
       while (needed < kHighestOrder && !(lost_power(row.kd, needed) <= fraction)) ++needed;
       std::snprintf(words, sizeof words, "Order that loses %s of the power at ka = %g", name, row.kd);
-      study.claims.push_back(judged({std::string(kd) + (fraction < 1e-3 ? ".order-1e-4" : ".order-1e-2"), words,
-                                     static_cast<double>(needed), static_cast<double>(wanted_order), 0.0, {}, false}));
+      study.claims.push_back(judged({std::string(kd) + (fraction < 1e-3 ? ".order-1e-4" : ".order-1e-2"),
+                                     words,
+                                     static_cast<double>(needed),
+                                     static_cast<double>(wanted_order),
+                                     0.0,
+                                     {},
+                                     false}));
     }
   }
 }
@@ -207,18 +219,22 @@ SliceField slice_of(double k, int order, const char* name, const std::string& ti
 
 void add_fields(Study& study) {
   const double k = 10.0 / kDistance_m;
-  study.fields.slices.push_back(slice_of(k, -1, "pressure", "|p| of a monopole off the centre, ka = 10",
-                                         "Exact, in dB re the level a quarter of a away from the source, which the grey ball (|x| ≤ a) touches."));
+  study.fields.slices.push_back(slice_of(
+      k, -1, "pressure", "|p| of a monopole off the centre, ka = 10",
+      "Exact, in dB re the level a quarter of a away from the source, which the grey ball (|x| ≤ a) touches."));
   study.fields.slices.push_back(slice_of(k, 5, "error-paper-order", "Relative error, the paper’s order 5",
                                          "|p − exact| / |p|: SB section 4 takes order max(kL/4, 4)."));
-  study.fields.slices.push_back(slice_of(k, 14, "error-order-14", "Relative error, order 14",
-                                         "The order that loses 0.01 % of the power; near the source the series converges slowly."));
+  study.fields.slices.push_back(
+      slice_of(k, 14, "error-order-14", "Relative error, order 14",
+               "The order that loses 0.01 % of the power; near the source the series converges slowly."));
   for (const auto& [order, name] : {std::pair{5, "directivity-paper-order"}, std::pair{14, "directivity-order-14"}}) {
     const Multipole series = expansion(k, order);
-    BalloonField field = detail::balloon([&, s = &series](const Eigen::Vector3d& d) { return std::abs(acoustics::far_field_pa_m(*s, d)); });
+    BalloonField field = detail::balloon(
+        [&, s = &series](const Eigen::Vector3d& d) { return std::abs(acoustics::far_field_pa_m(*s, d)); });
     field.name = name;
     field.title = "Directivity at order " + std::to_string(order) + ", ka = 10";
-    field.caption = "The true one is a ball: a monopole is equally loud in all directions. 30 dB from the unit ball to its centre.";
+    field.caption =
+        "The true one is a ball: a monopole is equally loud in all directions. 30 dB from the unit ball to its centre.";
     study.fields.balloons.push_back(std::move(field));
   }
 }
@@ -229,8 +245,10 @@ Study multipole_study(const StudyOptions& options, Monitor& monitor) {
   Study study;
   study.title = "Truncation of multipole series";
   study.question =
-      "How many orders does the field of a source off the centre take? A monopole at distance a from the expansion’s centre, "
-      "compared on a sphere of twice that radius: once the order exceeds k r the error must fall by a / r = 1/2 an order "
+      "How many orders does the field of a source off the centre take? A monopole at distance a from the expansion’s "
+      "centre, "
+      "compared on a sphere of twice that radius: once the order exceeds k r the error must fall by a / r = 1/2 an "
+      "order "
       "(rate ln 2 = 0.693), and before that nothing is gained.";
   struct Plan {
     const char* id;
@@ -247,8 +265,8 @@ Study multipole_study(const StudyOptions& options, Monitor& monitor) {
     if (!wanted(options, plan.id)) continue;
     monitor.throw_if_stopped();
     monitor.progress("multipoles", static_cast<double>(p) / static_cast<double>(plans.size() + 2));
-    const std::vector<int> orders(plan.orders.begin(),
-                                  plan.orders.begin() + static_cast<std::ptrdiff_t>(level_count(options, plan.orders.size())));
+    const std::vector<int> orders(plan.orders.begin(), plan.orders.begin() + static_cast<std::ptrdiff_t>(level_count(
+                                                                                 options, plan.orders.size())));
     Series series;
     series.id = plan.id;
     series.title = plan.title;

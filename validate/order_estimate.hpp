@@ -16,10 +16,12 @@ enum class OrderStatus { kNotRun, kEstimated, kTooFewLevels };
 
 struct OrderEstimate {
   OrderStatus status = OrderStatus::kNotRun;
-  std::optional<double> observed_order;      ///< slope of the least-squares line
-  std::optional<std::array<double, 2>> ci95; ///< of the slope, Student's t with n_used - 2 degrees of freedom; needs 3 levels
-  std::vector<std::optional<double>> pairwise;  ///< n_levels; slope from the level before to this one, empty for the first
-  std::vector<std::string> excluded;            ///< n_levels; why a level is not in the fit, empty where it is
+  std::optional<double> observed_order;  ///< slope of the least-squares line
+  std::optional<std::array<double, 2>>
+      ci95;  ///< of the slope, Student's t with n_used - 2 degrees of freedom; needs 3 levels
+  std::vector<std::optional<double>>
+      pairwise;                       ///< n_levels; slope from the level before to this one, empty for the first
+  std::vector<std::string> excluded;  ///< n_levels; why a level is not in the fit, empty where it is
   int n_used = 0;
   std::optional<bool> asymptotic;  ///< the last two pairwise orders agree within 15 % of the fitted one
 };
@@ -43,8 +45,8 @@ OrderEstimate estimate_order(const std::vector<double>& step, const std::vector<
 struct GridConvergence {
   double order = 0.0;
   double extrapolated = 0.0;
-  double gci_fine = 0.0;    ///< relative to f1
-  double gci_coarse = 0.0;  ///< relative to f2
+  double gci_fine = 0.0;          ///< relative to f1
+  double gci_coarse = 0.0;        ///< relative to f2
   double asymptotic_ratio = 0.0;  ///< gci_coarse / (r21^p gci_fine); near 1 in the asymptotic range
   bool oscillating = false;
 };

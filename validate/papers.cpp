@@ -29,16 +29,21 @@ std::string shown_percent(double value) {
 
 const char* words_of(PaperVerdict verdict) {
   switch (verdict) {
-    case PaperVerdict::kNotRun: return "not run";
-    case PaperVerdict::kAgrees: return "agrees";
-    case PaperVerdict::kPaperOff: return "paper is off";
-    case PaperVerdict::kDiffers: return "differs";
+    case PaperVerdict::kNotRun:
+      return "not run";
+    case PaperVerdict::kAgrees:
+      return "agrees";
+    case PaperVerdict::kPaperOff:
+      return "paper is off";
+    case PaperVerdict::kDiffers:
+      return "differs";
   }
   return "";
 }
 
 PaperVerdict verdict_of(const PaperNumber& number) {
-  const bool ours_is_right = !number.reference || relative(number.ours, *number.reference) <= number.reference_tolerance;
+  const bool ours_is_right =
+      !number.reference || relative(number.ours, *number.reference) <= number.reference_tolerance;
   const bool agrees = relative(number.ours, number.printed) <= number.tolerance;
   if (!std::isfinite(number.ours) || !ours_is_right || agrees == number.paper_off) return PaperVerdict::kDiffers;
   return agrees ? PaperVerdict::kAgrees : PaperVerdict::kPaperOff;
@@ -100,29 +105,37 @@ nlohmann::json to_json(const PaperTables& tables) {
                        {"note", n.note},
                        {"verdict", words_of(n.verdict)}});
   }
-  for (const PaperGap& gap : tables.gaps) gaps.push_back({{"paper", gap.paper}, {"place", gap.place}, {"reason", gap.reason}});
+  for (const PaperGap& gap : tables.gaps)
+    gaps.push_back({{"paper", gap.paper}, {"place", gap.place}, {"reason", gap.reason}});
   return {{"passed", tables.passed()}, {"numbers", std::move(numbers)}, {"not_computed", std::move(gaps)}};
 }
 
 std::string markdown(const PaperTables& tables) {
   const auto count = [&](PaperVerdict verdict) {
-    return std::to_string(std::count_if(tables.numbers.begin(), tables.numbers.end(), [&](const PaperNumber& n) { return n.verdict == verdict; }));
+    return std::to_string(std::count_if(tables.numbers.begin(), tables.numbers.end(),
+                                        [&](const PaperNumber& n) { return n.verdict == verdict; }));
   };
   std::string text =
-      "# The papers' numbers\n\nMade by `klang validate papers --markdown docs/papers.md`; a test compares it. Each number of ours is computed when the command\n"
-      "runs. *agrees*: within the tolerance of the printed one; *paper is off*: the printed number is known to be wrong or inaccurate\n"
-      "([errata](errata.md)), and ours is another; *differs*: an open discrepancy, which fails the command. A reference was made outside this\n"
+      "# The papers' numbers\n\nMade by `klang validate papers --markdown docs/papers.md`; a test compares it. Each "
+      "number of ours is computed when the command\n"
+      "runs. *agrees*: within the tolerance of the printed one; *paper is off*: the printed number is known to be "
+      "wrong or inaccurate\n"
+      "([errata](errata.md)), and ours is another; *differs*: an open discrepancy, which fails the command. A "
+      "reference was made outside this\n"
       "project, or follows from the paper's own law, as said. " +
-      std::to_string(tables.numbers.size()) + " numbers: " + count(PaperVerdict::kAgrees) + " agree, " + count(PaperVerdict::kPaperOff) +
-      " off in the paper, " + count(PaperVerdict::kDiffers) + " differ.\n";
+      std::to_string(tables.numbers.size()) + " numbers: " + count(PaperVerdict::kAgrees) + " agree, " +
+      count(PaperVerdict::kPaperOff) + " off in the paper, " + count(PaperVerdict::kDiffers) + " differ.\n";
   std::string place;
   for (const PaperNumber& n : tables.numbers) {
     if (n.paper + n.place != place) {
       place = n.paper + n.place;
-      text += "\n## " + n.paper + ", " + n.place + "\n| quantity | printed | ours | difference | reference | tolerance | verdict |\n| --- | --- | --- | --- | --- | --- | --- |\n";
+      text += "\n## " + n.paper + ", " + n.place +
+              "\n| quantity | printed | ours | difference | reference | tolerance | verdict |\n| --- | --- | --- | --- "
+              "| --- | --- | --- |\n";
     }
-    text += "| " + n.quantity + (n.note.empty() ? "" : " (" + n.note + ")") + " | " + shown(n.printed) + " | " + shown(n.ours, n.digits) + " | " +
-            shown_percent(std::stod(shown(n.ours, n.digits)) / n.printed - 1.0) + " | " + (n.reference ? shown(*n.reference) + " (" + n.reference_source + ")" : "-") + " | " +
+    text += "| " + n.quantity + (n.note.empty() ? "" : " (" + n.note + ")") + " | " + shown(n.printed) + " | " +
+            shown(n.ours, n.digits) + " | " + shown_percent(std::stod(shown(n.ours, n.digits)) / n.printed - 1.0) +
+            " | " + (n.reference ? shown(*n.reference) + " (" + n.reference_source + ")" : "-") + " | " +
             shown(100.0 * n.tolerance, 2) + " %: " + n.tolerance_source + " | " + words_of(n.verdict) + " |\n";
   }
   text += "\n## Not computed\n| paper | where | why |\n| --- | --- | --- |\n";

@@ -25,12 +25,13 @@ struct PaperNumber {
   std::string quantity;  ///< "D5, lowest bending frequency [Hz]"
   double printed = 0.0;
   double ours = 0.0;
-  std::optional<double> reference;  ///< made outside this project (a file of independent values), or the paper's own law
+  std::optional<double>
+      reference;  ///< made outside this project (a file of independent values), or the paper's own law
   std::string reference_source;
   double reference_tolerance = 1e-6;  ///< relative, of ours
   double tolerance = 0.0;             ///< relative, of ours to the printed number
   std::string tolerance_source;
-  bool paper_off = false;             ///< the printed number is known not to be what it should
+  bool paper_off = false;  ///< the printed number is known not to be what it should
   std::string note;
   PaperVerdict verdict = PaperVerdict::kNotRun;
   int digits = 6;  ///< of ours that are the same on any machine: what the Markdown shows

@@ -44,7 +44,9 @@ class Reader {
     if (!entry.is_array()) throw InputError(place_ + "." + key, "is not a list", entry.type_name());
     return entry;
   }
-  std::vector<double> numbers(const char* key, double low, double high) const { return numbers(list(key), key, low, high); }
+  std::vector<double> numbers(const char* key, double low, double high) const {
+    return numbers(list(key), key, low, high);
+  }
   std::vector<double> numbers(const json& entries, const std::string& key, double low, double high) const {
     if (!entries.is_array()) throw InputError(place_ + "." + key, "is not a list", entries.type_name());
     std::vector<double> result;
@@ -93,7 +95,8 @@ Fingerprint read_fingerprint(const Reader& node) {
   const std::vector<double> noise = node.numbers("noise_db", -300.0, 300.0);
   const json& rows = node.list("levels_db");
   if (rows.empty() || rows.size() % 4 != 0 || rows.size() != noise.size()) {
-    throw InputError("fingerprint", "has the wrong number of bands", std::to_string(rows.size()), "a multiple of 4, as in noise_db");
+    throw InputError("fingerprint", "has the wrong number of bands", std::to_string(rows.size()),
+                     "a multiple of 4, as in noise_db");
   }
   f.noise.resize(static_cast<Eigen::Index>(noise.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -178,7 +181,8 @@ ReferenceSpectrum parse_reference(std::string_view text, const std::string& name
   r.duration_s = file.number("duration_s", 1e-6, 1e6);
   r.contact_s = file.number("contact_s", 0.0, 10.0);
   const std::vector<double> band = file.numbers("band_hz", 0.0, 1e8);
-  if (band.size() != 2 || !(band[0] < band[1])) throw InputError(name + ".band_hz", "is no band", "", "two rising numbers");
+  if (band.size() != 2 || !(band[0] < band[1]))
+    throw InputError(name + ".band_hz", "is no band", "", "two rising numbers");
   r.band = {band[0], band[1]};
   r.ring_10db_s = file.number("ring_10db_s", 0.0, 1e9);
   r.occasional_hz = file.numbers("occasional_hz", 0.0, 1e8);

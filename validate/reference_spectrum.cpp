@@ -101,7 +101,8 @@ fit::Partial mean_partial(const Track& track, double frequency_scatter, double d
 }
 
 /// Takes' powers at the first one's level, cut to what all have.
-void merge_fingerprints(const std::vector<SoundDescription>& takes, const std::vector<double>& gain_db, ReferenceSpectrum& result) {
+void merge_fingerprints(const std::vector<SoundDescription>& takes, const std::vector<double>& gain_db,
+                        ReferenceSpectrum& result) {
   Eigen::Index n_bands = takes[0].fingerprint.power.rows(), n_frames = takes[0].fingerprint.power.cols();
   for (const SoundDescription& take : takes) {
     n_bands = std::min(n_bands, take.fingerprint.power.rows());
@@ -123,7 +124,8 @@ void merge_fingerprints(const std::vector<SoundDescription>& takes, const std::v
   for (Eigen::Index i = 0; i < mean.n_thirds(); ++i) {
     Samples levels;
     for (const Eigen::MatrixXf& take : aligned) {
-      levels.value.push_back(to_db(static_cast<double>(take.middleRows(4 * i, 4).sum()) / static_cast<double>(n_frames)));
+      levels.value.push_back(
+          to_db(static_cast<double>(take.middleRows(4 * i, 4).sum()) / static_cast<double>(n_frames)));
     }
     result.third_scatter_db[static_cast<std::size_t>(i)] = std::sqrt(levels.variance());
   }
@@ -203,7 +205,8 @@ ReferenceSpectrum make_reference(const std::vector<SoundDescription>& takes) {
   if (kept.empty()) throw InputError(result.origin, "no partial is in more than half of the takes");
   std::sort(loners_hz.begin(), loners_hz.end());
   result.occasional_hz = std::move(loners_hz);
-  const double frequency_scatter = pooled_scatter(kept, &Track::frequency), decay_scatter = pooled_scatter(kept, &Track::decay);
+  const double frequency_scatter = pooled_scatter(kept, &Track::frequency),
+               decay_scatter = pooled_scatter(kept, &Track::decay);
   for (const Track& track : kept) {
     const double own_frequency = std::max(frequency_scatter, std::sqrt(std::max(0.0, track.frequency.excess())));
     const double own_decay = std::max(decay_scatter, std::sqrt(std::max(0.0, track.decay.excess())));
@@ -218,8 +221,9 @@ ReferenceSpectrum make_reference(const std::vector<SoundDescription>& takes) {
     result.scatter_dof += static_cast<double>(p.n_takes - 1);
     result.partials.push_back(p);
   }
-  std::sort(result.partials.begin(), result.partials.end(),
-            [](const ReferencePartial& a, const ReferencePartial& b) { return a.partial.frequency_hz < b.partial.frequency_hz; });
+  std::sort(result.partials.begin(), result.partials.end(), [](const ReferencePartial& a, const ReferencePartial& b) {
+    return a.partial.frequency_hz < b.partial.frequency_hz;
+  });
   merge_fingerprints(takes, gain_db, result);
   result.ring_10db_s = ring_10db_s(result.table());
   return result;

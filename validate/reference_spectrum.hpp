@@ -26,13 +26,13 @@ struct ReferenceSpectrum {
   int n_takes = 0;
   double scatter_dof = 0.0;  ///< degrees of freedom behind the scatters of frequency and decay; 0 with one take
   double sample_rate_hz = 0.0, duration_s = 0.0;  ///< lowest, shortest
-  double contact_s = 0.0;    ///< longest of the takes
+  double contact_s = 0.0;                         ///< longest of the takes
   Band band;
-  std::vector<ReferencePartial> partials;   ///< ascending; found in more than half of the takes
-  std::vector<double> occasional_hz;        ///< found in some takes only: neither missed nor superfluous
-  Fingerprint fingerprint;                  ///< mean power at the first take's level
-  std::vector<double> third_scatter_db;     ///< n_thirds: between takes, after alignment of the level
-  double spectrum_scatter_db = 0.0;         ///< rms difference of a take's cells from the mean
+  std::vector<ReferencePartial> partials;  ///< ascending; found in more than half of the takes
+  std::vector<double> occasional_hz;       ///< found in some takes only: neither missed nor superfluous
+  Fingerprint fingerprint;                 ///< mean power at the first take's level
+  std::vector<double> third_scatter_db;    ///< n_thirds: between takes, after alignment of the level
+  double spectrum_scatter_db = 0.0;        ///< rms difference of a take's cells from the mean
   double ring_10db_s = 0.0;
 
   std::vector<fit::Partial> table() const;

@@ -18,9 +18,10 @@ constexpr double kDbPerNeper = 8.685889638065037;
 constexpr double kHeardDb = 26.0;
 constexpr double kClearSuperfluousDb = 20.0;  // what the sound's own analysis must say of it
 constexpr double kClearBand = 20.0;           // band power over noise, 13 dB
-constexpr double kLeastFall = 0.5;            // decay times duration, 4 dB: below, what is not exponential decides about the decay
-constexpr float kClearCell = 16.0f;           // cell power over noise, 12 dB
-constexpr float kCellRange = 1e-5f;           // cells down to 50 dB below the loudest
+constexpr double kLeastFall =
+    0.5;  // decay times duration, 4 dB: below, what is not exponential decides about the decay
+constexpr float kClearCell = 16.0f;  // cell power over noise, 12 dB
+constexpr float kCellRange = 1e-5f;  // cells down to 50 dB below the loudest
 
 double relative_std(const std::optional<double>& std, const std::optional<double>& value) {
   return value && *value > 0.0 ? std.value_or(0.0) / *value : 0.0;
@@ -31,7 +32,11 @@ std::string hz(double frequency_hz) { return to_text(std::round(frequency_hz * 1
 class Comparison {
  public:
   Comparison(const ReferenceSpectrum& reference, const SoundDescription& sound, const RegressionOptions& options)
-      : reference_(reference), sound_(sound), options_(options), expected_(reference.table()), found_(sound.partials.partials) {}
+      : reference_(reference),
+        sound_(sound),
+        options_(options),
+        expected_(reference.table()),
+        found_(sound.partials.partials) {}
 
   RegressionResult run() {
     const detail::Pairing pairing = detail::pairing(expected_, found_);
@@ -51,7 +56,8 @@ class Comparison {
                           (options_.levels ? static_cast<double>(n_thirds_ + 1) : 0.0);
     const double each = -std::expm1(std::log1p(-options_.false_alarm_rate) / n_claims);
     result_.factor = detail::normal_two_sided(each);
-    scatter_factor_ = reference_.scatter_dof > 0.0 ? detail::student_two_sided(each, reference_.scatter_dof) : result_.factor;
+    scatter_factor_ =
+        reference_.scatter_dof > 0.0 ? detail::student_two_sided(each, reference_.scatter_dof) : result_.factor;
     partials();
     thirds();
     spectrum();
@@ -101,7 +107,8 @@ class Comparison {
 
   /// Near enough that noise may decide whether it is found at all.
   bool runs_into_another(const std::vector<fit::Partial>& others, const fit::Partial& p) const {
-    return std::any_of(others.begin(), others.end(), [&](const fit::Partial& q) { return &q != &p && together(p, q, 3.0); });
+    return std::any_of(others.begin(), others.end(),
+                       [&](const fit::Partial& q) { return &q != &p && together(p, q, 3.0); });
   }
 
   /// A neighbour with a third of the amplitude or more takes part in it.
@@ -132,10 +139,13 @@ class Comparison {
     for (std::size_t j = 0; j < found_.size(); ++j) {
       if (!found_pair_[j]) superfluous(j);
     }
-    std::stable_sort(result_.partials.begin(), result_.partials.end(), [](const PartialComparison& a, const PartialComparison& b) {
-      const auto frequency = [](const PartialComparison& p) { return (p.reference ? p.reference : p.sound)->frequency_hz; };
-      return frequency(a) < frequency(b);
-    });
+    std::stable_sort(result_.partials.begin(), result_.partials.end(),
+                     [](const PartialComparison& a, const PartialComparison& b) {
+                       const auto frequency = [](const PartialComparison& p) {
+                         return (p.reference ? p.reference : p.sound)->frequency_hz;
+                       };
+                       return frequency(a) < frequency(b);
+                     });
   }
 
   void pair(const std::string& name, std::size_t i, std::size_t j) {
@@ -154,29 +164,32 @@ class Comparison {
                                                          relative_std(q.frequency_std_hz, q.frequency_hz));
     row.cents = cents(q.frequency_hz, p.frequency_hz);
     row.cents_tolerance = tolerance(options_.floor_cents, std_cents, known.frequency_scatter_cents);
-    add(name + ".frequency", where + " keeps its frequency [cents]", *row.cents, *row.cents_tolerance,
-        std_cents, known.frequency_scatter_cents, options_.catch_cents, "cents", row.note);
+    add(name + ".frequency", where + " keeps its frequency [cents]", *row.cents, *row.cents_tolerance, std_cents,
+        known.frequency_scatter_cents, options_.catch_cents, "cents", row.note);
 
     if (p.decay_per_s && q.decay_per_s && *p.decay_per_s > 0.0) {
-      const double std_decay = std::hypot(relative_std(p.decay_std_per_s, p.decay_per_s),
-                                          q.decay_std_per_s.value_or(0.0) / *p.decay_per_s);
+      const double std_decay =
+          std::hypot(relative_std(p.decay_std_per_s, p.decay_per_s), q.decay_std_per_s.value_or(0.0) / *p.decay_per_s);
       row.decay_change = *q.decay_per_s / *p.decay_per_s - 1.0;
       row.decay_tolerance = tolerance(options_.floor_decay, std_decay, known.decay_scatter);
-      const bool falls = std::max(*p.decay_per_s, *q.decay_per_s) * std::min(reference_.duration_s, sound_.duration_s) >= kLeastFall;
+      const bool falls =
+          std::max(*p.decay_per_s, *q.decay_per_s) * std::min(reference_.duration_s, sound_.duration_s) >= kLeastFall;
       add(name + ".decay", where + " keeps its decay [%]", 100.0 * *row.decay_change, 100.0 * *row.decay_tolerance,
-          100.0 * std_decay, 100.0 * known.decay_scatter, 100.0 * options_.catch_decay, "%", row.note.empty() && !falls ? "rings far beyond the end of the sound" : row.note);
+          100.0 * std_decay, 100.0 * known.decay_scatter, 100.0 * options_.catch_decay, "%",
+          row.note.empty() && !falls ? "rings far beyond the end of the sound" : row.note);
     }
     result_.partials.push_back(std::move(row));
   }
 
   /// A claim about a difference; not judged where it holds and a change worth catching would hold too.
-  void add(const std::string& name, const std::string& words, double difference, double allowed, double std, double scatter,
-           double worth, const char* unit, const std::string& reason) {
+  void add(const std::string& name, const std::string& words, double difference, double allowed, double std,
+           double scatter, double worth, const char* unit, const std::string& reason) {
     Claim claim{name, words, difference, 0.0, allowed, {}, false, reason};
     const double sensitivity = allowed + kCaught * std::hypot(std, scatter);
     if (reason.empty() && std::abs(difference) <= allowed && !(sensitivity <= worth)) {
       const double shown = std::ceil(sensitivity * 100.0) / 100.0;
-      claim.not_judged = std::string(scatter > std ? "takes scatter too much" : "too weak in the noise") + ": a change of up to " + to_text(shown) + " " + unit + " could hide";
+      claim.not_judged = std::string(scatter > std ? "takes scatter too much" : "too weak in the noise") +
+                         ": a change of up to " + to_text(shown) + " " + unit + " could hide";
     }
     result_.claims.push_back(judged(std::move(claim)));
   }
@@ -185,8 +198,8 @@ class Comparison {
     const fit::Partial& p = expected_[i];
     PartialComparison row{p, {}, {}, {}, {}, {}, {}};
     const double amplitude = p.amplitude.value_or(0.0) * std::pow(10.0, result_.gain_db / 20.0);
-    const double heard = heard_db(amplitude, p.decay_per_s.value_or(0.0), sound_.noise_density(p.frequency_hz), sound_.duration_s,
-                                  sound_.contact_s);
+    const double heard = heard_db(amplitude, p.decay_per_s.value_or(0.0), sound_.noise_density(p.frequency_hz),
+                                  sound_.duration_s, sound_.contact_s);
     if (p.frequency_hz < sound_.band.low_hz || p.frequency_hz > sound_.band.high_hz) {
       row.note = "outside the band that was analysed";
     } else if (!(heard >= kHeardDb)) {
@@ -207,11 +220,11 @@ class Comparison {
     PartialComparison row{{}, q, {}, {}, {}, {}, {}};
     const double amplitude = q.amplitude.value_or(0.0) * std::pow(10.0, -result_.gain_db / 20.0);
     const double own_db = -20.0 * std::log10(std::max(relative_std(q.amplitude_std, q.amplitude), 1e-12));
-    const double heard = heard_db(amplitude, q.decay_per_s.value_or(0.0), validate::noise_density(reference_.fingerprint, q.frequency_hz),
+    const double heard = heard_db(amplitude, q.decay_per_s.value_or(0.0),
+                                  validate::noise_density(reference_.fingerprint, q.frequency_hz),
                                   reference_.duration_s, reference_.contact_s);
-    const bool occasional = std::any_of(reference_.occasional_hz.begin(), reference_.occasional_hz.end(), [&](double f) {
-      return std::abs(cents(q.frequency_hz, f)) <= 50.0;
-    });
+    const bool occasional = std::any_of(reference_.occasional_hz.begin(), reference_.occasional_hz.end(),
+                                        [&](double f) { return std::abs(cents(q.frequency_hz, f)) <= 50.0; });
     if (q.frequency_hz < reference_.band.low_hz || q.frequency_hz > reference_.band.high_hz) {
       row.note = "outside the band of the reference";
     } else if (!(heard >= kHeardDb)) {
@@ -245,7 +258,8 @@ class Comparison {
       expected_noise.push_back(static_cast<double>(a.noise.segment(4 * i, 4).sum()));
       found_noise.push_back(static_cast<double>(b.noise.segment(4 * i, 4).sum()) / gain);
       expected.push_back(static_cast<double>(a.power.block(4 * i, 0, 4, n_frames_).sum()) / n - expected_noise.back());
-      found.push_back(static_cast<double>(b.power.block(4 * i, 0, 4, n_frames_).sum()) / (n * gain) - found_noise.back());
+      found.push_back(static_cast<double>(b.power.block(4 * i, 0, 4, n_frames_).sum()) / (n * gain) -
+                      found_noise.back());
       loudest = std::max({loudest, expected.back(), found.back()});
     }
     for (Eigen::Index i = 0; i < n_thirds_; ++i) {
@@ -259,13 +273,22 @@ class Comparison {
       const double strongest = std::max(p, q);
       const std::string name = "third-octave-" + std::to_string(std::lround(band.centre_hz()));
       if (strongest > 1e-4 * loudest && strongest > kClearBand * std::max(expected_noise[k], found_noise[k])) {
-        const auto variance = [&](double power, double noise) { return (noise * noise + 2.0 * power * noise) / (cells * power * power); };
-        const double std_db = std::hypot(0.5 * kDbPerNeper * std::sqrt(variance(p, expected_noise[k]) + variance(q, found_noise[k])), gain_std_db_);
+        const auto variance = [&](double power, double noise) {
+          return (noise * noise + 2.0 * power * noise) / (cells * power * power);
+        };
+        const double std_db = std::hypot(
+            0.5 * kDbPerNeper * std::sqrt(variance(p, expected_noise[k]) + variance(q, found_noise[k])), gain_std_db_);
         row.difference_db = row.sound_db - row.reference_db;
         row.tolerance_db = tolerance(options_.floor_level_db, std_db, reference_.third_scatter_db[k]);
         if (options_.levels) {
-          result_.claims.push_back(judged(Claim{name, "Third octave at " + hz(band.centre_hz()) + " keeps its level [dB]",
-                                                *row.difference_db, 0.0, *row.tolerance_db, {}, false, {}}));
+          result_.claims.push_back(judged(Claim{name,
+                                                "Third octave at " + hz(band.centre_hz()) + " keeps its level [dB]",
+                                                *row.difference_db,
+                                                0.0,
+                                                *row.tolerance_db,
+                                                {},
+                                                false,
+                                                {}}));
         }
       }
       result_.thirds.push_back(row);
@@ -292,7 +315,8 @@ class Comparison {
         if (!(std::max(p, q) > floor)) continue;
         const double difference = static_cast<double>(result_.sound_db(i, t) - result_.reference_db(i, t));
         sum += difference * difference;
-        expected += 0.25 * kDbPerNeper * kDbPerNeper * 2.0 * static_cast<double>(a.noise[i] / p + b.noise[i] / gain / q);
+        expected +=
+            0.25 * kDbPerNeper * kDbPerNeper * 2.0 * static_cast<double>(a.noise[i] / p + b.noise[i] / gain / q);
         ++count;
       }
     }
@@ -301,10 +325,18 @@ class Comparison {
     }
     if (count > 0.0) result_.log_spectral_distance_db = std::sqrt(sum / count);
     if (!options_.levels) return;
-    Claim claim{"log-spectral-distance", "Levels over time and frequency stay [dB rms]", result_.log_spectral_distance_db.value_or(0.0), 0.0, 0.0, {}, false, {}};
+    Claim claim{"log-spectral-distance",
+                "Levels over time and frequency stay [dB rms]",
+                result_.log_spectral_distance_db.value_or(0.0),
+                0.0,
+                0.0,
+                {},
+                false,
+                {}};
     // Of the cells' own noise the mean is known; neighbouring cells go together, so that it is taken twice.
-    claim.tolerance = std::sqrt(options_.floor_spectrum_db * options_.floor_spectrum_db + 2.0 * expected / std::max(count, 1.0)) +
-                      2.0 * reference_.spectrum_scatter_db;
+    claim.tolerance =
+        std::sqrt(options_.floor_spectrum_db * options_.floor_spectrum_db + 2.0 * expected / std::max(count, 1.0)) +
+        2.0 * reference_.spectrum_scatter_db;
     if (!result_.log_spectral_distance_db) claim.not_judged = "nothing stands above the noise";
     result_.claims.push_back(judged(std::move(claim)));
   }
@@ -323,19 +355,17 @@ class Comparison {
 
 nlohmann::json partial_json(const std::optional<fit::Partial>& p) {
   if (!p) return nullptr;
-  return {{"frequency_hz", json_number(p->frequency_hz)},
-          {"frequency_std_hz", json_number(p->frequency_std_hz)},
-          {"decay_per_s", json_number(p->decay_per_s)},
-          {"decay_std_per_s", json_number(p->decay_std_per_s)},
-          {"amplitude", json_number(p->amplitude)},
-          {"amplitude_std", json_number(p->amplitude_std)}};
+  return {{"frequency_hz", json_number(p->frequency_hz)}, {"frequency_std_hz", json_number(p->frequency_std_hz)},
+          {"decay_per_s", json_number(p->decay_per_s)},   {"decay_std_per_s", json_number(p->decay_std_per_s)},
+          {"amplitude", json_number(p->amplitude)},       {"amplitude_std", json_number(p->amplitude_std)}};
 }
 
 nlohmann::json rows_json(const Eigen::MatrixXf& levels) {
   nlohmann::json rows = nlohmann::json::array();
   for (Eigen::Index i = 0; i < levels.rows(); ++i) {
     nlohmann::json row = nlohmann::json::array();
-    for (Eigen::Index t = 0; t < levels.cols(); ++t) row.push_back(std::round(10.0 * static_cast<double>(levels(i, t))) / 10.0);
+    for (Eigen::Index t = 0; t < levels.cols(); ++t)
+      row.push_back(std::round(10.0 * static_cast<double>(levels(i, t))) / 10.0);
     rows.push_back(std::move(row));
   }
   return rows;
@@ -356,21 +386,26 @@ void RegressionOptions::validate() const {
 }
 
 int RegressionResult::n_failed() const {
-  return static_cast<int>(std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.passed && c.not_judged.empty(); }));
+  return static_cast<int>(
+      std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.passed && c.not_judged.empty(); }));
 }
 
 int RegressionResult::n_not_judged() const {
-  return static_cast<int>(std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.not_judged.empty(); }));
+  return static_cast<int>(
+      std::count_if(claims.begin(), claims.end(), [](const Claim& c) { return !c.not_judged.empty(); }));
 }
 
-RegressionResult compare(const ReferenceSpectrum& reference, const SoundDescription& sound, const RegressionOptions& options) {
+RegressionResult compare(const ReferenceSpectrum& reference, const SoundDescription& sound,
+                         const RegressionOptions& options) {
   options.validate();
   if (reference.partials.empty()) throw InputError(reference.origin, "has an empty spectrum");
   if (sound.partials.partials.empty()) throw InputError(sound.origin, "has an empty spectrum");
   const Fingerprint &a = reference.fingerprint, &b = sound.fingerprint;
   if (a.window_s != b.window_s || a.hop_s != b.hop_s || a.first_third != b.first_third) {
-    throw InputError(reference.origin, "its fingerprint has other windows or bands", to_text(a.window_s) + " s every " + to_text(a.hop_s) + " s",
-                     to_text(b.window_s) + " s every " + to_text(b.hop_s) + " s from third octave " + std::to_string(b.first_third));
+    throw InputError(
+        reference.origin, "its fingerprint has other windows or bands",
+        to_text(a.window_s) + " s every " + to_text(a.hop_s) + " s",
+        to_text(b.window_s) + " s every " + to_text(b.hop_s) + " s from third octave " + std::to_string(b.first_third));
   }
   return Comparison(reference, sound, options).run();
 }

@@ -12,9 +12,9 @@ namespace klang::validate {
 namespace {
 
 constexpr const char* kPlace = "sound";
-constexpr int kLastThird = 12;         // 15.8 kHz
-constexpr double kUsableRate = 0.45;   // above it converters and resamplers differ
-constexpr double kHannBandwidth = 1.5; // equivalent noise bandwidth in bins
+constexpr int kLastThird = 12;          // 15.8 kHz
+constexpr double kUsableRate = 0.45;    // above it converters and resamplers differ
+constexpr double kHannBandwidth = 1.5;  // equivalent noise bandwidth in bins
 
 /// Edge below band i (of a twelfth octave), i may be the number of bands.
 double edge_hz(int first_third, Eigen::Index i) {
@@ -22,8 +22,8 @@ double edge_hz(int first_third, Eigen::Index i) {
 }
 
 /// Power of one window in each band: bins count by the share of their width that lies in the band.
-Eigen::VectorXf band_powers(const Eigen::VectorXd& x, Eigen::Index begin, Eigen::Index window_n, double rate, int first_third,
-                            Eigen::Index n_bands) {
+Eigen::VectorXf band_powers(const Eigen::VectorXd& x, Eigen::Index begin, Eigen::Index window_n, double rate,
+                            int first_third, Eigen::Index n_bands) {
   const Eigen::Index n_fft = audio::good_fft_size(2 * window_n);
   Eigen::VectorXd block = Eigen::VectorXd::Zero(window_n);
   double weight = 0.0;
@@ -52,24 +52,26 @@ Eigen::VectorXf band_powers(const Eigen::VectorXd& x, Eigen::Index begin, Eigen:
   return bands;
 }
 
-Eigen::MatrixXf frames_of(const Eigen::VectorXd& x, double rate, double onset_s, const Fingerprint& layout, Eigen::Index n_bands,
-                          Eigen::Index n_frames) {
+Eigen::MatrixXf frames_of(const Eigen::VectorXd& x, double rate, double onset_s, const Fingerprint& layout,
+                          Eigen::Index n_bands, Eigen::Index n_frames) {
   const auto window_n = static_cast<Eigen::Index>(std::llround(layout.window_s * rate));
   Eigen::MatrixXf power(n_bands, n_frames);
   for (Eigen::Index t = 0; t < n_frames; ++t) {
-    const auto begin = static_cast<Eigen::Index>(std::llround((onset_s + static_cast<double>(t) * layout.hop_s) * rate));
+    const auto begin =
+        static_cast<Eigen::Index>(std::llround((onset_s + static_cast<double>(t) * layout.hop_s) * rate));
     power.col(t) = band_powers(x, begin, window_n, rate, layout.first_third, n_bands);
   }
   return power;
 }
 
-Fingerprint fingerprint(const Eigen::VectorXd& x, const Eigen::VectorXd& rest, double rate, double onset_s, double duration_s) {
+Fingerprint fingerprint(const Eigen::VectorXd& x, const Eigen::VectorXd& rest, double rate, double onset_s,
+                        double duration_s) {
   Fingerprint result;
   int last_third = kLastThird;
   while (last_third > result.first_third && audio::ThirdOctave{last_third}.high_hz() > kUsableRate * rate) --last_third;
   const Eigen::Index n_bands = 4 * (last_third - result.first_third + 1);
-  const auto n_frames =
-      std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::floor((duration_s - result.window_s) / result.hop_s)) + 1);
+  const auto n_frames = std::max<Eigen::Index>(
+      1, static_cast<Eigen::Index>(std::floor((duration_s - result.window_s) / result.hop_s)) + 1);
   result.power = frames_of(x, rate, onset_s, result, n_bands, n_frames);
   const Eigen::MatrixXf left = frames_of(rest, rate, onset_s, result, n_bands, n_frames);
   // The second half: what the partials leave of the blow itself is over. The median withstands a knock; of the noise in a
@@ -161,7 +163,8 @@ SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& 
   audio::StrikeOptions strikes;
   strikes.band = ringdown.band;
   for (const audio::Strike& strike : audio::detect_strikes(mono, strikes)) {
-    if (std::abs(strike.time_s - result.onset_s) < 1e-3) result.contact_s = std::max(0.0, strike.settled_s - strike.time_s);
+    if (std::abs(strike.time_s - result.onset_s) < 1e-3)
+      result.contact_s = std::max(0.0, strike.settled_s - strike.time_s);
   }
   const double end_s = found.strikes_s.size() > 1 ? found.strikes_s[1] : sound.duration_s();
   result.duration_s = end_s - result.onset_s;
@@ -172,8 +175,8 @@ SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& 
     result.warnings.push_back("levels up to the second of " + std::to_string(found.strikes_s.size()) + " strikes");
   }
   const Eigen::VectorXd rest = mono.samples.col(0) - fit::resynthesise(found, mono.n_frames()).samples.col(0);
-  result.fingerprint = fingerprint(mono.samples.col(0), rest, rate, result.onset_s,
-                                   std::min(result.duration_s, options.max_duration_s));
+  result.fingerprint =
+      fingerprint(mono.samples.col(0), rest, rate, result.onset_s, std::min(result.duration_s, options.max_duration_s));
   result.ring_10db_s = ring_10db_s(result.partials.partials);
   return result;
 }

@@ -17,9 +17,7 @@ std::string brief(const char* format, double value) {
   return text;
 }
 
-std::string order_name(const Series& series) {
-  return series.kind == Convergence::kGeometric ? "rate" : "order";
-}
+std::string order_name(const Series& series) { return series.kind == Convergence::kGeometric ? "rate" : "order"; }
 
 bool order_passes(const Series& series) {
   if (!series.order.observed_order) return false;
@@ -123,10 +121,8 @@ template <class Field>
 nlohmann::json fields_json(const std::vector<Field>& fields, const char* extension) {
   nlohmann::json list = nlohmann::json::array();
   for (const Field& field : fields) {
-    list.push_back({{"name", field.name},
-                    {"title", field.title},
-                    {"caption", field.caption},
-                    {"file", field.name + extension}});
+    list.push_back(
+        {{"name", field.name}, {"title", field.title}, {"caption", field.caption}, {"file", field.name + extension}});
   }
   return list;
 }
@@ -151,8 +147,8 @@ void judge(Series& series) {
   add_gci(series);
   const double reached = judged_error(series);
   const bool small = reached <= series.error_tolerance;
-  const std::string error_words = "error " + brief("%.2g", reached) + (small ? " ≤ " : " > ") +
-                                  brief("%.2g", series.error_tolerance);
+  const std::string error_words =
+      "error " + brief("%.2g", reached) + (small ? " ≤ " : " > ") + brief("%.2g", series.error_tolerance);
   if (series.kind == Convergence::kRoundOff) {
     series.passed = small;
     series.verdict = "largest " + error_words;
@@ -173,10 +169,9 @@ void judge(Series& series) {
   const std::string expected = brief("%.3g", series.expected_order) + " ± " + brief("%.2g", series.order_tolerance) +
                                (series.higher_is_fine ? " or higher" : "");
   series.verdict =
-      (series.order.observed_order
-           ? order_name(series) + " " + brief("%.3f", *series.order.observed_order) +
-                 (ordered ? " within " : " outside ") + expected
-           : "no " + order_name(series) + " could be fitted (" + expected + " expected)") +
+      (series.order.observed_order ? order_name(series) + " " + brief("%.3f", *series.order.observed_order) +
+                                         (ordered ? " within " : " outside ") + expected
+                                   : "no " + order_name(series) + " could be fitted (" + expected + " expected)") +
       "; finest " + error_words;
 }
 
@@ -211,8 +206,13 @@ std::vector<Claim> all_claims(const Study& study) {
                   order_passes(series)};
       claims.push_back(std::move(order));
     }
-    claims.push_back(judged({series.id + ".error", series.title + ": " + series.error_words, judged_error(series),
-                             {}, series.error_tolerance, series.order.observed_order, false}));
+    claims.push_back(judged({series.id + ".error",
+                             series.title + ": " + series.error_words,
+                             judged_error(series),
+                             {},
+                             series.error_tolerance,
+                             series.order.observed_order,
+                             false}));
   }
   claims.insert(claims.end(), study.claims.begin(), study.claims.end());
   return claims;
@@ -256,7 +256,8 @@ std::string levels_csv(const Study& study) {
       csv += csv_text(series.id) + "," + std::to_string(i) + "," + cell(level.h_m) + "," + cell(level.n) + "," +
              cell(level.error) + "," + cell(level.value) + "," + cell(series.order.pairwise[i]) + "," +
              csv_text(series.order.excluded[i]) + "," + cell(level.n_unknowns) + "," +
-             (level.error_ci95 ? cell((*level.error_ci95)[0]) + "," + cell((*level.error_ci95)[1]) : std::string(",")) + "\n";
+             (level.error_ci95 ? cell((*level.error_ci95)[0]) + "," + cell((*level.error_ci95)[1]) : std::string(",")) +
+             "\n";
     }
   }
   return csv;
@@ -268,8 +269,11 @@ struct KnownStudy {
   Study (*run)(const StudyOptions&, Monitor&);
 };
 const std::vector<KnownStudy>& known_studies() {
-  static const std::vector<KnownStudy> known = {
-      {"fem", fem_study}, {"bem", bem_study}, {"multipole", multipole_study}, {"synthesis", synthesis_study}, {"dual-domain", dual_domain_study}};
+  static const std::vector<KnownStudy> known = {{"fem", fem_study},
+                                                {"bem", bem_study},
+                                                {"multipole", multipole_study},
+                                                {"synthesis", synthesis_study},
+                                                {"dual-domain", dual_domain_study}};
   return known;
 }
 }  // namespace

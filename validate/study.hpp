@@ -14,12 +14,12 @@ namespace klang::validate {
 
 /// One mesh, time step or order of approximation.
 struct Level {
-  std::optional<double> h_m;    ///< element size [m]; studies in space have it
-  std::optional<double> n;      ///< samples per second, order of an expansion; the others have it
-  double error = 0.0;           ///< against the series' reference, >= 0
+  std::optional<double> h_m;                        ///< element size [m]; studies in space have it
+  std::optional<double> n;                          ///< samples per second, order of an expansion; the others have it
+  double error = 0.0;                               ///< against the series' reference, >= 0
   std::optional<std::array<double, 2>> error_ci95;  ///< of the error, where it is a mean over random repeats
-  std::optional<double> value;  ///< a number that converges, for the grid convergence index
-  double n_unknowns = 0.0;      ///< cost that does not depend on the machine
+  std::optional<double> value;                      ///< a number that converges, for the grid convergence index
+  double n_unknowns = 0.0;                          ///< cost that does not depend on the machine
   double wall_time_s = 0.0;
   double step() const { return h_m ? *h_m : n.value_or(0.0); }
 };
@@ -33,13 +33,13 @@ struct Series {
   std::string step_words;   ///< axis: "element size [m]"
   std::string error_words;  ///< axis: "relative error of the eigenvalues"
   Convergence kind = Convergence::kAlgebraic;
-  double expected_order = 0.0;   ///< unused for round-off; NaN: none, the error alone is judged
-  double order_tolerance = 0.3;  ///< |observed - expected| <= this
-  bool higher_is_fine = false;   ///< a higher order than expected passes too
-  double error_tolerance = 0.0;  ///< largest error of the finest level (round-off: of any level)
-  double error_floor = 0.0;      ///< levels at or below are left out of the fit
-  std::string floor_words;       ///< what the floor is
-  bool counts = true;            ///< false: shown for comparison, no part of the verdict
+  double expected_order = 0.0;        ///< unused for round-off; NaN: none, the error alone is judged
+  double order_tolerance = 0.3;       ///< |observed - expected| <= this
+  bool higher_is_fine = false;        ///< a higher order than expected passes too
+  double error_tolerance = 0.0;       ///< largest error of the finest level (round-off: of any level)
+  double error_floor = 0.0;           ///< levels at or below are left out of the fit
+  std::string floor_words;            ///< what the floor is
+  bool counts = true;                 ///< false: shown for comparison, no part of the verdict
   std::optional<double> exact_value;  ///< what Level::value converges to, where it is known
 
   // What was found.
@@ -58,20 +58,20 @@ void judge(Series& series);
 enum class StudyStatus { kNotRun, kDone };
 
 struct Study {
-  std::string name;   ///< "fem"
-  std::string title;  ///< "Eigenvalues of the finite elements"
+  std::string name;      ///< "fem"
+  std::string title;     ///< "Eigenvalues of the finite elements"
   std::string question;  ///< one or two sentences on what is shown
   StudyStatus status = StudyStatus::kNotRun;
-  std::vector<Series> series;   ///< the first is the main one
-  std::vector<Claim> claims;    ///< beyond the orders: reference values, tables
+  std::vector<Series> series;  ///< the first is the main one
+  std::vector<Claim> claims;   ///< beyond the orders: reference values, tables
   Fields fields;
   bool passed() const;  ///< every series that counts and every claim
 };
 
 struct StudyOptions {
-  int levels = 0;       ///< coarsest levels of each series that are run, 3 or more; 0: all
-  std::string only;     ///< series whose id contains this; empty: all
-  bool fields = true;   ///< compute what the pictures show
+  int levels = 0;         ///< coarsest levels of each series that are run, 3 or more; 0: all
+  std::string only;       ///< series whose id contains this; empty: all
+  bool fields = true;     ///< compute what the pictures show
   void validate() const;  ///< InputError
 };
 

@@ -19,23 +19,26 @@ constexpr double kDuration_s = 0.25;
 constexpr double kStrike_s = 0.0123456789;  // between two samples at every rate
 constexpr double kContact_s = 2e-3;
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// All damping regimes; frequencies below half the lowest rate.
 std::vector<Oscillator> regimes() {
   const double w100 = 2.0 * kPi * 100.0;
-  return {{2.0 * kPi * 440.0, 10.0, 1.0},         {2.0 * kPi * 3690.7, 0.7, 1.0},
-          {2.0 * kPi * 27.5, 32.4, 1.0},          {w100, w100 * (1.0 - 1e-9), 1.0},
-          {w100, w100, 1.0},                      {2.0 * kPi * 50.0, 6.0 * kPi * 50.0, 1.0},
-          {0.0, 2.5, 1.0},                        {0.0, 0.0, 1.0}};
+  return {{2.0 * kPi * 440.0, 10.0, 1.0},
+          {2.0 * kPi * 3690.7, 0.7, 1.0},
+          {2.0 * kPi * 27.5, 32.4, 1.0},
+          {w100, w100 * (1.0 - 1e-9), 1.0},
+          {w100, w100, 1.0},
+          {2.0 * kPi * 50.0, 6.0 * kPi * 50.0, 1.0},
+          {0.0, 2.5, 1.0},
+          {0.0, 0.0, 1.0}};
 }
 
 /// z(t) after a unit jump of z' at t = 0: e^(-b t) t sinc(d t), d^2 = w^2 - b^2 (sinh for d^2 < 0). Own closed form.
 long double impulse_response(const Oscillator& o, long double t) {
   if (t < 0) return 0;
-  const long double w = o.angular_frequency_rad_s, b = o.decay_per_s, d_sq = (w - b) * (w + b), d = std::sqrt(std::abs(d_sq));
+  const long double w = o.angular_frequency_rad_s, b = o.decay_per_s, d_sq = (w - b) * (w + b),
+                    d = std::sqrt(std::abs(d_sq));
   if (d * t < 1e-4L) return std::exp(-b * t) * t * (1 - d_sq * t * t / 6);
   if (d_sq > 0) return std::exp(-b * t) * std::sin(d * t) / d;
   return (std::exp((d - b) * t) - std::exp(-(d + b) * t)) / (2 * d);
@@ -140,8 +143,10 @@ Study synthesis_study(const StudyOptions& options, Monitor& monitor) {
   Study study;
   study.title = "The oscillator bank against closed forms";
   study.question =
-      "The sound of a strike is a sum of damped oscillators, stepped from sample to sample by the exact solution. Does it "
-      "stay at round-off at every sample rate and in every damping regime, and how fast does a contact force converge that "
+      "The sound of a strike is a sum of damped oscillators, stepped from sample to sample by the exact solution. Does "
+      "it "
+      "stay at round-off at every sample rate and in every damping regime, and how fast does a contact force converge "
+      "that "
       "is given by samples only?";
   const std::vector<double> rates = {8000, 11025, 16000, 22050, 32000, 44100, 48000, 96000, 192000, 384000};
   const std::vector<double> doubled = {8000, 16000, 32000, 64000, 128000, 256000};
@@ -175,7 +180,8 @@ Study synthesis_study(const StudyOptions& options, Monitor& monitor) {
       doubled, sampled_contact_error);
   add("recurrence", "Exact recurrence, all damping regimes", Convergence::kRoundOff, 0.0, 1e-13, true, rates,
       recurrence_error);
-  add("gaussian-contact", "Gaussian contact of 0.4 ms", Convergence::kRoundOff, 0.0, 1e-13, true, rates, gaussian_error);
+  add("gaussian-contact", "Gaussian contact of 0.4 ms", Convergence::kRoundOff, 0.0, 1e-13, true, rates,
+      gaussian_error);
   add("central-differences", "For comparison: central differences (Störmer-Verlet)", Convergence::kAlgebraic, 2.0, 1.0,
       false, fine, [](double rate_hz) { return stepped_error(rate_hz, true); });
   add("symplectic-euler", "For comparison: symplectic Euler", Convergence::kAlgebraic, 1.0, 1.0, false, fine,
@@ -189,8 +195,9 @@ Study synthesis_study(const StudyOptions& options, Monitor& monitor) {
     }
     for (std::size_t i = 0; i < n_levels; ++i) {
       monitor.throw_if_stopped();
-      monitor.progress(plan.series.title, (static_cast<double>(k) + static_cast<double>(i) / static_cast<double>(n_levels)) /
-                                              static_cast<double>(plans.size()));
+      monitor.progress(plan.series.title,
+                       (static_cast<double>(k) + static_cast<double>(i) / static_cast<double>(n_levels)) /
+                           static_cast<double>(plans.size()));
       const auto start = Clock::now();
       Level level;
       level.n = plan.rates[i];

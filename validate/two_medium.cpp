@@ -17,12 +17,14 @@ using Eigen::Vector3d;
 }  // namespace
 
 Complex ball_pressure(const LiquidBall& ball, Coupling coupling, const Vector3d& x_m) {
-  const double a = ball.radius_m, kf = ball.liquid.wavenumber_per_m(ball.frequency_hz), ka = ball.air.wavenumber_per_m(ball.frequency_hz);
+  const double a = ball.radius_m, kf = ball.liquid.wavenumber_per_m(ball.frequency_hz),
+               ka = ball.air.wavenumber_per_m(ball.frequency_hz);
   const double r = x_m.norm(), cosine = x_m.z() / r;
   checked("liquid ball", "source_m", ball.source_m, 0.0, a * (1.0 - 1e-9));
   checked("liquid ball", "point's distance", r, a, 1e9);
   // Terms fall as (b/a)^n (a/r)^n; a central source has the first alone.
-  const int n_terms = ball.source_m == 0.0 ? 1 : std::min(60, 12 + static_cast<int>(-36.0 / std::log(ball.source_m / r)));
+  const int n_terms =
+      ball.source_m == 0.0 ? 1 : std::min(60, 12 + static_cast<int>(-36.0 / std::log(ball.source_m / r)));
   const auto size = static_cast<std::size_t>(n_terms) + 2;
   std::vector<double> jb(size), jf(size), jf_slope(size);
   std::vector<Complex> hf(size), hf_slope(size), ha(size), ha_slope(size), hr(size);
@@ -57,17 +59,20 @@ Complex ball_pressure(const LiquidBall& ball, Coupling coupling, const Vector3d&
 }
 
 TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double frequency_hz, const Vector3d& bubble_m,
-                              const std::vector<Vector3d>& points_m, int n_fluid_sources, const bubble::DualDomainOptions& options,
-                              double tolerance, int max_turns, Monitor& monitor) {
+                              const std::vector<Vector3d>& points_m, int n_fluid_sources,
+                              const bubble::DualDomainOptions& options, double tolerance, int max_turns,
+                              Monitor& monitor) {
   TwoWayResult result;
   const mesh::SurfaceMesh& surface = boundary.surface();
   std::vector<int> vertex_of;
   acoustics::RadiatingSurface radiating = acoustics::radiating_surface(surface, &vertex_of);
   std::vector<int> element_vertex(static_cast<std::size_t>(surface.vertices_m.rows()), -1);
-  for (std::size_t i = 0; i < vertex_of.size(); ++i) element_vertex[static_cast<std::size_t>(vertex_of[i])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < vertex_of.size(); ++i)
+    element_vertex[static_cast<std::size_t>(vertex_of[i])] = static_cast<int>(i);
   // The sample that each corner of a free triangle belongs to.
   std::vector<std::vector<std::size_t>> samples_of(static_cast<std::size_t>(surface.vertices_m.rows()));
-  for (std::size_t s = 0; s < boundary.samples().size(); ++s) samples_of[static_cast<std::size_t>(boundary.samples()[s].vertex)].push_back(s);
+  for (std::size_t s = 0; s < boundary.samples().size(); ++s)
+    samples_of[static_cast<std::size_t>(boundary.samples()[s].vertex)].push_back(s);
   std::vector<Index> corner_sample(static_cast<std::size_t>(3 * surface.triangles.rows()), -1);
   for (Index t = 0; t < surface.triangles.rows(); ++t) {
     if (boundary.region()[static_cast<std::size_t>(t)] != 0) continue;
@@ -104,14 +109,16 @@ TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double fre
     Eigen::MatrixXcd velocity = Eigen::MatrixXcd::Zero(3 * surface.triangles.rows(), 1);
     for (std::size_t i = 0; i < corner_sample.size(); ++i)  // dP/dn = -i omega rho v_n
       if (corner_sample[i] >= 0)
-        velocity(static_cast<Index>(i), 0) =
-            result.liquid.normal_derivative[corner_sample[i]] * Complex(0.0, 1.0 / (omega * options.liquid.density_kg_m3));
+        velocity(static_cast<Index>(i), 0) = result.liquid.normal_derivative[corner_sample[i]] *
+                                             Complex(0.0, 1.0 / (omega * options.liquid.density_kg_m3));
     const acoustics::BemResult air = solver.solve(frequency_hz, velocity, bem);
     if (!air.usable()) throw NumericalError("two-way: " + air.message);
     const Eigen::VectorXcd pressure = solver.pressure_at(air, points);
     double change = 0.0;
     for (Index i = 0; i < pressure.size(); ++i)
-      change = std::max(change, turn == 0 ? 1.0 : std::abs(pressure[i] - result.pressure[static_cast<std::size_t>(i)]) / std::abs(pressure[i]));
+      change = std::max(change, turn == 0 ? 1.0
+                                          : std::abs(pressure[i] - result.pressure[static_cast<std::size_t>(i)]) /
+                                                std::abs(pressure[i]));
     result.change.push_back(change);
     result.pressure.assign(pressure.data(), pressure.data() + pressure.size());
     if (turn == 0) result.one_way_pressure = result.pressure;
@@ -123,7 +130,8 @@ TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double fre
     for (std::size_t s = 0; s < boundary.samples().size(); ++s)
       if (boundary.samples()[s].region == bubble::BoundaryRegion::kFreeSurface)
         solve.surface_pressure[static_cast<Index>(s)] =
-            air.pressure_pa(element_vertex[static_cast<std::size_t>(boundary.samples()[s].vertex)], 0) / result.liquid.source_strength;
+            air.pressure_pa(element_vertex[static_cast<std::size_t>(boundary.samples()[s].vertex)], 0) /
+            result.liquid.source_strength;
   }
   return result;
 }

@@ -35,7 +35,8 @@ SourceTable source_table(const SurfaceField& field, double k, const std::vector<
         basis.values_and_gradients(Wave::kSingular, k, field.points_m.col(i) - points[s], values, gradients);
         const auto first = static_cast<Eigen::Index>(s) * basis.size();
         table.values.row(i).segment(first, basis.size()) = values.transpose();
-        table.slopes.row(i).segment(first, basis.size()) = (gradients * field.normals.col(i).cast<Complex>()).transpose();
+        table.slopes.row(i).segment(first, basis.size()) =
+            (gradients * field.normals.col(i).cast<Complex>()).transpose();
       }
     }
   });
@@ -64,12 +65,14 @@ void EquivalentSourceOptions::validate() const {
 }
 
 EquivalentSources fit_equivalent_sources(const SurfaceField& field, double wavenumber_per_m, const Medium& medium,
-                                         const std::vector<Eigen::Vector3d>& points_m, const EquivalentSourceOptions& options) {
+                                         const std::vector<Eigen::Vector3d>& points_m,
+                                         const EquivalentSourceOptions& options) {
   options.validate();
   medium.validate();
   const double k = checked_open("equivalent sources", "wavenumber_per_m", wavenumber_per_m, 0.0, 1e6);
   const Eigen::Index n_points = field.points_m.cols();
-  KLANG_CHECK(field.normals.cols() == n_points && field.weights_m2.size() == n_points && field.normal_velocity_m_s.size() == n_points &&
+  KLANG_CHECK(field.normals.cols() == n_points && field.weights_m2.size() == n_points &&
+                  field.normal_velocity_m_s.size() == n_points &&
                   (field.pressure_pa.size() == 0 || field.pressure_pa.size() == n_points),
               "a surface field has one normal, weight and velocity a point");
   if (points_m.empty()) throw InputError("equivalent sources", "have no point");
@@ -108,7 +111,8 @@ EquivalentSources fit_equivalent_sources(const SurfaceField& field, double waven
   }
   const Eigen::Index n_each = basis_size(options.order);
   for (std::size_t s = 0; s < points_m.size(); ++s) {
-    result.sources.push_back({points_m[s], k, options.order, solution.segment(static_cast<Eigen::Index>(s) * n_each, n_each)});
+    result.sources.push_back(
+        {points_m[s], k, options.order, solution.segment(static_cast<Eigen::Index>(s) * n_each, n_each)});
   }
 
   const Eigen::VectorXcd slope_error = root_weights.cwiseProduct(table.slopes * solution) - data.head(n_points);
@@ -174,9 +178,12 @@ std::vector<Eigen::Vector3d> inner_points(const SurfaceField& field, int count) 
     }
     if (!(best_score > 0.0) || !(apart[best] > 0.0)) break;
     chosen.push_back(candidates[best]);
-    for (std::size_t i = 0; i < candidates.size(); ++i) apart[i] = std::min(apart[i], (candidates[i] - candidates[best]).norm());
+    for (std::size_t i = 0; i < candidates.size(); ++i)
+      apart[i] = std::min(apart[i], (candidates[i] - candidates[best]).norm());
   }
-  if (chosen.empty()) throw InputError("equivalent sources", "no point inside the body was found", {}, "a closed surface with outward normals");
+  if (chosen.empty())
+    throw InputError("equivalent sources", "no point inside the body was found", {},
+                     "a closed surface with outward normals");
   return chosen;
 }
 
@@ -189,7 +196,8 @@ Complex pressure_pa(const std::vector<Multipole>& sources, const Eigen::Vector3d
 Complex far_field_pa_m(const std::vector<Multipole>& sources, const Eigen::Vector3d& direction) {
   Complex sum = 0.0;
   for (const Multipole& source : sources) {
-    sum += std::polar(1.0, source.wavenumber_per_m * direction.dot(source.centre_m)) * far_field_pa_m(source, direction);
+    sum +=
+        std::polar(1.0, source.wavenumber_per_m * direction.dot(source.centre_m)) * far_field_pa_m(source, direction);
   }
   return sum;
 }

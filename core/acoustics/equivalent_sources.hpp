@@ -24,10 +24,11 @@ struct EquivalentSources {
   Status status = Status::kNotRun;
   std::string message;
   std::vector<Multipole> sources;
-  double velocity_residual = 0.0;             ///< rms of the normal-velocity error over rms of the velocity, on the surface
-  std::optional<double> pressure_residual;    ///< the same of the pressure, where the field has one
-  double radiated_power_w = 0.0;              ///< of the sources together, from the far field
-  std::optional<double> lost_power_fraction;  ///< 1 - power / power that leaves the surface; negative where they radiate more
+  double velocity_residual = 0.0;  ///< rms of the normal-velocity error over rms of the velocity, on the surface
+  std::optional<double> pressure_residual;  ///< the same of the pressure, where the field has one
+  double radiated_power_w = 0.0;            ///< of the sources together, from the far field
+  std::optional<double>
+      lost_power_fraction;  ///< 1 - power / power that leaves the surface; negative where they radiate more
   /// rms over all directions of the far-field error over rms of the far field, against the integral's multipoles carried to
   /// convergence; needs the pressure
   std::optional<double> far_field_error;
@@ -36,7 +37,8 @@ struct EquivalentSources {
 /// @param field     quadrature on the closed surface; pressure_pa may be empty (then only what needs none is reported)
 /// @param points_m  where the sources stand, all inside the body
 EquivalentSources fit_equivalent_sources(const SurfaceField& field, double wavenumber_per_m, const Medium& medium,
-                                         const std::vector<Eigen::Vector3d>& points_m, const EquivalentSourceOptions& options = {});
+                                         const std::vector<Eigen::Vector3d>& points_m,
+                                         const EquivalentSourceOptions& options = {});
 
 /// Up to count points inside the surface, far from it and from each other: below surface points along the inward normal,
 /// inside by the winding number, then farthest-point sampling. The first is the deepest. Deterministic.

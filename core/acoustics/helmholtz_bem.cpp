@@ -27,9 +27,7 @@ namespace {
 
 constexpr Complex kI{0.0, 1.0};
 
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 /// Vertices in the order of a space-filling curve (Morton): neighbours in space are neighbours in the matrix.
 std::vector<int> spatial_order(const Eigen::Matrix3Xd& points) {
@@ -74,11 +72,11 @@ double check_resolution(const RadiatingSurface& surface, double frequency_hz, co
 
 struct HelmholtzBem::Data {
   RadiatingSurface surface;
-  std::vector<int> row_of_vertex;                   ///< place in the matrix
-  std::vector<std::vector<int>> triangles_of_row;   ///< ascending
+  std::vector<int> row_of_vertex;                  ///< place in the matrix
+  std::vector<std::vector<int>> triangles_of_row;  ///< ascending
   detail::TriangleColumns columns;
   detail::NearField near;
-  std::vector<std::array<Vector3d, 3>> curls;       ///< n x grad phi of each corner
+  std::vector<std::array<Vector3d, 3>> curls;  ///< n x grad phi of each corner
 };
 
 HelmholtzBem::HelmholtzBem(RadiatingSurface surface) {
@@ -225,8 +223,7 @@ void Assembly::close(int t, const int* rows_of_test) const {
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) system(a, b) -= coupling * curls[t][a].dot(curls[pair.other][b]) * all;
     if (pair.other == t) {
-      const Eigen::Matrix3d mass =
-          surface.areas_m2[t] / 12.0 * (Eigen::Matrix3d::Ones() + Eigen::Matrix3d::Identity());
+      const Eigen::Matrix3d mass = surface.areas_m2[t] / 12.0 * (Eigen::Matrix3d::Ones() + Eigen::Matrix3d::Identity());
       system += 0.5 * mass;
       source += (0.5 * coupling) * mass;
     }
@@ -324,8 +321,7 @@ BemResult HelmholtzBem::solve(double frequency_hz, const Eigen::MatrixXcd& veloc
   result.wall_time_s["assemble"] = now_s() - start;
 
   const BlasThreads blas(options.n_blas_threads > 0 ? options.n_blas_threads : thread_count());
-  const detail::DenseSolution solution =
-      detail::dense_solve(matrix, right, options.tolerance, options.max_refinements);
+  const detail::DenseSolution solution = detail::dense_solve(matrix, right, options.tolerance, options.max_refinements);
   result.relative_residual = solution.relative_residual;
   result.n_refinements = solution.n_refinements;
   result.double_factor = solution.double_factor;
@@ -379,8 +375,10 @@ void HelmholtzBem::check_outside(const Eigen::Matrix3Xd& points_m) const {
   }
 }
 
-Eigen::VectorXcd HelmholtzBem::pressure_at(const BemResult& result, const Eigen::Matrix3Xd& points_m, int column) const {
-  KLANG_CHECK(result.usable() && column >= 0 && column < result.pressure_pa.cols(), "a solution and one of its columns");
+Eigen::VectorXcd HelmholtzBem::pressure_at(const BemResult& result, const Eigen::Matrix3Xd& points_m,
+                                           int column) const {
+  KLANG_CHECK(result.usable() && column >= 0 && column < result.pressure_pa.cols(),
+              "a solution and one of its columns");
   const RadiatingSurface& s = data_->surface;
   const double k = result.wavenumber_per_m;
   Eigen::VectorXcd pressure(points_m.cols());
@@ -401,7 +399,8 @@ Eigen::VectorXcd HelmholtzBem::pressure_at(const BemResult& result, const Eigen:
           q[c] = to_derivative * result.velocity_m_s(3 * t + c, column);
         }
         if (near) {
-          const detail::StaticIntegrals inner = detail::static_integrals(triangles[static_cast<std::size_t>(t)], x, false);
+          const detail::StaticIntegrals inner =
+              detail::static_integrals(triangles[static_cast<std::size_t>(t)], x, false);
           sum += inner.twice.cast<Complex>().cwiseProduct(p).sum() - inner.single.cast<Complex>().cwiseProduct(q).sum();
         }
         for (const detail::TrianglePoint& point : detail::seven_points()) {
@@ -423,7 +422,8 @@ Eigen::VectorXcd HelmholtzBem::pressure_at(const BemResult& result, const Eigen:
 }
 
 SurfaceField HelmholtzBem::field(const BemResult& result, int column) const {
-  KLANG_CHECK(result.usable() && column >= 0 && column < result.pressure_pa.cols(), "a solution and one of its columns");
+  KLANG_CHECK(result.usable() && column >= 0 && column < result.pressure_pa.cols(),
+              "a solution and one of its columns");
   const RadiatingSurface& s = data_->surface;
   SurfaceField field;
   const Eigen::Index n = 3 * static_cast<Eigen::Index>(s.n_triangles());

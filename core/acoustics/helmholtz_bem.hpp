@@ -31,9 +31,9 @@ struct BemResult {
   double frequency_hz = 0.0;
   double wavenumber_per_m = 0.0;
   Medium medium;
-  Eigen::MatrixXcd pressure_pa;          ///< n_vertices x n_columns, on the surface
-  Eigen::MatrixXcd velocity_m_s;         ///< 3 n_triangles x n_columns as given
-  Eigen::VectorXd radiated_power_w;      ///< n_columns: 1/2 Re int p conj(v_n) dS
+  Eigen::MatrixXcd pressure_pa;      ///< n_vertices x n_columns, on the surface
+  Eigen::MatrixXcd velocity_m_s;     ///< 3 n_triangles x n_columns as given
+  Eigen::VectorXd radiated_power_w;  ///< n_columns: 1/2 Re int p conj(v_n) dS
   /// n_columns: 1/2 int |p v_n| dS. The power loses its digits in the part of the pressure that swings to and fro
   /// where it is much smaller than this; radiated_power then comes from the far field.
   Eigen::VectorXd power_scale_w;

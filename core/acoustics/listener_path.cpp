@@ -49,13 +49,16 @@ Eigen::Vector3d along(const ListenerPath& path, const Eigen::Matrix3Xd& points, 
 
 }  // namespace
 
-Eigen::Vector3d ListenerPath::ear_m(int ear, double time_at_s) const { return along(*this, ear == 0 ? left_m : right_m, time_at_s); }
+Eigen::Vector3d ListenerPath::ear_m(int ear, double time_at_s) const {
+  return along(*this, ear == 0 ? left_m : right_m, time_at_s);
+}
 
 Eigen::Vector3d ListenerPath::head_m(double time_at_s) const {
   return stereo() ? Eigen::Vector3d(0.5 * (ear_m(0, time_at_s) + ear_m(1, time_at_s))) : ear_m(0, time_at_s);
 }
 
-ListenerPath read_listener_path(const std::filesystem::path& path, std::optional<double> ears_m, const Eigen::Vector3d& faces) {
+ListenerPath read_listener_path(const std::filesystem::path& path, std::optional<double> ears_m,
+                                const Eigen::Vector3d& faces) {
   CsvFile file(path, std::size_t{1} << 28);
   if (ears_m) checked("command line", "--ears-m", *ears_m, 0.001, 10.0);
   std::optional<Columns> columns;
@@ -75,12 +78,14 @@ ListenerPath read_listener_path(const std::filesystem::path& path, std::optional
     }
     const std::size_t expected = *columns == Columns::kOneEar ? 4 : 7;
     if (cells.size() != expected) {
-      throw InputError(place, "has the wrong number of columns", std::to_string(cells.size()), std::to_string(expected));
+      throw InputError(place, "has the wrong number of columns", std::to_string(cells.size()),
+                       std::to_string(expected));
     }
     std::vector<double> values(expected);
     for (std::size_t i = 0; i < expected; ++i) {
       values[i] = csv_number(cells[i], place);
-      if (!(std::abs(values[i]) <= kFarthest)) throw InputError(place, "is out of range", std::string(cells[i]), "-1e5 to 1e5");
+      if (!(std::abs(values[i]) <= kFarthest))
+        throw InputError(place, "is out of range", std::string(cells[i]), "-1e5 to 1e5");
     }
     if (!rows.empty() && !(values[0] > rows.back()[0])) {
       throw InputError(place, "time_s does not rise", to_text(values[0]), "more than " + to_text(rows.back()[0]));
@@ -89,8 +94,10 @@ ListenerPath read_listener_path(const std::filesystem::path& path, std::optional
     if (rows.size() > kMostRows) throw InputError(path.string(), "has too many rows", {}, "1000000");
   }
   if (rows.empty()) throw InputError(path.string(), "has no position", {}, "a line time_s,x_m,y_m,z_m");
-  if (*columns == Columns::kFacing && !ears_m) throw InputError(path.string(), "has facing columns, which need --ears-m");
-  if (*columns == Columns::kRightEar && ears_m) throw InputError(path.string(), "has a right ear, so --ears-m has no meaning");
+  if (*columns == Columns::kFacing && !ears_m)
+    throw InputError(path.string(), "has facing columns, which need --ears-m");
+  if (*columns == Columns::kRightEar && ears_m)
+    throw InputError(path.string(), "has a right ear, so --ears-m has no meaning");
 
   ListenerPath result;
   const auto n = static_cast<Eigen::Index>(rows.size());
@@ -105,8 +112,10 @@ ListenerPath read_listener_path(const std::filesystem::path& path, std::optional
     if (*columns == Columns::kRightEar) {
       result.right_m.col(i) << v[4], v[5], v[6];
     } else if (ears_m) {
-      const Eigen::Vector3d nose = *columns == Columns::kFacing ? Eigen::Vector3d(v[4], v[5], v[6]) : Eigen::Vector3d(faces - x);
-      if (!(nose.norm() > 0.0)) throw InputError(path.string(), "a facing direction is 0", "row " + std::to_string(i + 1));
+      const Eigen::Vector3d nose =
+          *columns == Columns::kFacing ? Eigen::Vector3d(v[4], v[5], v[6]) : Eigen::Vector3d(faces - x);
+      if (!(nose.norm() > 0.0))
+        throw InputError(path.string(), "a facing direction is 0", "row " + std::to_string(i + 1));
       const Eigen::Vector3d half = half_ears(nose, *ears_m);
       result.left_m.col(i) = x - half;
       result.right_m.col(i) = x + half;
@@ -133,12 +142,14 @@ Eigen::Vector3d default_listener_m(const TransferModel& model, double distance_m
     if (mode.radiated_power_w > (strongest == nullptr ? 0.0 : strongest->radiated_power_w)) strongest = &mode;
   }
   if (strongest == nullptr) {
-    const Eigen::Vector3d centre = model.modes.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : model.modes[0].multipole.centre_m;
+    const Eigen::Vector3d centre =
+        model.modes.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : model.modes[0].multipole.centre_m;
     return centre + distance_m * Eigen::Vector3d::UnitZ();
   }
   const Eigen::Matrix3Xd directions = sphere_quadrature(4 * strongest->multipole.order + 8).directions;
   Eigen::Vector3d best = Eigen::Vector3d::UnitZ();
-  double loudest = 1.000001 * std::abs(far_field_pa_m(strongest->multipole, best));  // z unless another is really louder
+  double loudest =
+      1.000001 * std::abs(far_field_pa_m(strongest->multipole, best));  // z unless another is really louder
   for (Eigen::Index i = 0; i < directions.cols(); ++i) {
     const double level = std::abs(far_field_pa_m(strongest->multipole, directions.col(i)));
     if (level > loudest * 1.000001) {

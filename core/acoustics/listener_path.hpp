@@ -27,7 +27,8 @@ struct ListenerPath {
 /// ears_m: distance of two ears either side of the position, along facing x z; without facing columns the listener faces
 /// `faces`. Must be given with facing columns, and not with a right ear.
 /// @throws InputError with file and line: not a number, times that do not rise, wrong number of columns, more than 10^6 rows
-ListenerPath read_listener_path(const std::filesystem::path& path, std::optional<double> ears_m, const Eigen::Vector3d& faces);
+ListenerPath read_listener_path(const std::filesystem::path& path, std::optional<double> ears_m,
+                                const Eigen::Vector3d& faces);
 
 /// A listener at rest at x_m; two ears facing `faces` where ears_m is given.
 ListenerPath listener_at(const Eigen::Vector3d& x_m, std::optional<double> ears_m, const Eigen::Vector3d& faces);

@@ -119,7 +119,8 @@ ModalSurface::ModalSurface(const modal::ModalModel& model, double element_m, int
   double longest = 0.0;
   for (int f = 0; f < n_faces; ++f)
     for (int c = 0; c < 3; ++c)
-      longest = std::max(longest, (model.mesh.nodes_m.row(faces_(f, c)) - model.mesh.nodes_m.row(faces_(f, (c + 1) % 3))).norm());
+      longest = std::max(
+          longest, (model.mesh.nodes_m.row(faces_(f, c)) - model.mesh.nodes_m.row(faces_(f, (c + 1) % 3))).norm());
   int cuts = quadratic ? 2 : 1;
   while (longest / cuts > element_m && n_faces * 4.0 * cuts * cuts <= max_triangles) cuts *= 2;
 
@@ -279,7 +280,8 @@ ModalSurface::Carrier ModalSurface::carrier(const RadiatingSurface& elements) co
   result.inverse.assign(static_cast<std::size_t>(n), Eigen::Matrix3d::Zero());
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const int t = result.element_of_sample[i];
-    const Vector3d d = samples_[i].at_m - corners[t][0], e1 = corners[t][1] - corners[t][0], e2 = corners[t][2] - corners[t][0];
+    const Vector3d d = samples_[i].at_m - corners[t][0], e1 = corners[t][1] - corners[t][0],
+                   e2 = corners[t][2] - corners[t][0];
     const double g11 = e1.dot(e1), g12 = e1.dot(e2), g22 = e2.dot(e2), det = g11 * g22 - g12 * g12;
     const double u = (g22 * d.dot(e1) - g12 * d.dot(e2)) / det, v = (g11 * d.dot(e2) - g12 * d.dot(e1)) / det;
     const Vector3d hats(1.0 - u - v, u, v);
@@ -329,8 +331,10 @@ Eigen::VectorXd ModalSurface::corner_velocity_m_s(int mode, const Carrier& carri
   for (int t = 0; t < n; ++t) {
     if (!(carrier.area_of_element_m2[t] > 0.0)) continue;
     const double mean = flows[t] / carrier.area_of_element_m2[t];
-    if (carrier.inverse[t].isZero(0.0)) velocity.col(t).setConstant(mean);
-    else velocity.col(t) = carrier.inverse[t] * moments.col(t);
+    if (carrier.inverse[t].isZero(0.0))
+      velocity.col(t).setConstant(mean);
+    else
+      velocity.col(t) = carrier.inverse[t] * moments.col(t);
     for (int c = 0; c < 3; ++c) {
       around[elements.triangles(c, t)] += elements.areas_m2[t] * mean;
       weight[elements.triangles(c, t)] += elements.areas_m2[t];

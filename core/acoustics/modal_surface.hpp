@@ -31,8 +31,9 @@ class ModalSurface {
   /// Where the velocity of a surface of boundary elements comes from.
   struct Carrier {
     std::vector<int> element_of_sample;
-    Eigen::Matrix3Xd hats_of_sample;         ///< barycentric coordinates of its foot on the element's plane
-    std::vector<Eigen::Matrix3d> inverse;    ///< by element: of sum area hats hats^T; zero where the samples do not fix it
+    Eigen::Matrix3Xd hats_of_sample;  ///< barycentric coordinates of its foot on the element's plane
+    std::vector<Eigen::Matrix3d>
+        inverse;                          ///< by element: of sum area hats hats^T; zero where the samples do not fix it
     Eigen::VectorXd area_of_element_m2;   ///< of the samples it was given
     Eigen::VectorXd height_of_element_m;  ///< their mean height over its plane
   };
@@ -51,7 +52,7 @@ class ModalSurface {
 
  private:
   struct Sample {
-    int face;                ///< row of faces_
+    int face;  ///< row of faces_
     Eigen::Vector3d at_m;
     Eigen::Vector3d area_m2;  ///< n dA
     Eigen::Matrix<double, 6, 1> shape;

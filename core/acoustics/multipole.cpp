@@ -93,7 +93,9 @@ Eigen::VectorXcd multipole_coefficients(const SurfaceField& field, double wavenu
 }
 
 double surface_power_w(const SurfaceField& field) {
-  return 0.5 * (field.weights_m2.array() * (field.pressure_pa.array() * field.normal_velocity_m_s.array().conjugate()).real()).sum();
+  return 0.5 *
+         (field.weights_m2.array() * (field.pressure_pa.array() * field.normal_velocity_m_s.array().conjugate()).real())
+             .sum();
 }
 
 int lowest_order(double ka, const OrderOptions& options) {
@@ -114,7 +116,8 @@ MultipoleResult multipole_from_surface(const SurfaceField& field, double wavenum
   // j_n(ka)^2, and with it the power of degree n, falls below 1e-12 of the whole within 6 (ka)^(1/3) + 6 orders above ka.
   const int converged_order = static_cast<int>(std::ceil(ka + 6.0 * std::cbrt(ka) + 6.0));
   const int limit = options.fixed_order.value_or(options.max_order);
-  const int highest = std::max(std::min(std::max(converged_order, floor_order), limit), options.fixed_order.value_or(0));
+  const int highest =
+      std::max(std::min(std::max(converged_order, floor_order), limit), options.fixed_order.value_or(0));
 
   Multipole whole{centre_m, wavenumber_per_m, highest, {}};
   whole.coefficients_pa = multipole_coefficients(field, wavenumber_per_m, medium, centre_m, highest);

@@ -33,11 +33,11 @@ struct MultipoleResult {
   enum class Status { kNotRun, kDone, kOrderLimited };
   Status status = Status::kNotRun;
   Multipole multipole;
-  double surface_power_w = 0.0;       ///< 1/2 Re integral p conj(v_n), the power that leaves the surface
-  double series_power_w = 0.0;        ///< of the series carried to convergence
-  double kept_power_fraction = 0.0;   ///< power of multipole / series_power_w
-  Eigen::VectorXd power_by_order_w;   ///< power of degree n alone, n = 0 ... converged order
-  double radius_m = 0.0;              ///< a: the series holds outside this sphere around the centre
+  double surface_power_w = 0.0;      ///< 1/2 Re integral p conj(v_n), the power that leaves the surface
+  double series_power_w = 0.0;       ///< of the series carried to convergence
+  double kept_power_fraction = 0.0;  ///< power of multipole / series_power_w
+  Eigen::VectorXd power_by_order_w;  ///< power of degree n alone, n = 0 ... converged order
+  double radius_m = 0.0;             ///< a: the series holds outside this sphere around the centre
 };
 
 /// M_n^m = ik integral( conj(R_n^m) dp/dn - p d conj(R_n^m)/dn ) dS over the closed surface, with R about the centre, outward n
@@ -64,7 +64,8 @@ Eigen::VectorXd power_by_order_w(const Multipole& multipole, const Medium& mediu
 /// p(x) = sum M_n^m S_n^m(x - centre) [Pa], x != centre.
 std::complex<double> pressure_pa(const Multipole& multipole, const Eigen::Vector3d& x_m);
 /// p and its gradient [Pa/m]; the particle velocity is gradient i / (omega rho).
-std::complex<double> pressure_pa(const Multipole& multipole, const Eigen::Vector3d& x_m, Eigen::Vector3cd& gradient_pa_m);
+std::complex<double> pressure_pa(const Multipole& multipole, const Eigen::Vector3d& x_m,
+                                 Eigen::Vector3cd& gradient_pa_m);
 
 /// D(s) in p(r s) -> D(s) e^{-ikr} / r for r -> infinity [Pa m], direction of length 1:
 ///   D = (1/k) sum i^{n+1} M_n^m Y_n^m(s)

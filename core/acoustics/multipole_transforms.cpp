@@ -42,7 +42,8 @@ Eigen::VectorXcd rotated(const Eigen::VectorXcd& coefficients, const Eigen::Matr
   if (!((rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= 1e-9)) {
     throw InputError("rotation", "is not orthogonal", {}, "R R^T = 1 within 1e-9");
   }
-  if (!(rotation.determinant() > 0.0)) throw InputError("rotation", "is a reflection", "determinant -1", "determinant +1");
+  if (!(rotation.determinant() > 0.0))
+    throw InputError("rotation", "is a reflection", "determinant -1", "determinant +1");
   // R = Rz(alpha) Ry(beta) Rz(gamma). With beta at 0 or pi only alpha +- gamma counts: gamma is then 0.
   const double sine = std::hypot(rotation(0, 2), rotation(1, 2)), cosine = rotation(2, 2);
   const double beta = std::atan2(sine, cosine);
@@ -70,7 +71,8 @@ Eigen::VectorXcd rotated(const Eigen::VectorXcd& coefficients, const Eigen::Matr
         const double below = std::sqrt((double(j) * j - m * m) * (double(j) * j - mm * mm));
         const double above = std::sqrt((up * up - m * m) * (up * up - mm * mm));
         const double shift = j == 0 ? 0.0 : m * mm / (j * up);
-        const double next = (up * (2.0 * j + 1.0) * (cos_beta - shift) * d - (j == 0 ? 0.0 : up / j * below * before)) / above;
+        const double next =
+            (up * (2.0 * j + 1.0) * (cos_beta - shift) * d - (j == 0 ? 0.0 : up / j * below * before)) / above;
         before = d;
         d = next;
       }

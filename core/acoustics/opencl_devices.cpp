@@ -36,7 +36,8 @@ std::string platform_name(cl_platform_id platform) {
 }
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -88,7 +89,8 @@ std::size_t chosen_device(const std::vector<OpenClDevice>& devices, const std::s
     if (lower(devices[i].name).find(lower(choice)) != std::string::npos) return i;
   }
   std::string names;
-  for (std::size_t i = 0; i < devices.size(); ++i) names += (i > 0 ? ", " : "") + std::to_string(i) + " (" + devices[i].name + ")";
+  for (std::size_t i = 0; i < devices.size(); ++i)
+    names += (i > 0 ? ", " : "") + std::to_string(i) + " (" + devices[i].name + ")";
   throw InputError("--device", "no OpenCL device fits", choice, names);
 }
 

@@ -21,9 +21,7 @@ constexpr int kManyUnknowns = 4000;
 /// square.
 constexpr double kLevelsPerOctave = 4.0;
 
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 void check_count(const char* name, int value, int low, int high) {
   if (value < low || value > high)
@@ -69,8 +67,9 @@ std::vector<Level> Radiation::levels(const ModalSurface& surface, const std::vec
   std::map<int, Level> by_number;
   for (int mode = 0; mode < static_cast<int>(model_.n_modes()); ++mode) {
     if (is_known[mode]) continue;
-    const double wanted = std::min(options_.medium.sound_speed_m_s / frequency_hz[mode] / options_.elements_per_wavelength,
-                                   surface.pattern_wavelength_m(mode) / options_.elements_per_pattern);
+    const double wanted =
+        std::min(options_.medium.sound_speed_m_s / frequency_hz[mode] / options_.elements_per_wavelength,
+                 surface.pattern_wavelength_m(mode) / options_.elements_per_pattern);
     const double edge_m = std::clamp(wanted, finest, std::max(coarsest, finest));
     const int number = static_cast<int>(std::ceil(kLevelsPerOctave * std::log2(coarsest / edge_m) - 1e-9));
     Level& level = by_number[std::max(number, 0)];

@@ -9,14 +9,14 @@ namespace klang::acoustics {
 
 /// Flat triangles of a closed surface, counter-clockwise seen from the fluid, with what every frequency needs.
 struct RadiatingSurface {
-  Eigen::Matrix3Xd vertices_m;    ///< 3 x n_vertices, each used by a triangle
-  Eigen::Matrix3Xi triangles;     ///< 3 x n_triangles
-  Eigen::Matrix3Xd normals;       ///< 3 x n_triangles, unit, out of the solid
-  Eigen::VectorXd areas_m2;       ///< n_triangles
-  Eigen::Matrix3Xd centroids_m;   ///< 3 x n_triangles
-  Eigen::VectorXd radii_m;        ///< n_triangles: centroid to the farthest corner
-  double largest_edge_m = 0.0;    ///< the element size that decides about resolution, see element_size_m
-  double radius_m = 0.0;          ///< of the ball around the middle of the bounding box
+  Eigen::Matrix3Xd vertices_m;   ///< 3 x n_vertices, each used by a triangle
+  Eigen::Matrix3Xi triangles;    ///< 3 x n_triangles
+  Eigen::Matrix3Xd normals;      ///< 3 x n_triangles, unit, out of the solid
+  Eigen::VectorXd areas_m2;      ///< n_triangles
+  Eigen::Matrix3Xd centroids_m;  ///< 3 x n_triangles
+  Eigen::VectorXd radii_m;       ///< n_triangles: centroid to the farthest corner
+  double largest_edge_m = 0.0;   ///< the element size that decides about resolution, see element_size_m
+  double radius_m = 0.0;         ///< of the ball around the middle of the bounding box
 
   int n_vertices() const { return static_cast<int>(vertices_m.cols()); }
   int n_triangles() const { return static_cast<int>(triangles.cols()); }

@@ -38,7 +38,8 @@ struct SphereResult {
 
 /// Boundary elements on a geodesic polyhedron of the ball's volume. The velocity goes over to the flat triangles with its
 /// volume flow (by solid angle), linear on each triangle.
-SphereResult solve_sphere(const SphereCase& sphere, const BemOptions& options = {}, Monitor& monitor = silent_monitor());
+SphereResult solve_sphere(const SphereCase& sphere, const BemOptions& options = {},
+                          Monitor& monitor = silent_monitor());
 /// As solve_sphere with the solver of an earlier result of the same radius and divisions: saves what no frequency changes.
 SphereResult solve_sphere(const SphereCase& sphere, std::shared_ptr<const HelmholtzBem> solver,
                           const BemOptions& options = {}, Monitor& monitor = silent_monitor());

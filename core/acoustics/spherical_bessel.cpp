@@ -23,7 +23,8 @@ void spherical_bessel_j(double x, std::span<double> j) {
   j[0] = std::sin(x) / x;
   if (turning >= 1) j[1] = (j[0] - std::cos(x)) / x;
   for (int n = 1; n < turning; ++n) {
-    j[static_cast<std::size_t>(n) + 1] = (2 * n + 1) / x * j[static_cast<std::size_t>(n)] - j[static_cast<std::size_t>(n) - 1];
+    j[static_cast<std::size_t>(n) + 1] =
+        (2 * n + 1) / x * j[static_cast<std::size_t>(n)] - j[static_cast<std::size_t>(n) - 1];
   }
   if (turning == top) return;
   // r_n = j_n / j_{n-1} = 1 / ((2 n + 1) / x - r_{n+1}); a wrong start is damped by r_n^2 a step, and 15 + 10 (x/2)^(1/3)

@@ -8,7 +8,9 @@
 namespace klang::acoustics {
 namespace {
 using Complex = std::complex<double>;
-std::size_t half_index(int n, int m) { return static_cast<std::size_t>(n) * static_cast<std::size_t>(n + 1) / 2 + static_cast<std::size_t>(m); }
+std::size_t half_index(int n, int m) {
+  return static_cast<std::size_t>(n) * static_cast<std::size_t>(n + 1) / 2 + static_cast<std::size_t>(m);
+}
 }  // namespace
 
 SphericalHarmonics::SphericalHarmonics(int order) : order_(order) {
@@ -18,7 +20,8 @@ SphericalHarmonics::SphericalHarmonics(int order) : order_(order) {
   by_previous_.resize(by_z_.size());
   diagonal_[0] = 1.0 / std::sqrt(4.0 * kPi);
   for (int m = 1; m <= order; ++m) {
-    diagonal_[static_cast<std::size_t>(m)] = -std::sqrt((2.0 * m + 1.0) / (2.0 * m)) * diagonal_[static_cast<std::size_t>(m) - 1];
+    diagonal_[static_cast<std::size_t>(m)] =
+        -std::sqrt((2.0 * m + 1.0) / (2.0 * m)) * diagonal_[static_cast<std::size_t>(m) - 1];
   }
   for (int m = 0; m <= order; ++m) {
     for (int n = m + 1; n <= order; ++n) {

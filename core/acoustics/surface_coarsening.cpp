@@ -148,10 +148,11 @@ class Collapser {
     }
     if ((best - middle).norm() > (points_[a] - points_[b]).norm()) best = middle;
     std::array<std::pair<double, Vector3d>, 4> choices{{{sum.mean_sq(best), best},
-                                                       {sum.mean_sq(middle), middle},
-                                                       {sum.mean_sq(points_[a]), points_[a]},
-                                                       {sum.mean_sq(points_[b]), points_[b]}}};
-    std::stable_sort(choices.begin() + 1, choices.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+                                                        {sum.mean_sq(middle), middle},
+                                                        {sum.mean_sq(points_[a]), points_[a]},
+                                                        {sum.mean_sq(points_[b]), points_[b]}}};
+    std::stable_sort(choices.begin() + 1, choices.end(),
+                     [](const auto& x, const auto& y) { return x.first < y.first; });
     for (const auto& [error_sq, x] : choices) {
       if (!(error_sq <= options_.tolerance_m * options_.tolerance_m)) continue;
       if (!stays_sound(a, b, x) || !stays_sound(b, a, x)) continue;

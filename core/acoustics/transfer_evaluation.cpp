@@ -27,7 +27,8 @@ struct Slice {
 
 TransferEvaluator::TransferEvaluator(const TransferModel& model) : layout_(model), harmonics_(layout_.highest_order) {}
 
-void TransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& listeners_m, Eigen::MatrixXcd& pressures_pa) const {
+void TransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& listeners_m,
+                                 Eigen::MatrixXcd& pressures_pa) const {
   check_listeners(layout_, listeners_m);
   const Eigen::Index n_listeners = listeners_m.cols();
   pressures_pa.resize(layout_.n_modes, n_listeners);
@@ -40,7 +41,8 @@ void TransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& liste
     const Eigen::Index first = static_cast<Eigen::Index>(block) * kListeners;
     const int count = static_cast<int>(std::min<Eigen::Index>(kListeners, n_listeners - first));
     const int width = count == 1 ? 1 : kListeners;  // missing ones repeat the last
-    double* const harmonics = scratch(static_cast<std::size_t>(width) * (n_basis + 4 * static_cast<std::size_t>(centre.order + 1)));
+    double* const harmonics =
+        scratch(static_cast<std::size_t>(width) * (n_basis + 4 * static_cast<std::size_t>(centre.order + 1)));
     double directions[3 * kListeners], distances[kListeners];
     for (int l = 0; l < width; ++l) {
       const Eigen::Vector3d r = listeners_m.col(first + std::min(l, count - 1)) - centre.position_m;
@@ -48,7 +50,8 @@ void TransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& liste
       for (int axis = 0; axis < 3; ++axis) directions[axis * width + l] = r[axis] / distances[l];
     }
     detail::real_harmonics(centre.order, width, harmonics_.diagonal().data(), harmonics_.by_z().data(),
-                           harmonics_.by_previous().data(), directions, harmonics + static_cast<std::size_t>(width) * n_basis, harmonics);
+                           harmonics_.by_previous().data(), directions,
+                           harmonics + static_cast<std::size_t>(width) * n_basis, harmonics);
     for (std::size_t g = slice.begin; g < slice.end; ++g) {
       const TransferLayout::Group& group = centre.groups[g];
       double start[3 * kModeLanes * kListeners], out[2 * kModeLanes * kListeners];
@@ -63,10 +66,12 @@ void TransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& liste
           s[2 * kModeLanes + lane] = (cosine - rest * sine) / x;
         }
       }
-      detail::group_pressures(group.order, count, layout_.coefficients.data() + group.first_coefficient, harmonics, start, out);
+      detail::group_pressures(group.order, count, layout_.coefficients.data() + group.first_coefficient, harmonics,
+                              start, out);
       for (int l = 0; l < count; ++l) {
         for (int lane = 0; lane < kModeLanes && group.modes[lane] >= 0; ++lane) {
-          pressures_pa(group.modes[lane], first + l) = {out[2 * kModeLanes * l + lane], out[2 * kModeLanes * l + kModeLanes + lane]};
+          pressures_pa(group.modes[lane], first + l) = {out[2 * kModeLanes * l + lane],
+                                                        out[2 * kModeLanes * l + kModeLanes + lane]};
         }
       }
     }
@@ -75,7 +80,8 @@ void TransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& liste
   // Little work is done before threads would have started. One listener of many modes is shared out by groups; each share
   // makes the harmonics anew, which costs less than handing them over.
   constexpr double kSerialOperations = 4e5;
-  const bool serial = thread_count() == 1 || operations_per_listener() * static_cast<double>(n_listeners) < kSerialOperations;
+  const bool serial =
+      thread_count() == 1 || operations_per_listener() * static_cast<double>(n_listeners) < kSerialOperations;
   if (serial) {
     for (std::size_t block = 0; block < n_blocks; ++block) {
       for (const TransferLayout::Centre& centre : layout_.centres) run(block, {&centre, 0, centre.groups.size()});
@@ -88,7 +94,8 @@ void TransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& liste
   for (const TransferLayout::Centre& centre : layout_.centres) {
     const std::size_t n_groups = centre.groups.size(), shares = split ? std::min(n_groups, n_shares) : 1;
     std::vector<double> work(n_groups + 1, 0.0);
-    for (std::size_t g = 0; g < n_groups; ++g) work[g + 1] = work[g] + static_cast<double>(basis_size(centre.groups[g].order));
+    for (std::size_t g = 0; g < n_groups; ++g)
+      work[g + 1] = work[g] + static_cast<double>(basis_size(centre.groups[g].order));
     std::size_t begin = 0;
     for (std::size_t s = 1; s <= shares; ++s) {
       std::size_t end = begin;
@@ -109,7 +116,8 @@ double TransferEvaluator::operations_per_listener() const {
     for (const TransferLayout::Group& group : centre.groups) {
       const auto n_used = std::count_if(std::begin(group.modes), std::end(group.modes), [](int m) { return m >= 0; });
       // 2 multiplications and 2 additions a coefficient; 13 for each degree (sum over degrees, recurrence)
-      operations += static_cast<double>(n_used) * (4.0 * static_cast<double>(basis_size(group.order)) + 13.0 * (group.order + 1));
+      operations +=
+          static_cast<double>(n_used) * (4.0 * static_cast<double>(basis_size(group.order)) + 13.0 * (group.order + 1));
     }
   }
   return operations;

@@ -35,8 +35,9 @@ TransferLayout::TransferLayout(const TransferModel& model) : n_modes(static_cast
     Centre& centre = centres.back();
     int lane = kModeLanes;
     if (!centre.groups.empty() && of_like_order(m.order, centre.groups.back().order)) {
-      lane = static_cast<int>(std::find(std::begin(centre.groups.back().modes), std::end(centre.groups.back().modes), -1) -
-                              std::begin(centre.groups.back().modes));
+      lane =
+          static_cast<int>(std::find(std::begin(centre.groups.back().modes), std::end(centre.groups.back().modes), -1) -
+                           std::begin(centre.groups.back().modes));
     }
     if (lane == kModeLanes) {  // orders fall, so the first of a group has its highest
       Group group;
@@ -52,7 +53,8 @@ TransferLayout::TransferLayout(const TransferModel& model) : n_modes(static_cast
     group.modes[lane] = i;
     group.wavenumbers_per_m[lane] = m.wavenumber_per_m;
     const auto put = [&](int n, int place_m, Complex c) {
-      ModeLanes* const at = &coefficients[group.first_coefficient + 2 * static_cast<std::size_t>(basis_index(n, place_m))];
+      ModeLanes* const at =
+          &coefficients[group.first_coefficient + 2 * static_cast<std::size_t>(basis_index(n, place_m))];
       at[0].values[lane] = c.real();
       at[1].values[lane] = c.imag();
     };
@@ -77,8 +79,9 @@ void check_listeners(const TransferLayout& layout, const Eigen::Ref<const Eigen:
       good = good && (listeners_m.col(i) - centre.position_m).norm() > 0.0;
     }
     if (!good) {
-      throw InputError("listener " + std::to_string(i), "must be finite and away from the centre of every mode",
-                       to_text(listeners_m(0, i)) + ", " + to_text(listeners_m(1, i)) + ", " + to_text(listeners_m(2, i)));
+      throw InputError(
+          "listener " + std::to_string(i), "must be finite and away from the centre of every mode",
+          to_text(listeners_m(0, i)) + ", " + to_text(listeners_m(1, i)) + ", " + to_text(listeners_m(2, i)));
     }
   }
 }

@@ -70,7 +70,8 @@ void write_transfer_model(const std::filesystem::path& path, const TransferModel
   std::vector<int> has_residual;
   for (vtkIdType i = 0; i < n_modes; ++i) {
     const ModeTransfer& mode = modes[static_cast<std::size_t>(i)];
-    KLANG_CHECK(mode.multipole.coefficients_pa.size() == basis_size(mode.multipole.order), "coefficients of a multipole");
+    KLANG_CHECK(mode.multipole.coefficients_pa.size() == basis_size(mode.multipole.order),
+                "coefficients of a multipole");
     centres->SetTypedTuple(i, mode.multipole.centre_m.data());
     cells->InsertNextCell(1, &i);
     for (const auto& c : mode.multipole.coefficients_pa) coefficients.insert(coefficients.end(), {c.real(), c.imag()});
@@ -114,7 +115,8 @@ TransferModel read_transfer_model(const std::filesystem::path& path) {
   model.modes.resize(static_cast<std::size_t>(n_modes));
   if (n_modes > 0) {
     auto* centres = vtkDoubleArray::SafeDownCast(file.grid()->GetPoints()->GetData());
-    if (centres == nullptr || centres->GetNumberOfComponents() != 3) file.fail("points of double precision are missing");
+    if (centres == nullptr || centres->GetNumberOfComponents() != 3)
+      file.fail("points of double precision are missing");
     for (vtkIdType i = 0; i < n_modes; ++i) {
       centres->GetTypedTuple(i, model.modes[static_cast<std::size_t>(i)].multipole.centre_m.data());
     }
@@ -141,7 +143,8 @@ TransferModel read_transfer_model(const std::filesystem::path& path) {
     const Eigen::Index n = basis_size(multipole.order);
     if (at + 2 * n > coefficients.size()) file.fail("coefficients are missing");
     multipole.coefficients_pa.resize(n);
-    for (Eigen::Index i = 0; i < n; ++i, at += 2) multipole.coefficients_pa[i] = {coefficients[at], coefficients[at + 1]};
+    for (Eigen::Index i = 0; i < n; ++i, at += 2)
+      multipole.coefficients_pa[i] = {coefficients[at], coefficients[at + 1]};
     if (!multipole.centre_m.allFinite() || !std::isfinite(mode.frequency_hz) || !(multipole.wavenumber_per_m > 0.0) ||
         !std::isfinite(multipole.wavenumber_per_m)) {
       file.fail("a centre, frequency or wavenumber is not finite and positive");

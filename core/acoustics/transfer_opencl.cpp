@@ -21,7 +21,8 @@ using detail::OwnedQueue;
 using Complex = std::complex<double>;
 
 void check(cl_int code, const char* what) {
-  if (code != CL_SUCCESS) throw OpenClError(std::string("OpenCL: ") + what + " failed with code " + std::to_string(code));
+  if (code != CL_SUCCESS)
+    throw OpenClError(std::string("OpenCL: ") + what + " failed with code " + std::to_string(code));
 }
 
 std::string one_line(std::string text) {
@@ -82,8 +83,8 @@ struct OpenClTransfer::State {
   OwnedQueue queue;
   OwnedKernel hankel, sectoral_harmonics, harmonics, reduction;
   // Of the model, on the device; 16 bytes where there is nothing.
-  OwnedBuffer order, centre_of_mode, first_degree, first_coefficient, degree, order_of_centre, first_harmonic, turns, coefficients,
-      diagonal, by_z, by_previous;
+  OwnedBuffer order, centre_of_mode, first_degree, first_coefficient, degree, order_of_centre, first_harmonic, turns,
+      coefficients, diagonal, by_z, by_previous;
   // Of the listeners, for n_slots_held of them.
   OwnedBuffer distance, direction, h, sectoral, y, p;
   int n_listeners_held = 0, listeners_a_time = 1;
@@ -93,7 +94,8 @@ struct OpenClTransfer::State {
 
   OwnedBuffer buffer(std::size_t n_bytes, const void* data = nullptr) {
     cl_int code = CL_SUCCESS;
-    const auto flags = static_cast<cl_mem_flags>(data != nullptr ? CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR : CL_MEM_READ_WRITE);
+    const auto flags =
+        static_cast<cl_mem_flags>(data != nullptr ? CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR : CL_MEM_READ_WRITE);
     OwnedBuffer memory(clCreateBuffer(program->context, flags, n_bytes, const_cast<void*>(data), &code));
     check(code, "clCreateBuffer");
     return memory;
@@ -117,10 +119,12 @@ struct OpenClTransfer::State {
     check(clSetKernelArg(kernel, index++, sizeof handle, &handle), "clSetKernelArg");
   }
   template <typename... Arguments>
-  void launch(const OwnedKernel& kernel, std::initializer_list<std::size_t> sizes, const std::size_t* group, const Arguments&... arguments) {
+  void launch(const OwnedKernel& kernel, std::initializer_list<std::size_t> sizes, const std::size_t* group,
+              const Arguments&... arguments) {
     cl_uint index = 0;
     (set(kernel.get(), index, arguments), ...);
-    check(clEnqueueNDRangeKernel(queue.get(), kernel.get(), static_cast<cl_uint>(sizes.size()), nullptr, sizes.begin(), group, 0, nullptr, nullptr),
+    check(clEnqueueNDRangeKernel(queue.get(), kernel.get(), static_cast<cl_uint>(sizes.size()), nullptr, sizes.begin(),
+                                 group, 0, nullptr, nullptr),
           "clEnqueueNDRangeKernel");
   }
 
@@ -129,7 +133,8 @@ struct OpenClTransfer::State {
   template <typename Real>
   void hold(int n_listeners);
   template <typename Real>
-  void run(const Eigen::Ref<const Eigen::Matrix3Xd>& listeners, Eigen::Index first, int count, Eigen::MatrixXcd& pressures);
+  void run(const Eigen::Ref<const Eigen::Matrix3Xd>& listeners, Eigen::Index first, int count,
+           Eigen::MatrixXcd& pressures);
 };
 
 template <typename Real>
@@ -157,7 +162,8 @@ void OpenClTransfer::State::upload_model(const TransferModel& model) {
     coefficients_at.push_back(static_cast<int>(c.size()));
     c.resize(c.size() + static_cast<std::size_t>(basis_size(m.order)));
     const auto put = [&](int n, int place, Complex value) {
-      c[static_cast<std::size_t>(coefficients_at.back() + basis_index(n, place))] = {static_cast<Real>(value.real()), static_cast<Real>(value.imag())};
+      c[static_cast<std::size_t>(coefficients_at.back() + basis_index(n, place))] = {static_cast<Real>(value.real()),
+                                                                                     static_cast<Real>(value.imag())};
     };
     for (int n = 0; n <= m.order; ++n) {
       put(n, 0, m.coefficients_pa[basis_index(n, 0)]);
@@ -177,7 +183,9 @@ void OpenClTransfer::State::upload_model(const TransferModel& model) {
   std::vector<int> degree_of;
   for (int n = 0; n <= largest_order; ++n) degree_of.insert(degree_of.end(), static_cast<std::size_t>(2 * n + 1), n);
   const SphericalHarmonics tables(largest_order);
-  const auto to_real = [](const std::vector<double>& values) { return std::vector<Real>(values.begin(), values.end()); };
+  const auto to_real = [](const std::vector<double>& values) {
+    return std::vector<Real>(values.begin(), values.end());
+  };
   order = upload(orders);
   centre_of_mode = upload(centre_index);
   first_degree = upload(degrees_at);
@@ -196,7 +204,8 @@ void OpenClTransfer::State::upload_model(const TransferModel& model) {
   by_z = upload(to_parts(tables.by_z()));
   by_previous = upload(to_parts(tables.by_previous()));
   // At most 128 MB of what the passes hand on, and at most 4096 listeners at a time.
-  const double bytes_each = sizeof(Real) * (2.0 * n_degrees + n_harmonics + 2.0 * n_centres * (largest_order + 1.0) + 8.0 * n_centres + 2.0 * n_modes);
+  const double bytes_each = sizeof(Real) * (2.0 * n_degrees + n_harmonics + 2.0 * n_centres * (largest_order + 1.0) +
+                                            8.0 * n_centres + 2.0 * n_modes);
   listeners_a_time = static_cast<int>(std::clamp(128e6 / bytes_each, 1.0, 4096.0));
 }
 
@@ -228,23 +237,35 @@ void OpenClTransfer::State::run(const Eigen::Ref<const Eigen::Matrix3Xd>& listen
       for (int axis = 0; axis < 3; ++axis) directions.push_back(two_parts<Real>(r[axis] / length));
     }
   }
-  check(clEnqueueWriteBuffer(queue.get(), distance.get(), CL_TRUE, 0, distances.size() * sizeof distances[0], distances.data(), 0, nullptr, nullptr), "clEnqueueWriteBuffer");
-  check(clEnqueueWriteBuffer(queue.get(), direction.get(), CL_TRUE, 0, directions.size() * sizeof directions[0], directions.data(), 0, nullptr, nullptr), "clEnqueueWriteBuffer");
+  check(clEnqueueWriteBuffer(queue.get(), distance.get(), CL_TRUE, 0, distances.size() * sizeof distances[0],
+                             distances.data(), 0, nullptr, nullptr),
+        "clEnqueueWriteBuffer");
+  check(clEnqueueWriteBuffer(queue.get(), direction.get(), CL_TRUE, 0, directions.size() * sizeof directions[0],
+                             directions.data(), 0, nullptr, nullptr),
+        "clEnqueueWriteBuffer");
   const std::array<Real, 2> two_pi = two_parts<Real>(kTwoPi);
-  const auto n_l = static_cast<std::size_t>(count), n_m = static_cast<std::size_t>(n_modes), n_c = static_cast<std::size_t>(n_centres);
-  launch(hankel, {n_m, n_l}, nullptr, order, centre_of_mode, first_degree, n_degrees, n_centres, two_pi[0], two_pi[1], turns, distance, h);
-  launch(sectoral_harmonics, {n_c, n_l}, nullptr, order_of_centre, n_centres, largest_order, diagonal, direction, sectoral);
-  launch(harmonics, {static_cast<std::size_t>(largest_order) + 1, n_c, n_l}, nullptr, order_of_centre, first_harmonic, n_harmonics, n_centres,
-         largest_order, by_z, by_previous, direction, sectoral, y);
+  const auto n_l = static_cast<std::size_t>(count), n_m = static_cast<std::size_t>(n_modes),
+             n_c = static_cast<std::size_t>(n_centres);
+  launch(hankel, {n_m, n_l}, nullptr, order, centre_of_mode, first_degree, n_degrees, n_centres, two_pi[0], two_pi[1],
+         turns, distance, h);
+  launch(sectoral_harmonics, {n_c, n_l}, nullptr, order_of_centre, n_centres, largest_order, diagonal, direction,
+         sectoral);
+  launch(harmonics, {static_cast<std::size_t>(largest_order) + 1, n_c, n_l}, nullptr, order_of_centre, first_harmonic,
+         n_harmonics, n_centres, largest_order, by_z, by_previous, direction, sectoral, y);
   const std::size_t group[2] = {static_cast<std::size_t>(program->group), 1};
-  launch(reduction, {n_m * group[0], n_l}, group, order, centre_of_mode, first_degree, first_harmonic, first_coefficient, degree, n_degrees,
-         n_harmonics, n_modes, coefficients, h, y, p);
+  launch(reduction, {n_m * group[0], n_l}, group, order, centre_of_mode, first_degree, first_harmonic,
+         first_coefficient, degree, n_degrees, n_harmonics, n_modes, coefficients, h, y, p);
   std::vector<std::complex<Real>> result(n_m * n_l);
-  check(clEnqueueReadBuffer(queue.get(), p.get(), CL_TRUE, 0, result.size() * sizeof result[0], result.data(), 0, nullptr, nullptr), "clEnqueueReadBuffer");
-  pressures.middleCols(first, count) = Eigen::Map<const Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>>(result.data(), n_modes, count).template cast<Complex>();
+  check(clEnqueueReadBuffer(queue.get(), p.get(), CL_TRUE, 0, result.size() * sizeof result[0], result.data(), 0,
+                            nullptr, nullptr),
+        "clEnqueueReadBuffer");
+  pressures.middleCols(first, count) =
+      Eigen::Map<const Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>>(result.data(), n_modes, count)
+          .template cast<Complex>();
 }
 
-OpenClTransfer::OpenClTransfer(const TransferModel& model, const std::string& choice, Precision precision) : state_(new State) {
+OpenClTransfer::OpenClTransfer(const TransferModel& model, const std::string& choice, Precision precision)
+    : state_(new State) {
   const std::vector<OpenClDevice> devices = opencl_devices();
   if (devices.empty()) throw OpenClError("OpenCL: no device is installed");
   const std::size_t index = chosen_device(devices, choice);
@@ -258,7 +279,8 @@ OpenClTransfer::OpenClTransfer(const TransferModel& model, const std::string& ch
   if (index >= ids.size()) throw OpenClError("OpenCL: the device has gone");
   state_->program = &compiled(ids[index], devices[index].kind == "cpu", precision);
   cl_int code = CL_SUCCESS;
-  state_->queue.reset(clCreateCommandQueueWithProperties(state_->program->context, state_->program->device, nullptr, &code));
+  state_->queue.reset(
+      clCreateCommandQueueWithProperties(state_->program->context, state_->program->device, nullptr, &code));
   check(code, "clCreateCommandQueueWithProperties");
   state_->hankel = state_->kernel("hankel");
   state_->sectoral_harmonics = state_->kernel("sectoral_harmonics");
@@ -298,7 +320,8 @@ AnyTransferEvaluator::AnyTransferEvaluator(const TransferModel& model, const Tra
   processor_ = std::make_unique<TransferEvaluator>(model);
 }
 
-void AnyTransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& listeners_m, Eigen::MatrixXcd& pressures_pa) {
+void AnyTransferEvaluator::evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& listeners_m,
+                                    Eigen::MatrixXcd& pressures_pa) {
   if (device_ != nullptr) {
     device_->evaluate(listeners_m, pressures_pa);
   } else {

@@ -40,7 +40,7 @@ class OpenClError : public std::runtime_error {
 
 /// Where transfer is evaluated.
 struct TransferDeviceOptions {
-  bool opencl = false;  ///< false: TransferEvaluator
+  bool opencl = false;      ///< false: TransferEvaluator
   std::string device = {};  ///< chosen_device
   Precision precision = Precision::kDouble;
 };

@@ -29,7 +29,8 @@ void fill_analytic(Voice& voice, const Eigen::VectorXd& z, double step_s) {
   const double angle = voice.damped_omega * step_s, grow = std::exp(voice.decay * step_s);
   const double c = std::cos(angle), s = std::sin(angle);
   voice.analytic.resize(z.size() - 1);
-  for (Eigen::Index n = 0; n < voice.analytic.size(); ++n) voice.analytic[n] = {z[n], -(z[n + 1] * grow - z[n] * c) / s};
+  for (Eigen::Index n = 0; n < voice.analytic.size(); ++n)
+    voice.analytic[n] = {z[n], -(z[n + 1] * grow - z[n] * c) / s};
 }
 
 // p at the knots, interpolated by a cubic through four of them (Catmull and Rom 1974). A listener at rest has one knot.
@@ -40,13 +41,17 @@ struct Knots {
     Eigen::Index first;
     double weight[4];
   };
-  double time_s(Eigen::Index k) const { return n == 1 ? 0.0 : (static_cast<double>(k) - 1.0) / rate_hz; }  // one before 0
+  double time_s(Eigen::Index k) const {
+    return n == 1 ? 0.0 : (static_cast<double>(k) - 1.0) / rate_hz;
+  }  // one before 0
   Place at(double t) const {
     if (n == 1) return {0, {1.0, 0.0, 0.0, 0.0}};
     const double place = t * rate_hz;
     const auto k = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(place), 0, n - 4);
     const double u = place - static_cast<double>(k);
-    return {k, {0.5 * u * (-1.0 + u * (2.0 - u)), 1.0 + u * u * (-2.5 + 1.5 * u), 0.5 * u * (1.0 + u * (4.0 - 3.0 * u)), 0.5 * u * u * (u - 1.0)}};
+    return {k,
+            {0.5 * u * (-1.0 + u * (2.0 - u)), 1.0 + u * u * (-2.5 + 1.5 * u), 0.5 * u * (1.0 + u * (4.0 - 3.0 * u)),
+             0.5 * u * u * (u - 1.0)}};
   }
 };
 
@@ -87,15 +92,18 @@ void TransferSynthesisOptions::validate() const {
 }
 
 TransferSynthesisResult synthesise_at_ears(const modal::ModalModel& model, const TransferModel& transfer,
-                                           const Eigen::VectorXd& decay_per_s, const std::vector<modal::Strike>& strikes,
-                                           const ListenerPath& path, const TransferSynthesisOptions& options) {
+                                           const Eigen::VectorXd& decay_per_s,
+                                           const std::vector<modal::Strike>& strikes, const ListenerPath& path,
+                                           const TransferSynthesisOptions& options) {
   options.validate();
   check_belongs(transfer, model, "transfer");
   if (decay_per_s.size() != model.n_modes()) {
-    throw InputError("synthesis", "needs one decay a mode", std::to_string(decay_per_s.size()), std::to_string(model.n_modes()));
+    throw InputError("synthesis", "needs one decay a mode", std::to_string(decay_per_s.size()),
+                     std::to_string(model.n_modes()));
   }
   for (const modal::Strike& strike : strikes) {
-    if (strike.node < 0 || strike.node >= model.mesh.n_nodes()) throw InputError("strike", "no such node", std::to_string(strike.node));
+    if (strike.node < 0 || strike.node >= model.mesh.n_nodes())
+      throw InputError("strike", "no such node", std::to_string(strike.node));
   }
   const double rate = options.sample_rate_hz, step_s = 1.0 / rate, c = transfer.medium.sound_speed_m_s;
   const auto n_frames = static_cast<Eigen::Index>(std::llround(options.duration_s * rate));
@@ -138,7 +146,9 @@ TransferSynthesisResult synthesise_at_ears(const modal::ModalModel& model, const
       for (Eigen::Index k = 0; k < knots.n; ++k) {
         const double r_ear = (places.col(k) - multipole.centre_m).norm();
         const double r = options.delay ? r_ear : (path.head_m(knots.time_s(k)) - multipole.centre_m).norm();
-        column[k] = options.unit_transfer ? Complex(1.0) : n_ears == 1 ? Complex(std::abs(column[k])) : column[k] * std::polar(1.0, multipole.wavenumber_per_m * r);
+        column[k] = options.unit_transfer ? Complex(1.0)
+                    : n_ears == 1         ? Complex(std::abs(column[k]))
+                                          : column[k] * std::polar(1.0, multipole.wavenumber_per_m * r);
       }
     }
   }
@@ -158,7 +168,8 @@ TransferSynthesisResult synthesise_at_ears(const modal::ModalModel& model, const
           const double push = model.shapes.block<3, 1>(3 * strike.node, voices[v].mode).dot(strike.impulse_n_s);
           impulses.push_back({strike.time_s, Eigen::VectorXd::Constant(1, push), strike.contact_duration_s});
         }
-        fill_analytic(voices[v], modal::render({{voices[v].omega, voices[v].decay, 1.0}}, impulses, rate, n_frames + 1), step_s);
+        fill_analytic(voices[v], modal::render({{voices[v].omega, voices[v].decay, 1.0}}, impulses, rate, n_frames + 1),
+                      step_s);
       }
     });
     parallel_for(static_cast<std::size_t>(n_frames), 4096, [&](std::size_t begin, std::size_t end) {

@@ -26,7 +26,7 @@ struct TransferSynthesisOptions {
 struct TransferSynthesisResult {
   enum class Status { kNotRun, kDone };
   Status status = Status::kNotRun;
-  audio::Signal sound_pa;            ///< 1 channel, or left and right; in Pa (with unit_transfer in sqrt(kg) m)
+  audio::Signal sound_pa;  ///< 1 channel, or left and right; in Pa (with unit_transfer in sqrt(kg) m)
   int n_modes_heard = 0;
   int n_modes_without_transfer = 0;  ///< modes of the model that the transfer model does not have: silent
   int n_modes_too_high = 0;          ///< at or above 0.499 of the sample rate: dropped
@@ -44,7 +44,8 @@ struct TransferSynthesisResult {
 /// @throws InputError when the transfer is not of this model, a listener comes closer to a centre than the body's farthest
 ///         point (the series does not hold there), or an option is out of range
 TransferSynthesisResult synthesise_at_ears(const modal::ModalModel& model, const TransferModel& transfer,
-                                           const Eigen::VectorXd& decay_per_s, const std::vector<modal::Strike>& strikes,
-                                           const ListenerPath& path, const TransferSynthesisOptions& options = {});
+                                           const Eigen::VectorXd& decay_per_s,
+                                           const std::vector<modal::Strike>& strikes, const ListenerPath& path,
+                                           const TransferSynthesisOptions& options = {});
 
 }  // namespace klang::acoustics

@@ -30,8 +30,7 @@ class Plans {
 
   void use_wisdom(const std::filesystem::path& file) {
     const std::lock_guard lock(mutex_);
-    if (std::filesystem::exists(file) &&
-        fftw_import_wisdom_from_string(read_file(file, 1 << 24).c_str()) == 0) {
+    if (std::filesystem::exists(file) && fftw_import_wisdom_from_string(read_file(file, 1 << 24).c_str()) == 0) {
       throw InputError(file.string(), "is not FFTW wisdom");
     }
     wisdom_file_ = file;
@@ -59,8 +58,7 @@ class Plans {
       case Kind::kRealInverse:
         return fftw_plan_dft_c2r_1d(n, as_fftw(a.data()), real.data(), flags);
       case Kind::kComplexInverse:
-        return fftw_plan_dft_1d(n, as_fftw(a.data()), as_fftw(b.data()), FFTW_BACKWARD,
-                                flags | FFTW_PRESERVE_INPUT);
+        return fftw_plan_dft_1d(n, as_fftw(a.data()), as_fftw(b.data()), FFTW_BACKWARD, flags | FFTW_PRESERVE_INPUT);
     }
     return nullptr;
   }

@@ -11,11 +11,9 @@ namespace klang::audio {
 
 Signal resample(const Signal& signal, double sample_rate_hz) {
   checked_open("resample", "the signal's sample_rate_hz", signal.sample_rate_hz, 0, 1e9);
-  checked("resample", "sample_rate_hz", sample_rate_hz, signal.sample_rate_hz / 256,
-          signal.sample_rate_hz * 256);
+  checked("resample", "sample_rate_hz", sample_rate_hz, signal.sample_rate_hz / 256, signal.sample_rate_hz * 256);
   if (signal.samples.size() == 0) throw InputError("resample", "the signal has no samples");
-  if (!signal.samples.allFinite())
-    throw InputError("resample", "the signal has samples that are not finite numbers");
+  if (!signal.samples.allFinite()) throw InputError("resample", "the signal has samples that are not finite numbers");
   Signal result = signal;
   result.sample_rate_hz = sample_rate_hz;
   if (sample_rate_hz == signal.sample_rate_hz) return result;

@@ -28,9 +28,7 @@ struct Cursor {
   sf_count_t at = 0;
 };
 
-sf_count_t cursor_length(void* user) {
-  return static_cast<sf_count_t>(static_cast<Cursor*>(user)->bytes.size());
-}
+sf_count_t cursor_length(void* user) { return static_cast<sf_count_t>(static_cast<Cursor*>(user)->bytes.size()); }
 
 sf_count_t cursor_seek(sf_count_t offset, int whence, void* user) {
   auto& cursor = *static_cast<Cursor*>(user);
@@ -105,8 +103,7 @@ std::vector<double> read_samples(SNDFILE* file, int n_channels, const std::strin
   for (;;) {
     const sf_count_t n = sf_readf_double(file, buffer.data(), block);
     if (n <= 0) break;
-    interleaved.insert(interleaved.end(), buffer.begin(),
-                       buffer.begin() + static_cast<std::ptrdiff_t>(n * n_channels));
+    interleaved.insert(interleaved.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(n * n_channels));
     if (interleaved.size() > kMaxSamples) {
       throw InputError(name, "is too long", "more than " + std::to_string(kMaxSamples) + " samples",
                        "frames x channels up to " + std::to_string(kMaxSamples));
@@ -139,8 +136,7 @@ Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
   const auto n_channels = static_cast<Eigen::Index>(info.channels);
   const auto n_frames = static_cast<Eigen::Index>(interleaved.size()) / n_channels;
   // Compressed streams know their length from the header (FLAC); an unknown length is the largest number.
-  if (info.frames > n_frames && info.frames < SF_COUNT_MAX &&
-      (info.format & SF_FORMAT_TYPEMASK) != SF_FORMAT_OGG) {
+  if (info.frames > n_frames && info.frames < SF_COUNT_MAX && (info.format & SF_FORMAT_TYPEMASK) != SF_FORMAT_OGG) {
     throw InputError(name, "is truncated or damaged", std::to_string(n_frames) + " frames readable",
                      std::to_string(info.frames) + " by its header");
   }
@@ -176,10 +172,8 @@ void write_sound(const fs::path& path, const Signal& signal, SampleFormat format
     throw InputError(place, "sample_rate_hz must be whole", to_text(signal.sample_rate_hz));
   }
   checked(place, "channels", static_cast<double>(signal.n_channels()), 1, flac ? 8 : 1024);
-  if (!flac)
-    checked(place, "samples", static_cast<double>(signal.samples.size()), 1, 1e9);  // WAV sizes are 32 bit
-  if (!signal.samples.allFinite())
-    throw InputError(place, "cannot write samples that are not finite numbers");
+  if (!flac) checked(place, "samples", static_cast<double>(signal.samples.size()), 1, 1e9);  // WAV sizes are 32 bit
+  if (!signal.samples.allFinite()) throw InputError(place, "cannot write samples that are not finite numbers");
 
   SF_INFO info{};
   info.samplerate = static_cast<int>(signal.sample_rate_hz);

@@ -27,7 +27,6 @@ Signal read_sound_bytes(std::string_view bytes, const std::string& name);
 /// @throws InputError: another extension, no samples, a sample that is not finite, a rate or channel count
 /// the format
 ///         cannot hold, a path that cannot be written.
-void write_sound(const std::filesystem::path& path, const Signal& signal,
-                 SampleFormat format = SampleFormat::kPcm24);
+void write_sound(const std::filesystem::path& path, const Signal& signal, SampleFormat format = SampleFormat::kPcm24);
 
 }  // namespace klang::audio

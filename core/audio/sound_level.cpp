@@ -19,8 +19,7 @@ double third_octave_power(double thirds) { return 1000.0 * std::pow(10.0, 0.1 * 
 double a_weight_gain(double frequency_hz) {
   constexpr double f1 = 20.598997, f2 = 107.65265, f3 = 737.86223, f4 = 12194.217;
   const double f_sq = frequency_hz * frequency_hz;
-  return f4 * f4 * f_sq * f_sq /
-         ((f_sq + f1 * f1) * std::sqrt((f_sq + f2 * f2) * (f_sq + f3 * f3)) * (f_sq + f4 * f4));
+  return f4 * f4 * f_sq * f_sq / ((f_sq + f1 * f1) * std::sqrt((f_sq + f2 * f2) * (f_sq + f3 * f3)) * (f_sq + f4 * f4));
 }
 
 }  // namespace
@@ -47,11 +46,13 @@ std::vector<ThirdOctave> third_octaves(const Band& band) {
 
 EnergySpectrum::EnergySpectrum(const Signal& signal) {
   checked_open("energy spectrum", "sample_rate_hz", signal.sample_rate_hz, 0.0, 1e9);
-  if (signal.n_frames() == 0 || signal.n_channels() == 0) throw InputError("energy spectrum", "the signal has no samples");
+  if (signal.n_frames() == 0 || signal.n_channels() == 0)
+    throw InputError("energy spectrum", "the signal has no samples");
   if (!signal.samples.allFinite()) throw InputError("energy spectrum", "a sample is not finite");
   const double rate = signal.sample_rate_hz;
   const auto wanted = static_cast<Eigen::Index>(std::ceil(std::min(rate / kWidestBinHz, 1e8)));
-  const Eigen::Index n_fft = good_fft_size(std::max(signal.n_frames(), wanted) / 2 + 1) * 2;  // even: half the rate is a bin
+  const Eigen::Index n_fft =
+      good_fft_size(std::max(signal.n_frames(), wanted) / 2 + 1) * 2;  // even: half the rate is a bin
   energy_ = Eigen::VectorXd::Zero(n_fft / 2 + 1);
   for (Eigen::Index channel = 0; channel < signal.n_channels(); ++channel) {
     energy_ += real_spectrum(signal.samples.col(channel), n_fft).cwiseAbs2();

@@ -27,16 +27,20 @@ void extend(Signal& signal, Eigen::Index n_frames) {
 }
 
 /// Sums power by triangles of even width on the mel scale.
-Eigen::MatrixXf mel_power(const Eigen::MatrixXf& bins, const std::vector<double>& frequencies_hz, const Band& band, int n_mel) {
+Eigen::MatrixXf mel_power(const Eigen::MatrixXf& bins, const std::vector<double>& frequencies_hz, const Band& band,
+                          int n_mel) {
   const double low = mel(band.low_hz), step = (mel(band.high_hz) - low) / (n_mel + 1);
   Eigen::VectorXd position(bins.rows());  // band m has its tip at m + 1
-  for (Eigen::Index k = 0; k < bins.rows(); ++k) position[k] = (mel(frequencies_hz[static_cast<std::size_t>(k)]) - low) / step;
+  for (Eigen::Index k = 0; k < bins.rows(); ++k)
+    position[k] = (mel(frequencies_hz[static_cast<std::size_t>(k)]) - low) / step;
   Eigen::MatrixXf result = Eigen::MatrixXf::Zero(n_mel, bins.cols());
   for (Eigen::Index m = 0; m < n_mel; ++m) {
     const auto first = std::upper_bound(position.begin(), position.end(), static_cast<double>(m)) - position.begin();
-    const auto count = std::lower_bound(position.begin(), position.end(), static_cast<double>(m + 2)) - position.begin() - first;
+    const auto count =
+        std::lower_bound(position.begin(), position.end(), static_cast<double>(m + 2)) - position.begin() - first;
     if (count < 1) continue;
-    const Eigen::VectorXf weights = (1.0 - (position.segment(first, count).array() - static_cast<double>(m + 1)).abs()).cast<float>();
+    const Eigen::VectorXf weights =
+        (1.0 - (position.segment(first, count).array() - static_cast<double>(m + 1)).abs()).cast<float>();
     for (Eigen::Index t = 0; t < bins.cols(); ++t) result(m, t) = weights.dot(bins.col(t).segment(first, count));
   }
   return result;
@@ -48,7 +52,8 @@ struct FrameDistance {
 };
 
 /// Mean over the columns with anything above the floor of the rms level difference.
-FrameDistance frame_distance(const Eigen::MatrixXf& reference, const Eigen::MatrixXf& sound, float gain_sq, double floor_db) {
+FrameDistance frame_distance(const Eigen::MatrixXf& reference, const Eigen::MatrixXf& sound, float gain_sq,
+                             double floor_db) {
   const float floor = reference.maxCoeff() * static_cast<float>(std::pow(10.0, 0.1 * floor_db));
   FrameDistance result;
   double sum = 0.0;
@@ -80,7 +85,8 @@ FramePowers frame_powers(const Signal& signal, const Band& band, const SpectralD
   const std::vector<double>& f = power.frequencies_hz;
   const auto first = std::lower_bound(f.begin(), f.end(), band.low_hz);
   const auto count = std::upper_bound(f.begin(), f.end(), band.high_hz) - first;
-  if (count < 1) throw InputError(kPlace, "the band holds no bin of the window", to_text(options.window_s), "a longer window_s");
+  if (count < 1)
+    throw InputError(kPlace, "the band holds no bin of the window", to_text(options.window_s), "a longer window_s");
   FramePowers result;
   result.bins = power.power.middleRows(first - f.begin(), count);
   result.mel = mel_power(result.bins, {first, first + count}, band, options.n_mel);
@@ -98,7 +104,8 @@ BandEnergies band_energies(const Signal& signal, const Band& band) {
   return result;
 }
 
-void compare_frames(const FramePowers& reference, const FramePowers& sound, double gain, const SpectralDistanceOptions& options, SpectralDistance& result) {
+void compare_frames(const FramePowers& reference, const FramePowers& sound, double gain,
+                    const SpectralDistanceOptions& options, SpectralDistance& result) {
   const auto gain_sq = static_cast<float>(gain * gain);
   const FrameDistance bins = frame_distance(reference.bins, sound.bins, gain_sq, options.floor_db);
   result.log_spectral_db = bins.mean_db;
@@ -106,8 +113,8 @@ void compare_frames(const FramePowers& reference, const FramePowers& sound, doub
   result.mel_db = frame_distance(reference.mel, sound.mel, gain_sq, options.floor_db).mean_db;
 }
 
-void compare_energies(const BandEnergies& reference, const BandEnergies& sound, double gain, const SpectralDistanceOptions& options,
-                      SpectralDistance& result) {
+void compare_energies(const BandEnergies& reference, const BandEnergies& sound, double gain,
+                      const SpectralDistanceOptions& options, SpectralDistance& result) {
   const double gain_sq = gain * gain;
   result.band = reference.band;
   result.level_difference_db = 10.0 * std::log10(gain_sq * sound.in_band / reference.in_band);
@@ -132,11 +139,13 @@ void compare_energies(const BandEnergies& reference, const BandEnergies& sound, 
   result.third_octave_db = std::sqrt(sum / std::max(count, 1));
 }
 
-SpectralDistance spectral_distance(const Signal& reference, const Signal& sound, const SpectralDistanceOptions& options) {
+SpectralDistance spectral_distance(const Signal& reference, const Signal& sound,
+                                   const SpectralDistanceOptions& options) {
   options.validate();
   const double rate = std::min(reference.sample_rate_hz, sound.sample_rate_hz);
   const Band band{options.band.low_hz, std::min(options.band.high_hz, kUsableRate * rate)};
-  if (!(band.low_hz < band.high_hz)) throw InputError(kPlace, "no common band", to_text(band.low_hz) + " to " + to_text(band.high_hz) + " Hz");
+  if (!(band.low_hz < band.high_hz))
+    throw InputError(kPlace, "no common band", to_text(band.low_hz) + " to " + to_text(band.high_hz) + " Hz");
   const BandEnergies expected = band_energies(reference, band), found = band_energies(sound, band);
   if (!(expected.in_band > 0.0)) throw InputError(reference.origin, "silent in the band");
   if (!(found.in_band > 0.0)) throw InputError(sound.origin, "silent in the band");

@@ -20,20 +20,21 @@ struct SpectralDistanceOptions {
 
 struct BandDifference {
   ThirdOctave band;
-  double reference_level_db = 0.0;      ///< over the reference's own length
-  std::optional<double> difference_db;  ///< of the energies, sound minus reference; empty where both lie under the floor
+  double reference_level_db = 0.0;  ///< over the reference's own length
+  std::optional<double>
+      difference_db;  ///< of the energies, sound minus reference; empty where both lie under the floor
 };
 
 /// How far a sound lies from a reference. 0 for equal sounds; larger distances are worse.
 struct SpectralDistance {
-  double log_spectral_db = 0.0;       ///< mean over frames of the rms over frequency of the level difference
-  double mel_db = 0.0;                ///< the same in mel bands
-  double third_octave_db = 0.0;       ///< rms of the differences in third-octave bands of the whole sound
+  double log_spectral_db = 0.0;         ///< mean over frames of the rms over frequency of the level difference
+  double mel_db = 0.0;                  ///< the same in mel bands
+  double third_octave_db = 0.0;         ///< rms of the differences in third-octave bands of the whole sound
   double loudness_difference_db = 0.0;  ///< A-weighted energy, sound minus reference, dB(A); not a loudness in sones
-  double level_difference_db = 0.0;   ///< unweighted energy in the band, sound minus reference, before any alignment
+  double level_difference_db = 0.0;     ///< unweighted energy in the band, sound minus reference, before any alignment
   std::vector<BandDifference> third_octaves;
-  Band band;                          ///< that was compared
-  int n_frames = 0;                   ///< that hold anything above the floor
+  Band band;         ///< that was compared
+  int n_frames = 0;  ///< that hold anything above the floor
 };
 
 /// Short-time power of a sound: what log_spectral_db and mel_db are made of.
@@ -50,9 +51,10 @@ struct BandEnergies {
 FramePowers frame_powers(const Signal& signal, const Band& band, const SpectralDistanceOptions& options = {});
 BandEnergies band_energies(const Signal& signal, const Band& band);
 /// Fill log_spectral_db, mel_db and n_frames; and the rest. The sound is that of the arguments times gain (an amplitude).
-void compare_frames(const FramePowers& reference, const FramePowers& sound, double gain, const SpectralDistanceOptions& options, SpectralDistance& result);
-void compare_energies(const BandEnergies& reference, const BandEnergies& sound, double gain, const SpectralDistanceOptions& options,
-                      SpectralDistance& result);
+void compare_frames(const FramePowers& reference, const FramePowers& sound, double gain,
+                    const SpectralDistanceOptions& options, SpectralDistance& result);
+void compare_energies(const BandEnergies& reference, const BandEnergies& sound, double gain,
+                      const SpectralDistanceOptions& options, SpectralDistance& result);
 
 /// Distance of a sound from a reference, both starting at the same instant (the shorter is continued by silence, the one
 /// with the higher rate is resampled to the lower).
@@ -63,6 +65,7 @@ void compare_energies(const BandEnergies& reference, const BandEnergies& sound, 
 /// A gain of g dB gives |g| in all measures while nothing falls under the floor. Channels: mean power.
 /// @throws InputError: options out of range; a signal without samples, with a sample that is not finite, or silent in the band;
 ///         no common band.
-SpectralDistance spectral_distance(const Signal& reference, const Signal& sound, const SpectralDistanceOptions& options = {});
+SpectralDistance spectral_distance(const Signal& reference, const Signal& sound,
+                                   const SpectralDistanceOptions& options = {});
 
 }  // namespace klang::audio

@@ -23,19 +23,17 @@ Stft stft(const Signal& signal, const StftOptions& options) {
   const Eigen::Index n = signal.n_frames();
   if (n == 0 || signal.n_channels() == 0) throw InputError("stft", "the signal has no samples");
   const double rate = signal.sample_rate_hz;
-  const Eigen::Index window_n = std::clamp<Eigen::Index>(std::llround(std::min(options.window_s * rate, 1e9)),
-                                                         4, std::max<Eigen::Index>(n, 4));
+  const Eigen::Index window_n =
+      std::clamp<Eigen::Index>(std::llround(std::min(options.window_s * rate, 1e9)), 4, std::max<Eigen::Index>(n, 4));
   Eigen::Index hop = std::max<Eigen::Index>(1, std::llround(std::min(options.hop_s * rate, 1e9)));
   const Eigen::Index span = std::max<Eigen::Index>(n - window_n, 0);
   hop = std::max(hop, (span + options.max_frames - 1) / options.max_frames);
-  const Eigen::Index n_times =
-      std::min<Eigen::Index>(span / hop + (span % hop != 0 ? 2 : 1), options.max_frames);
+  const Eigen::Index n_times = std::min<Eigen::Index>(span / hop + (span % hop != 0 ? 2 : 1), options.max_frames);
   const Eigen::Index n_fft = good_fft_size(window_n * options.padding);
 
   Eigen::VectorXd window(window_n);
   for (Eigen::Index i = 0; i < window_n; ++i) {
-    window[i] =
-        0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(window_n));
+    window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(window_n));
   }
   const double scale = 4.0 / (window.sum() * window.sum());
 

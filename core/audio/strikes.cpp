@@ -35,8 +35,7 @@ Frames band_frames(const Signal& signal, const Band& band) {
   const Eigen::Index n_fft = good_fft_size(frames.window);
   Eigen::VectorXd window(frames.window);
   for (Eigen::Index i = 0; i < frames.window; ++i) {
-    window[i] =
-        0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(frames.window));
+    window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(frames.window));
   }
   window /= std::sqrt(window.squaredNorm() * static_cast<double>(n_fft) / 2);
   // Band of each bin; below 100 Hz a 10 ms frame resolves nothing.
@@ -58,8 +57,7 @@ Frames band_frames(const Signal& signal, const Band& band) {
       const Eigen::Index count = std::min(frames.window, n - first);
       for (Eigen::Index channel = 0; channel < signal.n_channels(); ++channel) {
         block.setZero();
-        block.head(count) =
-            signal.samples.col(channel).segment(first, count).cwiseProduct(window.head(count));
+        block.head(count) = signal.samples.col(channel).segment(first, count).cwiseProduct(window.head(count));
         const Eigen::VectorXcd spectrum = real_spectrum(block, n_fft);
         for (Eigen::Index k = 1; k <= n_fft / 2; ++k) {
           const Eigen::Index b = band_of[static_cast<std::size_t>(k)];
@@ -131,8 +129,7 @@ Eigen::VectorXd envelope(const Signal& signal, Eigen::Index begin, Eigen::Index 
 }
 
 /// First frame of the strike and the frame where contact is over, by the envelope in [begin, end).
-Strike refined(const Signal& signal, Eigen::Index begin, Eigen::Index guess, Eigen::Index end,
-               bool starts_at_begin) {
+Strike refined(const Signal& signal, Eigen::Index begin, Eigen::Index guess, Eigen::Index end, bool starts_at_begin) {
   const double rate = signal.sample_rate_hz;
   const Eigen::VectorXd e = envelope(signal, begin, end);
   Strike strike;
@@ -211,8 +208,7 @@ double last_push_s(const Signal& signal, double strike_s, double end_s) {
   const double struck = level.head(4).maxCoeff();
   const double bin_s = static_cast<double>(bin) / part.sample_rate_hz;
   double last = 0;
-  for (Eigen::Index i = kBefore; i + kAfter + 4 < level.size() && static_cast<double>(i) * bin_s < kSearchS;
-       ++i) {
+  for (Eigen::Index i = kBefore; i + kAfter + 4 < level.size() && static_cast<double>(i) * bin_s < kSearchS; ++i) {
     const bool rises = level[i] > kRise * median(level.segment(i - kBefore, kBefore));
     const bool stands_out = level[i] > kAbove * median(level.segment(i + 4, kAfter));
     if (rises && stands_out && level[i] > kWeakest * struck) last = (static_cast<double>(i) + 4) * bin_s;
@@ -242,8 +238,8 @@ std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& op
   if (!(loudest > 0)) return {};
   const Eigen::VectorXd rise = rises_db(frames);
   const double weakest = loudest * std::pow(10.0, options.min_level_db / 10);
-  const auto apart = std::max<Eigen::Index>(
-      1, std::llround(options.min_interval_s * rate / static_cast<double>(frames.hop)));
+  const auto apart =
+      std::max<Eigen::Index>(1, std::llround(options.min_interval_s * rate / static_cast<double>(frames.hop)));
   const auto level_after = [&](Eigen::Index t) {
     return total.segment(t, std::min<Eigen::Index>(n - t, 13)).maxCoeff();
   };
@@ -268,8 +264,7 @@ std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& op
     Strike strike = refined(signal, begin, centre, end, false);
     strike.level = std::sqrt(level_after(t));
     if (!strikes.empty() && strike.time_s - strikes.back().time_s < options.min_interval_s) {
-      if (strike.level > 2 * strikes.back().level)
-        strikes.back() = strike;  // what came before was its prelude
+      if (strike.level > 2 * strikes.back().level) strikes.back() = strike;  // what came before was its prelude
       continue;
     }
     strikes.push_back(strike);

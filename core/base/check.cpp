@@ -6,8 +6,8 @@
 namespace klang::detail {
 
 void check_failed(const char* condition, std::string_view message, const char* file, int line) {
-  std::fprintf(stderr, "%s:%d: check failed: %s: %.*s\n", file, line, condition,
-               static_cast<int>(message.size()), message.data());
+  std::fprintf(stderr, "%s:%d: check failed: %s: %.*s\n", file, line, condition, static_cast<int>(message.size()),
+               message.data());
   std::abort();
 }
 

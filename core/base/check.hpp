@@ -6,7 +6,7 @@ namespace klang::detail {
 }
 
 /// A caller's bug, not a user's: always on, prints the place to stderr and aborts. Bad input is an InputError.
-#define KLANG_CHECK(condition, message)                                                      \
-  do {                                                                                       \
+#define KLANG_CHECK(condition, message)                                                         \
+  do {                                                                                          \
     if (!(condition)) ::klang::detail::check_failed(#condition, (message), __FILE__, __LINE__); \
   } while (false)

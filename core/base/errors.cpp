@@ -50,8 +50,6 @@ double checked_open(std::string_view place, std::string_view name, double value,
                    "above " + to_text(low) + ", below " + to_text(high));
 }
 
-double cents(double frequency_hz, double reference_hz) {
-  return 1200.0 * std::log2(frequency_hz / reference_hz);
-}
+double cents(double frequency_hz, double reference_hz) { return 1200.0 * std::log2(frequency_hz / reference_hz); }
 
 }  // namespace klang

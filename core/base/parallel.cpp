@@ -40,8 +40,7 @@ int thread_count() {
   return static_cast<int>(allowed < cores ? allowed : cores);
 }
 
-void parallel_for(std::size_t n, std::size_t grain,
-                  const std::function<void(std::size_t, std::size_t)>& body) {
+void parallel_for(std::size_t n, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body) {
   KLANG_CHECK(grain > 0, "grain must be positive");
   const std::size_t n_ranges = (n + grain - 1) / grain;
   tbb::parallel_for(std::size_t{0}, n_ranges, [&](std::size_t range) {

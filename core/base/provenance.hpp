@@ -15,7 +15,7 @@ struct InputFile {
 
 /// What every output records about how it was made.
 struct Provenance {
-  std::string command;              ///< the command line, or the call
+  std::string command;  ///< the command line, or the call
   std::uint64_t seed = 0;
   std::string options_json = "{}";  ///< the options that were used, after defaults
   std::vector<InputFile> inputs;

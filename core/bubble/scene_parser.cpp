@@ -210,7 +210,8 @@ void add_population(const TomlTable& table, std::uint64_t seed, std::uint64_t nu
   const double middle = table.number("radius_m", 1e-3), spread = table.number("spread", 0.4);
   const double smallest = table.number("smallest_radius_m", 3e-4), largest = table.number("largest_radius_m", 5e-3);
   if (!(smallest <= largest))
-    throw InputError(table.place("largest_radius_m"), "is below the smallest", to_text(largest), to_text(smallest) + " or more");
+    throw InputError(table.place("largest_radius_m"), "is below the smallest", to_text(largest),
+                     to_text(smallest) + " or more");
   if (distribution != "uniform" && !(smallest <= middle && middle <= largest)) {
     throw InputError(table.place("radius_m"), "lies outside the limits of the radii", to_text(middle),
                      to_text(smallest) + " to " + to_text(largest));

@@ -42,8 +42,7 @@ class GmshReader {
       const std::string section(cursor_.word("a section"));
       if (section.size() < 2 || section[0] != '$')
         cursor_.fail("not a section of a Gmsh file", section.substr(0, 32), "$Name");
-      if (section != "$MeshFormat" && version_ == 0.0)
-        cursor_.fail("the file does not start with $MeshFormat");
+      if (section != "$MeshFormat" && version_ == 0.0) cursor_.fail("the file does not start with $MeshFormat");
       if (section == "$MeshFormat") {
         read_format();
       } else if (section == "$PhysicalNames") {
@@ -83,8 +82,7 @@ class GmshReader {
     if (cursor_.integer("the data size") != 8) cursor_.fail("data size is not 8");
     if (binary_) {
       cursor_.line();
-      if (cursor_.raw<std::int32_t>("the byte-order mark") != 1)
-        cursor_.fail("the file has another byte order");
+      if (cursor_.raw<std::int32_t>("the byte-order mark") != 1) cursor_.fail("the file has another byte order");
     }
   }
 
@@ -98,8 +96,7 @@ class GmshReader {
   void skip_section(const std::string& section) {
     const std::string end = "$End" + section.substr(1);
     const std::size_t at = bytes_.find(end, cursor_.position());
-    if (at == std::string_view::npos)
-      cursor_.fail("section does not end", section.substr(0, 32), end.substr(0, 36));
+    if (at == std::string_view::npos) cursor_.fail("section does not end", section.substr(0, 32), end.substr(0, 36));
     cursor_.seek(at + end.size());
   }
 
@@ -116,12 +113,9 @@ class GmshReader {
 
   long long value_4(std::string_view what, std::size_t n_bytes) {
     if (!binary_) return cursor_.integer(what);
-    return n_bytes == 4 ? cursor_.raw<std::int32_t>(what)
-                        : static_cast<long long>(cursor_.raw<std::uint64_t>(what));
+    return n_bytes == 4 ? cursor_.raw<std::int32_t>(what) : static_cast<long long>(cursor_.raw<std::uint64_t>(what));
   }
-  double coordinate(std::string_view what) {
-    return binary_ ? cursor_.raw<double>(what) : cursor_.number(what);
-  }
+  double coordinate(std::string_view what) { return binary_ ? cursor_.raw<double>(what) : cursor_.number(what); }
   std::size_t count_4(std::string_view what, std::size_t bytes_each_binary, std::size_t bytes_each_ascii) {
     return cursor_.checked_count(static_cast<double>(value_4(what, 8)), what,
                                  binary_ ? bytes_each_binary : bytes_each_ascii);
@@ -150,9 +144,8 @@ class GmshReader {
   }
 
   void read_nodes_2() {
-    const std::size_t n =
-        binary_ ? cursor_.checked_count(ascii_count_line("the node count"), "the node count", 28)
-                : cursor_.count("the node count", 8);
+    const std::size_t n = binary_ ? cursor_.checked_count(ascii_count_line("the node count"), "the node count", 28)
+                                  : cursor_.count("the node count", 8);
     for (std::size_t i = 0; i < n; ++i) {
       const long long tag = binary_ ? cursor_.raw<std::int32_t>("a node") : cursor_.integer("a node number");
       std::array<double, 3> x;
@@ -166,8 +159,7 @@ class GmshReader {
     const std::string_view line = cursor_.line();
     const auto words = words_of(line);
     long long n = 0;
-    if (words.size() != 1 || !parse_integer(words[0], n))
-      cursor_.fail(std::string(what) + " is not an integer");
+    if (words.size() != 1 || !parse_integer(words[0], n)) cursor_.fail(std::string(what) + " is not an integer");
     return static_cast<double>(n);
   }
 
@@ -238,9 +230,8 @@ class GmshReader {
   }
 
   void read_elements_2() {
-    const std::size_t n =
-        binary_ ? cursor_.checked_count(ascii_count_line("the element count"), "the element count", 8)
-                : cursor_.count("the element count", 8);
+    const std::size_t n = binary_ ? cursor_.checked_count(ascii_count_line("the element count"), "the element count", 8)
+                                  : cursor_.count("the element count", 8);
     std::vector<long long> tags, nodes;
     const auto read_one = [&](long long type, std::size_t n_tags) {
       const ElementType kind = checked_type(type);
@@ -260,10 +251,8 @@ class GmshReader {
         continue;
       }
       const long long type = cursor_.raw<std::int32_t>("an element type");
-      const std::size_t n_block =
-          cursor_.checked_count(cursor_.raw<std::int32_t>("a block count"), "a block count", 8);
-      const std::size_t n_tags =
-          cursor_.checked_count(cursor_.raw<std::int32_t>("the tag count"), "the tag count", 4);
+      const std::size_t n_block = cursor_.checked_count(cursor_.raw<std::int32_t>("a block count"), "a block count", 8);
+      const std::size_t n_tags = cursor_.checked_count(cursor_.raw<std::int32_t>("the tag count"), "the tag count", 4);
       if (n_block == 0 || n_block > n - i) cursor_.fail("a block has more elements than the section");
       for (std::size_t k = 0; k < n_block; ++k, ++i) {
         cursor_.raw<std::int32_t>("an element number");
@@ -285,9 +274,8 @@ class GmshReader {
       const std::size_t n =
           count_4("the element count of a block", 8 * (1 + static_cast<std::size_t>(kind.n_nodes)), 4);
       const auto physical = physical_of_entity_.find({dimension, entity});
-      const std::vector<std::string> names = physical == physical_of_entity_.end()
-                                                 ? std::vector<std::string>()
-                                                 : names_of(dimension, physical->second);
+      const std::vector<std::string> names =
+          physical == physical_of_entity_.end() ? std::vector<std::string>() : names_of(dimension, physical->second);
       for (std::size_t i = 0; i < n; ++i) {
         value_4("an element number", 8);
         nodes.clear();
@@ -309,8 +297,7 @@ class GmshReader {
     std::set<int> used;
     for (const auto& row : rows_) used.insert(row.begin(), row.begin() + mesh.elements.cols());
     for (const auto& [name, nodes] : sets_)
-      if (nodes != used)
-        mesh.node_sets[name].assign(nodes.begin(), nodes.end());  // not the name of the whole body
+      if (nodes != used) mesh.node_sets[name].assign(nodes.begin(), nodes.end());  // not the name of the whole body
     return mesh;
   }
 
@@ -329,8 +316,7 @@ class GmshReader {
 };
 
 std::string coordinates_text(const TetMesh& mesh, int node) {
-  return to_text(mesh.nodes_m(node, 0)) + " " + to_text(mesh.nodes_m(node, 1)) + " " +
-         to_text(mesh.nodes_m(node, 2));
+  return to_text(mesh.nodes_m(node, 0)) + " " + to_text(mesh.nodes_m(node, 1)) + " " + to_text(mesh.nodes_m(node, 2));
 }
 
 std::string nodes_text(const TetMesh& mesh, int element) {
@@ -344,8 +330,7 @@ std::string nodes_text(const TetMesh& mesh, int element) {
 std::string physical_names_text(const TetMesh& mesh) {
   std::string text = "$PhysicalNames\n" + std::to_string(mesh.node_sets.size() + 1) + "\n";
   int tag = 0;
-  for (const auto& [name, nodes] : mesh.node_sets)
-    text += "0 " + std::to_string(++tag) + " \"" + name + "\"\n";
+  for (const auto& [name, nodes] : mesh.node_sets) text += "0 " + std::to_string(++tag) + " \"" + name + "\"\n";
   return text + "3 1 \"body\"\n$EndPhysicalNames\n";
 }
 
@@ -362,8 +347,7 @@ TetMesh read_gmsh(std::string_view bytes, const std::string& name) { return Gmsh
 std::string gmsh22_text(const TetMesh& mesh) {
   std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + physical_names_text(mesh);
   text += "$Nodes\n" + std::to_string(mesh.n_nodes()) + "\n";
-  for (int i = 0; i < mesh.n_nodes(); ++i)
-    text += std::to_string(i + 1) + " " + coordinates_text(mesh, i) + "\n";
+  for (int i = 0; i < mesh.n_nodes(); ++i) text += std::to_string(i + 1) + " " + coordinates_text(mesh, i) + "\n";
   text += "$EndNodes\n$Elements\n" + std::to_string(n_set_points(mesh) + mesh.n_elements()) + "\n";
   std::size_t number = 0;
   int tag = 0;
@@ -384,9 +368,8 @@ std::string gmsh41_text(const TetMesh& mesh) {
   text += "$Entities\n" + std::to_string(n_sets) + " 0 0 1\n";
   for (std::size_t set = 1; set <= n_sets; ++set) {
     const auto it = std::next(mesh.node_sets.begin(), static_cast<std::ptrdiff_t>(set - 1));
-    text += std::to_string(set) + " " +
-            (it->second.empty() ? "0 0 0" : coordinates_text(mesh, it->second.front())) + " 1 " +
-            std::to_string(set) + "\n";
+    text += std::to_string(set) + " " + (it->second.empty() ? "0 0 0" : coordinates_text(mesh, it->second.front())) +
+            " 1 " + std::to_string(set) + "\n";
   }
   const Eigen::RowVector3d low = mesh.nodes_m.colwise().minCoeff(), high = mesh.nodes_m.colwise().maxCoeff();
   text += "1";
@@ -398,8 +381,7 @@ std::string gmsh41_text(const TetMesh& mesh) {
   for (int i = 0; i < mesh.n_nodes(); ++i) text += std::to_string(i + 1) + "\n";
   for (int i = 0; i < mesh.n_nodes(); ++i) text += coordinates_text(mesh, i) + "\n";
   const std::string n_elements = std::to_string(n_set_points(mesh) + mesh.n_elements());
-  text +=
-      "$EndNodes\n$Elements\n" + std::to_string(n_sets + 1) + " " + n_elements + " 1 " + n_elements + "\n";
+  text += "$EndNodes\n$Elements\n" + std::to_string(n_sets + 1) + " " + n_elements + " 1 " + n_elements + "\n";
   std::size_t number = 0;
   int set = 0;
   for (const auto& [name, nodes] : mesh.node_sets) {

@@ -10,9 +10,10 @@ namespace klang::mesh {
 namespace {
 
 /// Gauss-Legendre on [0, 1], exact to degree 9.
-constexpr std::array<double, 5> kNodes{0.04691007703066800, 0.23076534494715845, 0.5, 0.76923465505284155, 0.95308992296933200};
-constexpr std::array<double, 5> kWeights{0.11846344252809454, 0.23931433524968324, 0.28444444444444444, 0.23931433524968324,
-                                         0.11846344252809454};
+constexpr std::array<double, 5> kNodes{0.04691007703066800, 0.23076534494715845, 0.5, 0.76923465505284155,
+                                       0.95308992296933200};
+constexpr std::array<double, 5> kWeights{0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
+                                         0.23931433524968324, 0.11846344252809454};
 
 /// Functions of a quadratic triangle and their slopes at (a, b): corners, then middles of 01, 12, 20.
 struct TriangleFunctions {
@@ -52,8 +53,9 @@ MassProperties mass_properties(const SurfaceMesh& surface) {
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     for (int c = 0; c < 3; ++c) x.col(c) = surface.vertices_m.row(surface.triangles(t, c)).transpose() - origin;
     for (int c = 0; c < 3; ++c)
-      x.col(3 + c) = surface.triangles.cols() == 6 ? Eigen::Vector3d(surface.vertices_m.row(surface.triangles(t, 3 + c)).transpose() - origin)
-                                                   : Eigen::Vector3d(0.5 * (x.col(c) + x.col((c + 1) % 3)));
+      x.col(3 + c) = surface.triangles.cols() == 6
+                         ? Eigen::Vector3d(surface.vertices_m.row(surface.triangles(t, 3 + c)).transpose() - origin)
+                         : Eigen::Vector3d(0.5 * (x.col(c) + x.col((c + 1) % 3)));
     for (std::size_t q = 0; q < functions.size(); ++q) {
       const Eigen::Vector3d at = x * functions[q].value, by_a = x * functions[q].by_a, by_b = x * functions[q].by_b;
       const double flux = weights[q] * at.dot(by_a.cross(by_b));
@@ -62,7 +64,9 @@ MassProperties mass_properties(const SurfaceMesh& surface) {
       sum.second += (flux / 5.0) * at * at.transpose();
     }
   }
-  if (!(sum.volume > 0.0)) throw InputError("inertia", "the surface encloses no positive volume", to_text(sum.volume) + " m^3", "outward normals");
+  if (!(sum.volume > 0.0))
+    throw InputError("inertia", "the surface encloses no positive volume", to_text(sum.volume) + " m^3",
+                     "outward normals");
   MassProperties mass;
   mass.volume_m3 = sum.volume;
   mass.centre_m = origin + sum.first / sum.volume;

@@ -19,13 +19,11 @@ constexpr const char* kKnown = ".msh, .vtu, .node, .ele; surfaces .stl, .obj, .p
 double surface_edge_m(const SurfaceMesh& surface, const LoadOptions& options) {
   double edge_m = options.max_edge_m;
   if (options.wavelength_m > 0.0) {
-    const double wanted =
-        options.wavelength_m / (options.elements_per_wavelength * (options.order == 1 ? 2.0 : 1.0));
+    const double wanted = options.wavelength_m / (options.elements_per_wavelength * (options.order == 1 ? 2.0 : 1.0));
     edge_m = edge_m > 0.0 ? std::min(edge_m, wanted) : wanted;
   }
   if (edge_m > 0.0 || surface.vertices_m.rows() == 0) return edge_m;
-  const double diagonal =
-      (surface.vertices_m.colwise().maxCoeff() - surface.vertices_m.colwise().minCoeff()).norm();
+  const double diagonal = (surface.vertices_m.colwise().maxCoeff() - surface.vertices_m.colwise().minCoeff()).norm();
   return diagonal > 0.0 && std::isfinite(diagonal) ? 0.125 * diagonal : 0.0;
 }
 
@@ -55,9 +53,7 @@ TetMesh read_tetgen_bytes(std::string_view node_bytes, std::string_view ele_byte
 TetMesh read_tet_mesh(const std::filesystem::path& path) {
   const std::string extension = detail::lower_case(path.extension().string());
   if (extension == ".node" || extension == ".ele") {
-    const auto sibling = [&path](const char* other) {
-      return std::filesystem::path(path).replace_extension(other);
-    };
+    const auto sibling = [&path](const char* other) { return std::filesystem::path(path).replace_extension(other); };
     return read_tetgen_bytes(read_file(extension == ".node" ? path : sibling(".node")),
                              read_file(extension == ".ele" ? path : sibling(".ele")), path.string());
   }

@@ -38,10 +38,10 @@ void write_tet_mesh(const std::filesystem::path& path, const TetMesh& mesh,
                     MeshFormat format = MeshFormat::kFromExtension);
 
 struct LoadOptions {
-  int order = 2;              ///< 1 or 2: linear files get mid-nodes, quadratic ones lose them
-  double unit_m = 1.0;        ///< length of the file's unit [m], e.g. 0.001 for millimetres
-  double max_edge_m = 0.0;    ///< surfaces only: longest edge [m]; 0: from the wavelength, or the default
-  double wavelength_m = 0.0;  ///< surfaces only: shortest structural wavelength to resolve [m]
+  int order = 2;                         ///< 1 or 2: linear files get mid-nodes, quadratic ones lose them
+  double unit_m = 1.0;                   ///< length of the file's unit [m], e.g. 0.001 for millimetres
+  double max_edge_m = 0.0;               ///< surfaces only: longest edge [m]; 0: from the wavelength, or the default
+  double wavelength_m = 0.0;             ///< surfaces only: shortest structural wavelength to resolve [m]
   double elements_per_wavelength = 4.0;  ///< of quadratic elements (linear ones get twice as many)
   void validate() const;
 };

@@ -78,15 +78,13 @@ double mesh_volume_m3(const TetMesh& mesh) {
 
 double surface_area_m2(const SurfaceMesh& surface) {
   // Gauss-Legendre in (s, t) on the square, folded onto the triangle: l1 = s, l2 = t (1 - s).
-  static constexpr double kAt[5] = {0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842,
-                                    0.953089922969332};
-  static constexpr double kWeight[5] = {0.118463442528095, 0.239314335249683, 0.284444444444444,
-                                        0.239314335249683, 0.118463442528095};
+  static constexpr double kAt[5] = {0.046910077030668, 0.230765344947158, 0.5, 0.769234655052842, 0.953089922969332};
+  static constexpr double kWeight[5] = {0.118463442528095, 0.239314335249683, 0.284444444444444, 0.239314335249683,
+                                        0.118463442528095};
   double total = 0.0;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     std::array<Vector3d, 6> p;
-    for (Eigen::Index c = 0; c < surface.triangles.cols(); ++c)
-      p[c] = surface.vertices_m.row(surface.triangles(t, c));
+    for (Eigen::Index c = 0; c < surface.triangles.cols(); ++c) p[c] = surface.vertices_m.row(surface.triangles(t, c));
     if (surface.triangles.cols() == 3) {
       total += 0.5 * (p[1] - p[0]).cross(p[2] - p[0]).norm();
       continue;
@@ -140,11 +138,10 @@ MeshQuality mesh_quality(const TetMesh& mesh) {
 
 std::string MeshQuality::brief() const {
   return std::to_string(n_elements) + (order == 2 ? " quadratic" : " linear") + " tetrahedra, " +
-         std::to_string(n_nodes) + " nodes, dihedral angles " +
-         to_text(std::round(10.0 * min_dihedral_deg) / 10.0) + " to " +
-         to_text(std::round(10.0 * max_dihedral_deg) / 10.0) + " deg, least radius ratio " +
-         to_text(std::round(1000.0 * radius_ratio_min) / 1000.0) + ", volume " + to_text(volume_m3) +
-         " m^3, surface " + to_text(surface_area_m2) + " m^2";
+         std::to_string(n_nodes) + " nodes, dihedral angles " + to_text(std::round(10.0 * min_dihedral_deg) / 10.0) +
+         " to " + to_text(std::round(10.0 * max_dihedral_deg) / 10.0) + " deg, least radius ratio " +
+         to_text(std::round(1000.0 * radius_ratio_min) / 1000.0) + ", volume " + to_text(volume_m3) + " m^3, surface " +
+         to_text(surface_area_m2) + " m^2";
 }
 
 std::optional<int> first_folded_element(const TetMesh& mesh) {

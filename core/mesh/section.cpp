@@ -209,8 +209,8 @@ Section mesh_section(const ShapeSpec& spec, const SectionDivisions& divisions) {
   if (!is_axisymmetric(spec)) throw InputError("shape " + spec.kind, "is not a body of revolution");
   KLANG_CHECK(divisions.degree >= 1 && divisions.degree <= 12, "section degree 1 to 12");
   const int p = divisions.degree, row = p + 1;
-  const std::vector<Patch> patches =
-      section_patches(spec, {std::max(1, divisions.counts[0]), std::max(1, divisions.counts[1]), std::max(0, divisions.counts[2])});
+  const std::vector<Patch> patches = section_patches(
+      spec, {std::max(1, divisions.counts[0]), std::max(1, divisions.counts[1]), std::max(0, divisions.counts[2])});
   double size_m = 0.0;
   int n_elements = 0;
   for (const Patch& patch : patches) {
@@ -236,7 +236,9 @@ Section mesh_section(const ShapeSpec& spec, const SectionDivisions& divisions) {
           }
         }
         // A map that turns the square over is read the other way round.
-        const auto corner = [&](int a, int b) { return nodes.points[static_cast<std::size_t>(section.elements(e, b * row + a))]; };
+        const auto corner = [&](int a, int b) {
+          return nodes.points[static_cast<std::size_t>(section.elements(e, b * row + a))];
+        };
         const Vector2d along = corner(p, 0) - corner(0, 0), across = corner(0, p) - corner(0, 0);
         if (along.x() * across.y() - along.y() * across.x() < 0.0) {
           for (int b = 0; b < row; ++b)
@@ -247,7 +249,8 @@ Section mesh_section(const ShapeSpec& spec, const SectionDivisions& divisions) {
     }
   }
   section.nodes_m.resize(static_cast<Eigen::Index>(nodes.points.size()), 2);
-  for (std::size_t i = 0; i < nodes.points.size(); ++i) section.nodes_m.row(static_cast<Eigen::Index>(i)) = nodes.points[i];
+  for (std::size_t i = 0; i < nodes.points.size(); ++i)
+    section.nodes_m.row(static_cast<Eigen::Index>(i)) = nodes.points[i];
   return section;
 }
 

@@ -74,8 +74,7 @@ void validate(const ShapeSpec& spec) {
     largest = std::max(largest, it->second);
   }
   if (spec.kind == "revolution") {
-    if (spec.profile_csv.empty())
-      throw InputError(place, "missing profile_csv", "", "a file with columns r_m, z_m");
+    if (spec.profile_csv.empty()) throw InputError(place, "missing profile_csv", "", "a file with columns r_m, z_m");
     return;  // the profile itself is checked when it is read
   }
   if (!spec.profile_csv.empty())

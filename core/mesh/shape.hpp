@@ -37,10 +37,9 @@ double shape_volume_m3(const ShapeSpec& spec);
 double shape_area_m2(const ShapeSpec& spec);
 
 struct ShapeMeshOptions {
-  int order = 2;            ///< 1 or 2
-  double max_edge_m = 0.0;  ///< > 0: no edge along a sweep longer than this; 0: from the wavelength rule
-  double wavelength_m =
-      0.0;  ///< shortest structural wavelength to resolve; 0: default resolution for the low modes
+  int order = 2;              ///< 1 or 2
+  double max_edge_m = 0.0;    ///< > 0: no edge along a sweep longer than this; 0: from the wavelength rule
+  double wavelength_m = 0.0;  ///< shortest structural wavelength to resolve; 0: default resolution for the low modes
   double elements_per_wavelength = 4.0;  ///< of quadratic elements (linear ones get twice as many)
   int refinement = 0;                    ///< each level halves every edge: convergence studies
 };
@@ -49,8 +48,7 @@ struct ShapeMeshOptions {
 /// dimensions change a little keeps its topology (shape derivatives by differences, nested convergence
 /// levels).
 struct ShapeDivisions {
-  std::array<int, 3>
-      counts{};  ///< meaning by kind: tube (axial, around, through the wall), box (x, y, z), ...
+  std::array<int, 3> counts{};  ///< meaning by kind: tube (axial, around, through the wall), box (x, y, z), ...
 };
 ShapeDivisions shape_divisions(const ShapeSpec& spec, const ShapeMeshOptions& options);
 

@@ -93,8 +93,7 @@ ShapeDivisions shape_divisions(const ShapeSpec& spec, const ShapeMeshOptions& op
   } else if (spec.kind == "rod") {
     const double radius_m = dim("radius_m");
     if (by_edge)
-      n = {divided(dim("length_m"), edge_m), divided(0.25 * kPi * radius_m, edge_m),
-           divided(0.5 * radius_m, edge_m)};
+      n = {divided(dim("length_m"), edge_m), divided(0.25 * kPi * radius_m, edge_m), divided(0.5 * radius_m, edge_m)};
     else
       n = {2 * rounded(4.0 * std::sqrt(dim("length_m") / radius_m), 3, 60), 2, 2};
   } else if (spec.kind == "box") {
@@ -107,8 +106,7 @@ ShapeDivisions shape_divisions(const ShapeSpec& spec, const ShapeMeshOptions& op
     n = by_edge ? std::array<int, 3>{2 * divided(0.5 * inner_m, edge_m), divided(dim("wall_m"), edge_m), 1}
                 : std::array<int, 3>{12, rounded(4.0 * dim("wall_m") / inner_m, 1, 4), 1};
   } else if (spec.kind == "sphere" || spec.kind == "ellipsoid") {
-    const double largest_m =
-        spec.kind == "sphere" ? dim("radius_m") : std::max({dim("a_m"), dim("b_m"), dim("c_m")});
+    const double largest_m = spec.kind == "sphere" ? dim("radius_m") : std::max({dim("a_m"), dim("b_m"), dim("c_m")});
     if (by_edge)
       n = {divided(0.25 * kPi * largest_m, edge_m), divided(0.5 * largest_m, edge_m), 1};
     else
@@ -117,8 +115,8 @@ ShapeDivisions shape_divisions(const ShapeSpec& spec, const ShapeMeshOptions& op
     const double outer_m = dim("outer_radius_m"), arc_m = outer_m * std::acos(1.0 - dim("depth_m") / outer_m);
     const double widest_m = dim("depth_m") >= outer_m ? outer_m : outer_m * std::sin(arc_m / outer_m);
     if (by_edge)
-      n = {std::max(divided(0.25 * kPi * widest_m, edge_m), divided(0.5 * arc_m, edge_m)),
-           divided(0.5 * arc_m, edge_m), divided(dim("wall_m"), edge_m)};
+      n = {std::max(divided(0.25 * kPi * widest_m, edge_m), divided(0.5 * arc_m, edge_m)), divided(0.5 * arc_m, edge_m),
+           divided(dim("wall_m"), edge_m)};
     else
       n = {12, 10, rounded(2.0 * dim("wall_m") / outer_m, 1, 2)};
   } else {

@@ -24,8 +24,7 @@ double ellipsoid_area_m2(double x, double y, double z) {
   if (sine_sq < 1e-12) return 4.0 * kPi * a * b;  // a sphere to 1e-12
   const double modulus_sq = std::clamp((b - c) * (b + c) / (sine_sq * b * b), 0.0, 1.0);
   const double sine = std::sqrt(sine_sq), phi = std::asin(std::min(1.0, sine));
-  const double first = std::ellint_1(std::sqrt(modulus_sq), phi),
-               second = std::ellint_2(std::sqrt(modulus_sq), phi);
+  const double first = std::ellint_1(std::sqrt(modulus_sq), phi), second = std::ellint_2(std::sqrt(modulus_sq), phi);
   return 2.0 * kPi * c * c + 2.0 * kPi * a * b * (second * sine_sq + first * (c / a) * (c / a)) / sine;
 }
 
@@ -34,12 +33,10 @@ double ellipsoid_area_m2(double x, double y, double z) {
 double shape_volume_m3(const ShapeSpec& spec) {
   validate(spec);
   const auto dim = [&](const char* name) { return spec.dims.at(name); };
-  if (spec.kind == "tube")
-    return kPi * dim("wall_m") * (2.0 * dim("outer_radius_m") - dim("wall_m")) * dim("length_m");
+  if (spec.kind == "tube") return kPi * dim("wall_m") * (2.0 * dim("outer_radius_m") - dim("wall_m")) * dim("length_m");
   if (spec.kind == "rod") return kPi * dim("radius_m") * dim("radius_m") * dim("length_m");
   if (spec.kind == "box") return dim("length_m") * dim("width_m") * dim("height_m");
-  if (spec.kind == "shell_box")
-    return std::pow(dim("edge_m"), 3) - std::pow(dim("edge_m") - 2.0 * dim("wall_m"), 3);
+  if (spec.kind == "shell_box") return std::pow(dim("edge_m"), 3) - std::pow(dim("edge_m") - 2.0 * dim("wall_m"), 3);
   if (spec.kind == "sphere") return 4.0 / 3.0 * kPi * std::pow(dim("radius_m"), 3);
   if (spec.kind == "ellipsoid") return 4.0 / 3.0 * kPi * dim("a_m") * dim("b_m") * dim("c_m");
   if (spec.kind == "bowl")
@@ -57,8 +54,8 @@ double shape_area_m2(const ShapeSpec& spec) {
   }
   if (spec.kind == "rod") return 2.0 * kPi * dim("radius_m") * (dim("radius_m") + dim("length_m"));
   if (spec.kind == "box")
-    return 2.0 * (dim("length_m") * dim("width_m") + dim("width_m") * dim("height_m") +
-                  dim("height_m") * dim("length_m"));
+    return 2.0 *
+           (dim("length_m") * dim("width_m") + dim("width_m") * dim("height_m") + dim("height_m") * dim("length_m"));
   if (spec.kind == "shell_box") {
     const double inner = dim("edge_m") - 2.0 * dim("wall_m");
     return 6.0 * (dim("edge_m") * dim("edge_m") + inner * inner);

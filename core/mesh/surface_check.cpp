@@ -36,12 +36,10 @@ void check_triangles(const SurfaceMesh& surface, const std::string& name) {
         throw InputError(name, face_name(static_cast<int>(t)) + ": vertex out of range", std::to_string(v),
                          "0 to " + std::to_string(n_vertices - 1));
       if (!surface.vertices_m.row(v).allFinite())
-        throw InputError(name,
-                         face_name(static_cast<int>(t)) + ": vertex " + std::to_string(v) + " is not finite");
+        throw InputError(name, face_name(static_cast<int>(t)) + ": vertex " + std::to_string(v) + " is not finite");
       if (!(surface.vertices_m.row(v).cwiseAbs().maxCoeff() <= 1e9))
-        throw InputError(
-            name, face_name(static_cast<int>(t)) + ": vertex " + std::to_string(v) + " is out of range", "",
-            "coordinates up to 1e9");
+        throw InputError(name, face_name(static_cast<int>(t)) + ": vertex " + std::to_string(v) + " is out of range",
+                         "", "coordinates up to 1e9");
       low = low.cwiseMin(surface.vertices_m.row(v).transpose());
       high = high.cwiseMax(surface.vertices_m.row(v).transpose());
     }
@@ -96,8 +94,7 @@ std::vector<int> join_over_edges(const SurfaceMesh& surface, const std::string& 
     if (end - i == 1) {
       report(first.triangle, " has an open edge: the surface is not closed", first);
     } else if (end - i > 2) {
-      report(first.triangle, " has a non-manifold edge, shared by " + std::to_string(end - i) + " faces",
-             first);
+      report(first.triangle, " has a non-manifold edge, shared by " + std::to_string(end - i) + " faces", first);
     } else {
       const HalfEdge& second = edges[i + 1];
       if (first.forward == second.forward)
@@ -154,12 +151,10 @@ SurfaceParts check_closed_surface(const SurfaceMesh& surface, const std::string&
   SurfaceParts parts;
   parts.part_of_triangle = join_over_edges(surface, name, parts.n_parts);
   if (parts.n_parts > 1000)
-    throw InputError(name, "the surface falls into too many parts", std::to_string(parts.n_parts),
-                     "up to 1000");
+    throw InputError(name, "the surface falls into too many parts", std::to_string(parts.n_parts), "up to 1000");
   if (const auto pair = detail::first_self_intersection(surface))
-    throw InputError(
-        name, face_name((*pair)[0]) + " and face " + std::to_string((*pair)[1]) + " intersect or touch",
-        "the surface cuts itself");
+    throw InputError(name, face_name((*pair)[0]) + " and face " + std::to_string((*pair)[1]) + " intersect or touch",
+                     "the surface cuts itself");
 
   std::vector<double> volume(parts.n_parts, 0.0);
   std::vector<int> first_triangle(parts.n_parts, -1);
@@ -181,8 +176,7 @@ SurfaceParts check_closed_surface(const SurfaceMesh& surface, const std::string&
     const Vector3d point = surface.vertices_m.row(surface.triangles(first_triangle[part], 0));
     int depth = 0;
     for (int other = 0; other < parts.n_parts; ++other) {
-      if (other == part || (point.array() < low[other].array()).any() ||
-          (point.array() > high[other].array()).any())
+      if (other == part || (point.array() < low[other].array()).any() || (point.array() > high[other].array()).any())
         continue;
       double turns = 0.0;
       for (int t = 0; t < n; ++t)
@@ -204,8 +198,8 @@ SurfaceParts check_closed_surface(const SurfaceMesh& surface, const std::string&
       const Vector3d centre = (p[0] + p[1] + p[2]) / 3.0;
       const Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
       const double distance = nearest_hit(surface, t, centre, normal);
-      const double step = std::isfinite(distance) ? 0.5 * distance
-                                                  : 1e-3 * std::sqrt((p[1] - p[0]).cross(p[2] - p[0]).norm());
+      const double step =
+          std::isfinite(distance) ? 0.5 * distance : 1e-3 * std::sqrt((p[1] - p[0]).cross(p[2] - p[0]).norm());
       parts.point_in_hollow.push_back(centre + step * normal);
     }
   }

@@ -31,8 +31,7 @@ class SurfaceBuilder {
   /// Of an STL: the number of this vertex, old or new.
   int welded_vertex(Vertex v) {
     for (double& x : v) {
-      if (!std::isfinite(x))
-        cursor_.fail("vertex of face " + std::to_string(triangles_.size()) + " is not finite");
+      if (!std::isfinite(x)) cursor_.fail("vertex of face " + std::to_string(triangles_.size()) + " is not finite");
       x += 0.0;  // -0.0 becomes 0.0
     }
     const auto [it, added] = welded_.try_emplace(v, static_cast<int>(vertices_.size()));
@@ -45,8 +44,8 @@ class SurfaceBuilder {
   /// A polygon of the file as a fan; indices are checked against the vertices known at finish().
   void add_polygon(const std::vector<long long>& corners) {
     if (corners.size() < 3)
-      cursor_.fail("face " + std::to_string(n_faces_) + " has too few corners",
-                   std::to_string(corners.size()), "3 or more");
+      cursor_.fail("face " + std::to_string(n_faces_) + " has too few corners", std::to_string(corners.size()),
+                   "3 or more");
     for (const long long corner : corners)
       if (corner < 0 || corner > 2147483646)
         cursor_.fail("face " + std::to_string(n_faces_) + ": vertex out of range", std::to_string(corner));
@@ -71,9 +70,8 @@ class SurfaceBuilder {
     for (std::size_t t = 0; t < triangles_.size(); ++t)
       for (int c = 0; c < 3; ++c) {
         if (triangles_[t][c] >= n_vertices())
-          throw InputError(
-              cursor_.name(), "face " + std::to_string(face_of_triangle_[t]) + ": vertex out of range",
-              std::to_string(triangles_[t][c]), "0 to " + std::to_string(n_vertices() - 1) + " (0-based)");
+          throw InputError(cursor_.name(), "face " + std::to_string(face_of_triangle_[t]) + ": vertex out of range",
+                           std::to_string(triangles_[t][c]), "0 to " + std::to_string(n_vertices() - 1) + " (0-based)");
         surface.triangles(static_cast<Eigen::Index>(t), c) = triangles_[t][c];
       }
     return surface;
@@ -97,8 +95,7 @@ Vertex read_vertex(ByteCursor& cursor) {
 SurfaceMesh read_stl_binary(ByteCursor& cursor) {
   cursor.set_binary(true);
   cursor.skip(80, "the header");
-  const std::size_t n =
-      cursor.checked_count(cursor.raw<std::uint32_t>("the face count"), "the face count", 50);
+  const std::size_t n = cursor.checked_count(cursor.raw<std::uint32_t>("the face count"), "the face count", 50);
   SurfaceBuilder builder(cursor);
   for (std::size_t t = 0; t < n; ++t) {
     const std::string what = "face " + std::to_string(t);
@@ -172,8 +169,7 @@ SurfaceMesh read_obj(ByteCursor& cursor) {
       for (int a = 0; a < 3; ++a)
         if (!detail::parse_number(words[a + 1], v[a])) fail("a coordinate is not a number", words[a + 1]);
       for (const double x : v)
-        if (!std::isfinite(x))
-          fail("vertex " + std::to_string(builder.n_vertices()) + " is not finite", line);
+        if (!std::isfinite(x)) fail("vertex " + std::to_string(builder.n_vertices()) + " is not finite", line);
       builder.add_vertex(v);
     } else if (words[0] == "f") {
       corners.clear();
@@ -184,8 +180,7 @@ SurfaceMesh read_obj(ByteCursor& cursor) {
           fail("face " + std::to_string(builder.n_faces()) + ": vertex out of range", words[i]);
         corners.push_back(index > 0 ? index - 1 : builder.n_vertices() + index);
       }
-      if (corners.size() < 3)
-        fail("face " + std::to_string(builder.n_faces()) + " has too few corners", line);
+      if (corners.size() < 3) fail("face " + std::to_string(builder.n_faces()) + " has too few corners", line);
       builder.add_polygon(corners);
     }  // everything else (normals, groups, materials, curves) does not matter here
   }
@@ -196,8 +191,7 @@ SurfaceMesh read_off(ByteCursor& cursor) {
   cursor.set_comment('#');
   std::string keyword(cursor.peek_word());
   int n_extra = 0;  // numbers after the coordinates
-  if (keyword == "OFF" || keyword == "COFF" || keyword == "NOFF" || keyword == "CNOFF" ||
-      keyword == "NCOFF") {
+  if (keyword == "OFF" || keyword == "COFF" || keyword == "NOFF" || keyword == "CNOFF" || keyword == "NCOFF") {
     cursor.word("OFF");
     if (keyword.find("N") != std::string::npos) n_extra += 3;
     if (keyword.find("C") != std::string::npos) n_extra += -1;  // colours: the rest of the line
@@ -218,8 +212,7 @@ SurfaceMesh read_off(ByteCursor& cursor) {
   for (std::size_t f = 0; f < n_faces; ++f) {
     const std::size_t n = cursor.count("the corner count of face " + std::to_string(f), 2);
     corners.clear();
-    for (std::size_t i = 0; i < n; ++i)
-      corners.push_back(cursor.integer("a corner of face " + std::to_string(f)));
+    for (std::size_t i = 0; i < n; ++i) corners.push_back(cursor.integer("a corner of face " + std::to_string(f)));
     builder.add_polygon(corners);
     cursor.line();  // colours
   }
@@ -245,8 +238,7 @@ std::size_t ply_size(ByteCursor& cursor, std::string_view type) {
   return it->second;
 }
 
-double ply_value(ByteCursor& cursor, const std::string& type, bool ascii, bool swapped,
-                 std::string_view what) {
+double ply_value(ByteCursor& cursor, const std::string& type, bool ascii, bool swapped, std::string_view what) {
   if (ascii) return cursor.number(what);
   if (type == "char" || type == "int8") return cursor.raw<std::int8_t>(what);
   if (type == "uchar" || type == "uint8") return cursor.raw<std::uint8_t>(what);
@@ -275,20 +267,18 @@ SurfaceMesh read_ply(ByteCursor& cursor) {
       have_format = true;
     } else if (words[0] == "element" && words.size() == 3) {
       long long n = 0;
-      if (!detail::parse_integer(words[2], n))
-        cursor.fail("element count is not an integer", words[2].substr(0, 32));
-      elements.push_back({std::string(words[1]),
-                          cursor.checked_count(static_cast<double>(n),
-                                               "the count of " + std::string(words[1].substr(0, 32)), 1),
-                          {}});
+      if (!detail::parse_integer(words[2], n)) cursor.fail("element count is not an integer", words[2].substr(0, 32));
+      elements.push_back(
+          {std::string(words[1]),
+           cursor.checked_count(static_cast<double>(n), "the count of " + std::string(words[1].substr(0, 32)), 1),
+           {}});
     } else if (words[0] == "property" && words.size() == 3 && !elements.empty()) {
       ply_size(cursor, words[1]);
       elements.back().properties.push_back({std::string(words[2]), std::string(words[1]), ""});
     } else if (words[0] == "property" && words.size() == 5 && words[1] == "list" && !elements.empty()) {
       ply_size(cursor, words[2]);
       ply_size(cursor, words[3]);
-      elements.back().properties.push_back(
-          {std::string(words[4]), std::string(words[3]), std::string(words[2])});
+      elements.back().properties.push_back({std::string(words[4]), std::string(words[3]), std::string(words[2])});
     } else {
       cursor.fail("unknown header line", words[0].substr(0, 32));
     }
@@ -313,10 +303,9 @@ SurfaceMesh read_ply(ByteCursor& cursor) {
           continue;
         }
         const std::size_t n =
-            cursor.checked_count(ply_value(cursor, property.count_type, ascii, swapped, "a list count"),
-                                 "a list count", ascii ? 2 : ply_size(cursor, property.type));
-        const bool is_corners =
-            is_face && (property.name == "vertex_indices" || property.name == "vertex_index");
+            cursor.checked_count(ply_value(cursor, property.count_type, ascii, swapped, "a list count"), "a list count",
+                                 ascii ? 2 : ply_size(cursor, property.type));
+        const bool is_corners = is_face && (property.name == "vertex_indices" || property.name == "vertex_index");
         if (is_corners) corners.clear();
         for (std::size_t k = 0; k < n; ++k) {
           const double value = ply_value(cursor, property.type, ascii, swapped, "a list value");
@@ -361,9 +350,7 @@ SurfaceMesh read_surface(const std::filesystem::path& path) {
 
 void write_stl(const std::filesystem::path& path, const SurfaceMesh& surface) {
   std::string bytes(80, ' ');
-  const auto put = [&bytes](const auto& value) {
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-  };
+  const auto put = [&bytes](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
   put(static_cast<std::uint32_t>(surface.triangles.rows()));
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     std::array<Eigen::Vector3d, 3> p;

@@ -57,8 +57,7 @@ SurfaceMesh boundary_surface(const TetMesh& mesh) {
     for (int c = 0; c < 3; ++c) {
       surface.triangles(i, c) = mesh.elements(single[i].element, corner[c]);
       if (quadratic)
-        surface.triangles(i, 3 + c) =
-            mesh.elements(single[i].element, tet_mid_column(corner[c], corner[(c + 1) % 3]));
+        surface.triangles(i, 3 + c) = mesh.elements(single[i].element, tet_mid_column(corner[c], corner[(c + 1) % 3]));
     }
   }
   return surface;
@@ -123,8 +122,7 @@ TetMesh to_quadratic(const TetMesh& mesh) {
         for (int c = 0; c < 3; ++c) {
           const int a = std::min(corner[c], corner[(c + 1) % 3]);
           const int b = std::max(corner[c], corner[(c + 1) % 3]);
-          const auto it =
-              mid_of_edge.find(static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b));
+          const auto it = mid_of_edge.find(static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b));
           KLANG_CHECK(it != mid_of_edge.end(), "edge of the boundary");
           mid_in_set[it->second - mesh.n_nodes()] = 1;
         }

@@ -24,8 +24,7 @@ struct TetMesh {
 };
 
 /// Corner pairs of the mid-nodes 4 to 9 of an element row.
-inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
-    {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
+inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{{{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
 
 /// Corners of the faces of an element row, counter-clockwise seen from outside; face f lies opposite to
 /// corner f.
@@ -34,8 +33,7 @@ inline constexpr std::array<std::array<int, 3>, 4> kTetFaces{{{1, 2, 3}, {0, 3, 
 /// The column (4 to 9) of the mid-node between corners a and b of an element row, a != b in 0..3.
 constexpr int tet_mid_column(int a, int b) {
   for (int e = 0; e < 6; ++e)
-    if ((kTetEdges[e][0] == a && kTetEdges[e][1] == b) || (kTetEdges[e][0] == b && kTetEdges[e][1] == a))
-      return 4 + e;
+    if ((kTetEdges[e][0] == a && kTetEdges[e][1] == b) || (kTetEdges[e][0] == b && kTetEdges[e][1] == a)) return 4 + e;
   return -1;
 }
 

@@ -44,8 +44,7 @@ TetMesh read_tetgen(std::string_view node_bytes, std::string_view ele_bytes, con
   elements.set_comment('#');
   const std::size_t n_elements = elements.count("the element count", 10);
   const long long n_corners = elements.integer("the nodes per element");
-  if (n_corners != 4 && n_corners != 10)
-    elements.fail("nodes per element", std::to_string(n_corners), "4 or 10");
+  if (n_corners != 4 && n_corners != 10) elements.fail("nodes per element", std::to_string(n_corners), "4 or 10");
   const std::size_t n_regions = elements.count("the attribute count", 1);
   mesh.elements.resize(static_cast<Eigen::Index>(n_elements), n_corners);
   std::array<int, 10> row{};
@@ -54,17 +53,15 @@ TetMesh read_tetgen(std::string_view node_bytes, std::string_view ele_bytes, con
     for (long long c = 0; c < n_corners; ++c) {
       const long long node = elements.integer("a node of an element") - first;
       if (node < 0 || node >= static_cast<long long>(n_nodes))
-        elements.fail(
-            "element " + std::to_string(e) + ": node out of range", std::to_string(node + first),
-            std::to_string(first) + " to " + std::to_string(first + static_cast<long long>(n_nodes) - 1));
+        elements.fail("element " + std::to_string(e) + ": node out of range", std::to_string(node + first),
+                      std::to_string(first) + " to " + std::to_string(first + static_cast<long long>(n_nodes) - 1));
       row[c] = static_cast<int>(node);
     }
     for (std::size_t k = 0; k < n_regions; ++k) elements.number("an attribute");
     for (long long c = 0; c < n_corners; ++c)
       mesh.elements(static_cast<Eigen::Index>(e), c) = row[n_corners == 10 ? kFromTetgen[c] : c];
   }
-  for (auto& [marker, in_set] : by_marker)
-    mesh.node_sets["boundary_" + std::to_string(marker)] = std::move(in_set);
+  for (auto& [marker, in_set] : by_marker) mesh.node_sets["boundary_" + std::to_string(marker)] = std::move(in_set);
   return mesh;
 }
 

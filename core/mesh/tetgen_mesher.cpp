@@ -32,16 +32,13 @@ int orientation_sign(const double* a, const double* b, const double* c, const do
   const double t0 = v[0] * w[1], t1 = w[0] * v[1], t2 = w[0] * u[1], t3 = u[0] * w[1], t4 = u[0] * v[1],
                t5 = v[0] * u[1];
   const double det = u[2] * (t0 - t1) + v[2] * (t2 - t3) + w[2] * (t4 - t5);
-  const double scale = (std::abs(t0) + std::abs(t1)) * std::abs(u[2]) +
-                       (std::abs(t2) + std::abs(t3)) * std::abs(v[2]) +
+  const double scale = (std::abs(t0) + std::abs(t1)) * std::abs(u[2]) + (std::abs(t2) + std::abs(t3)) * std::abs(v[2]) +
                        (std::abs(t4) + std::abs(t5)) * std::abs(w[2]);
   if (std::abs(det) > 1e-15 * scale) return det > 0.0 ? 1 : -1;  // Shewchuk's bound is 7.8e-16
   if (scale == 0.0) return 0;
   const std::lock_guard lock(tetgen_mutex());
   exactinit(0, 0, 1, 1.0, 1.0, 1.0);  // each time: a mesh in between sets filters for its own size
-  const auto writable = [](const double* p) {
-    return const_cast<double*>(p);
-  };  // read only, but not declared so
+  const auto writable = [](const double* p) { return const_cast<double*>(p); };  // read only, but not declared so
   const double exact = orient3d(writable(a), writable(b), writable(c), writable(d));
   return exact > 0.0 ? 1 : exact < 0.0 ? -1 : 0;
 }
@@ -74,8 +71,7 @@ bool too_long(REAL* a, REAL* b, REAL* c, REAL* d, REAL*, REAL) {
   const REAL* p[4] = {a, b, c, d};
   for (const auto& edge : kTetEdges) {
     double length_sq = 0.0;
-    for (int i = 0; i < 3; ++i)
-      length_sq += (p[edge[0]][i] - p[edge[1]][i]) * (p[edge[0]][i] - p[edge[1]][i]);
+    for (int i = 0; i < 3; ++i) length_sq += (p[edge[0]][i] - p[edge[1]][i]) * (p[edge[0]][i] - p[edge[1]][i]);
     if (length_sq > g_longest_edge_sq) return true;
   }
   return false;
@@ -122,8 +118,8 @@ std::string reason(int code) {
 }
 
 /// TetGen's answer, or the number it threw.
-std::optional<int> run_tetgen(const SurfaceMesh& surface, const SurfaceParts& parts,
-                              const std::string& switches, double max_edge_m, TetMesh& mesh) {
+std::optional<int> run_tetgen(const SurfaceMesh& surface, const SurfaceParts& parts, const std::string& switches,
+                              double max_edge_m, TetMesh& mesh) {
   tetgenio in, out;
   fill_input(in, surface, parts);
   if (max_edge_m > 0.0) {
@@ -139,8 +135,7 @@ std::optional<int> run_tetgen(const SurfaceMesh& surface, const SurfaceParts& pa
   }
   if (out.numberoftetrahedra <= 0) return 2;
   mesh.nodes_m.resize(out.numberofpoints, 3);
-  std::copy(out.pointlist, out.pointlist + 3 * static_cast<std::size_t>(out.numberofpoints),
-            mesh.nodes_m.data());
+  std::copy(out.pointlist, out.pointlist + 3 * static_cast<std::size_t>(out.numberofpoints), mesh.nodes_m.data());
   mesh.elements.resize(out.numberoftetrahedra, 4);
   for (int e = 0; e < out.numberoftetrahedra; ++e)
     for (int c = 0; c < 4; ++c)
@@ -166,13 +161,12 @@ TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, c
     // Regular tetrahedra of that edge; real ones are about half as large.
     const double n_expected = 2.0 * parts.volume_m3 * 6.0 * std::sqrt(2.0) / std::pow(options.max_edge_m, 3);
     if (!(n_expected <= options.max_elements))
-      throw InputError(name, "too many elements for this edge length",
-                       "max_edge_m = " + to_text(options.max_edge_m) + ", about " +
-                           to_text(std::round(n_expected)) + " elements",
-                       "up to " + to_text(options.max_elements));
+      throw InputError(
+          name, "too many elements for this edge length",
+          "max_edge_m = " + to_text(options.max_edge_m) + ", about " + to_text(std::round(n_expected)) + " elements",
+          "up to " + to_text(options.max_elements));
   }
-  const std::string quality =
-      "q" + to_text(options.radius_edge_ratio) + "/" + to_text(options.min_dihedral_deg);
+  const std::string quality = "q" + to_text(options.radius_edge_ratio) + "/" + to_text(options.min_dihedral_deg);
   TetMesh mesh;
   std::optional<int> failure;
   {
@@ -192,9 +186,9 @@ TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, c
     double longest = 0.0;
     for (int e = 0; e < mesh.n_elements(); ++e)
       for (const auto& edge : kTetEdges)
-        longest = std::max(longest, (mesh.nodes_m.row(mesh.elements(e, edge[0])) -
-                                     mesh.nodes_m.row(mesh.elements(e, edge[1])))
-                                        .norm());
+        longest = std::max(
+            longest,
+            (mesh.nodes_m.row(mesh.elements(e, edge[0])) - mesh.nodes_m.row(mesh.elements(e, edge[1]))).norm());
     if (!(longest <= 1.001 * options.max_edge_m))
       throw InputError(name, "TetGen stopped before every edge was short enough",
                        "longest edge " + to_text(longest) + " m",

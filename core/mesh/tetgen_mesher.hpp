@@ -7,7 +7,7 @@
 namespace klang::mesh {
 
 struct TetgenOptions {
-  double max_edge_m = 0.0;  ///< > 0: no edge of the tetrahedra longer than this; 0: from the surface alone
+  double max_edge_m = 0.0;         ///< > 0: no edge of the tetrahedra longer than this; 0: from the surface alone
   double radius_edge_ratio = 1.4;  ///< quality bound of TetGen's refinement, 1.1 to 10
   double min_dihedral_deg = 10.0;  ///< as TetGen tries to reach it, 0 to 18
   int order = 2;                   ///< 1 or 2; mid-nodes lie half-way (the surface is flat facets)

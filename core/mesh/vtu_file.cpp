@@ -69,15 +69,13 @@ std::string base64(std::string_view bytes) {
     std::uint32_t group = 0;
     for (std::size_t k = 0; k < 3; ++k)
       group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+    for (std::size_t k = 0; k < 4; ++k) text += i + k <= bytes.size() ? kDigits[group >> (18 - 6 * k) & 63] : '=';
   }
   return text;
 }
 
 template <class T>
-std::string data_array(const std::string& name, const char* type, int n_components,
-                       const std::vector<T>& values) {
+std::string data_array(const std::string& name, const char* type, int n_components, const std::vector<T>& values) {
   std::string bytes;
   const std::uint64_t n_bytes = values.size() * sizeof(T);
   bytes.append(reinterpret_cast<const char*>(&n_bytes), sizeof n_bytes);
@@ -131,8 +129,7 @@ TetMesh read_vtu(std::string_view bytes, const std::string& name) {
     if (ids->GetNumberOfIds() != n)
       throw InputError(name, element + " has a wrong number of nodes", std::to_string(ids->GetNumberOfIds()),
                        std::to_string(n));
-    if (columns != 0 && columns != n)
-      throw InputError(name, element + ": linear and quadratic tetrahedra are mixed");
+    if (columns != 0 && columns != n) throw InputError(name, element + ": linear and quadratic tetrahedra are mixed");
     columns = n;
     std::array<int, 10> row{};
     for (int c = 0; c < n; ++c) {
@@ -146,13 +143,11 @@ TetMesh read_vtu(std::string_view bytes, const std::string& name) {
   }
   mesh.elements.resize(static_cast<Eigen::Index>(rows.size()), columns == 10 ? 10 : 4);
   for (std::size_t e = 0; e < rows.size(); ++e)
-    for (Eigen::Index c = 0; c < mesh.elements.cols(); ++c)
-      mesh.elements(static_cast<Eigen::Index>(e), c) = rows[e][c];
+    for (Eigen::Index c = 0; c < mesh.elements.cols(); ++c) mesh.elements(static_cast<Eigen::Index>(e), c) = rows[e][c];
   vtkPointData* data = grid->GetPointData();
   for (int a = 0; a < data->GetNumberOfArrays(); ++a) {
     vtkDataArray* array = data->GetArray(a);
-    if (array == nullptr || array->GetName() == nullptr ||
-        array->GetNumberOfTuples() != grid->GetNumberOfPoints())
+    if (array == nullptr || array->GetName() == nullptr || array->GetNumberOfTuples() != grid->GetNumberOfPoints())
       continue;
     const std::string_view array_name = array->GetName();
     if (!array_name.starts_with(kSetPrefix)) continue;
@@ -168,8 +163,7 @@ std::string vtu_text(const TetMesh& mesh) {
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
       "byte_order=\"LittleEndian\" "
       "header_type=\"UInt64\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"" +
-      std::to_string(mesh.n_nodes()) + "\" NumberOfCells=\"" + std::to_string(mesh.n_elements()) +
-      "\">\n<PointData>\n";
+      std::to_string(mesh.n_nodes()) + "\" NumberOfCells=\"" + std::to_string(mesh.n_elements()) + "\">\n<PointData>\n";
   for (const auto& [set, nodes] : mesh.node_sets) {
     std::vector<std::uint8_t> in_set(mesh.n_nodes(), 0);
     for (const int node : nodes) in_set[node] = 1;
@@ -182,13 +176,11 @@ std::string vtu_text(const TetMesh& mesh) {
   std::vector<std::int64_t> offsets;
   for (std::int64_t e = 1; e <= mesh.n_elements(); ++e) offsets.push_back(e * n_columns);
   text += "</Points>\n<Cells>\n" +
-          data_array(
-              "connectivity", "Int64", 1,
-              std::vector<std::int64_t>(mesh.elements.data(), mesh.elements.data() + mesh.elements.size())) +
+          data_array("connectivity", "Int64", 1,
+                     std::vector<std::int64_t>(mesh.elements.data(), mesh.elements.data() + mesh.elements.size())) +
           data_array("offsets", "Int64", 1, offsets) +
           data_array("types", "UInt8", 1,
-                     std::vector<std::uint8_t>(mesh.n_elements(),
-                                               n_columns == 10 ? VTK_QUADRATIC_TETRA : VTK_TETRA));
+                     std::vector<std::uint8_t>(mesh.n_elements(), n_columns == 10 ? VTK_QUADRATIC_TETRA : VTK_TETRA));
   return text + "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
 }
 

@@ -57,7 +57,8 @@ double shear_omega(const mesh::Section& section, const solid::Material& material
 }
 
 /// Elastic modes of a system below omega^2, by the inertia of K - omega^2 M (Sylvester's law).
-int count_below(const HarmonicSystem& system, const SparseMatrix& stiffness, const SparseMatrix& mass, double omega_sq) {
+int count_below(const HarmonicSystem& system, const SparseMatrix& stiffness, const SparseMatrix& mass,
+                double omega_sq) {
   const Factor factor(SparseMatrix(stiffness - omega_sq * mass));
   if (factor.info() != Eigen::Success) throw NumericalError("eigenmodes: the Sturm count met a zero pivot");
   return static_cast<int>((factor.vectorD().array() < 0.0).count()) - static_cast<int>(system.rigid.cols());
@@ -74,12 +75,13 @@ HarmonicModes solve(const HarmonicSystem& system, const SparseMatrix& stiffness,
   // Two guards: the count that was proven must not be cut inside a cluster.
   const int n = std::min(count + n_rigid + 2, n_all - 1);
   const Factor factor(SparseMatrix(stiffness - shift * mass));
-  if (factor.info() != Eigen::Success) throw NumericalError("eigenmodes: the shifted stiffness is not positive definite");
+  if (factor.info() != Eigen::Success)
+    throw NumericalError("eigenmodes: the shifted stiffness is not positive definite");
   const double scale = -shift;
   Inverse inverse(factor, scale);
   Mass product(mass);
-  Spectra::SymGEigsShiftSolver<Inverse, Mass, Spectra::GEigsMode::ShiftInvert> solver(
-      inverse, product, n, std::min(n_all, 2 * n + 16), 0.0);
+  Spectra::SymGEigsShiftSolver<Inverse, Mass, Spectra::GEigsMode::ShiftInvert> solver(inverse, product, n,
+                                                                                      std::min(n_all, 2 * n + 16), 0.0);
   solver.init();
   solver.compute(Spectra::SortRule::LargestAlge, 500, 1e-12);
   if (solver.info() != Spectra::CompInfo::Successful)
@@ -101,7 +103,8 @@ HarmonicModes solve(const HarmonicSystem& system, const SparseMatrix& stiffness,
   modes.angular_frequency_sq = ritz.eigenvalues().head(count);
   modes.vectors = basis * ritz.eigenvectors().leftCols(count);
   const Eigen::MatrixXd ku = stiffness.selfadjointView<Eigen::Lower>() * modes.vectors;
-  const Eigen::MatrixXd mu = (mass.selfadjointView<Eigen::Lower>() * modes.vectors) * modes.angular_frequency_sq.asDiagonal();
+  const Eigen::MatrixXd mu =
+      (mass.selfadjointView<Eigen::Lower>() * modes.vectors) * modes.angular_frequency_sq.asDiagonal();
   modes.relative_residual = (ku - mu).colwise().norm().cwiseQuotient(mu.colwise().norm()).transpose();
   return modes;
 }
@@ -141,9 +144,12 @@ std::vector<HarmonicModes> AxisymmetricBody::modes_up_to(const solid::Material& 
     parallel_for(n - next, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = next + begin; i < next + end; ++i) {
         const Matrices at = at_material(systems_[i], material);
-        modes[i] = solve(systems_[i], at.stiffness, at.mass, count_below(systems_[i], at.stiffness, at.mass, omega_sq), shift);
-        if (modes[i].angular_frequency_sq.size() > 0 && !(modes[i].angular_frequency_sq.maxCoeff() <= omega_sq * (1.0 + 1e-9)))
-          throw NumericalError("eigenmodes: harmonic " + std::to_string(systems_[i].harmonic) + " misses modes that its count proves");
+        modes[i] =
+            solve(systems_[i], at.stiffness, at.mass, count_below(systems_[i], at.stiffness, at.mass, omega_sq), shift);
+        if (modes[i].angular_frequency_sq.size() > 0 &&
+            !(modes[i].angular_frequency_sq.maxCoeff() <= omega_sq * (1.0 + 1e-9)))
+          throw NumericalError("eigenmodes: harmonic " + std::to_string(systems_[i].harmonic) +
+                               " misses modes that its count proves");
       }
     });
     for (; next < n; ++next) {
@@ -154,7 +160,8 @@ std::vector<HarmonicModes> AxisymmetricBody::modes_up_to(const solid::Material& 
   return modes;
 }
 
-std::vector<HarmonicModes> AxisymmetricBody::lowest(const solid::Material& material, const std::vector<int>& counts) const {
+std::vector<HarmonicModes> AxisymmetricBody::lowest(const solid::Material& material,
+                                                    const std::vector<int>& counts) const {
   KLANG_CHECK(counts.size() <= systems_.size(), "lowest: a count for each system that there is");
   const double shift = -std::pow(0.3 * shear_omega(section_, material), 2);
   std::vector<HarmonicModes> modes(counts.size());

@@ -26,9 +26,7 @@ double omega_sq(double frequency_hz) { return std::pow(2 * kPi * frequency_hz, 2
 
 class Stopwatch {
  public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -42,8 +40,8 @@ struct Search {
 };
 
 // The lowest pairs: at least `n_wanted`, with guards above them so that a gap for the Sturm count is seen.
-void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, bool dense,
-                 Eigen::Index n_wanted, Search& search) {
+void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, bool dense, Eigen::Index n_wanted,
+                 Search& search) {
   for (Eigen::Index guard = 4; guard <= kMaxGuard; guard *= 4) {
     const Eigen::Index n = std::min(n_wanted + guard, problem.n_elastic());
     const Stopwatch watch;
@@ -66,8 +64,7 @@ void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, boo
       }
     }
     search.iterate_s += watch.seconds();
-    if (!search.pairs.converged || n == problem.n_elastic() || detail::gap_above(search.pairs, n_wanted) > 0)
-      return;
+    if (!search.pairs.converged || n == problem.n_elastic() || detail::gap_above(search.pairs, n_wanted) > 0) return;
   }
 }
 
@@ -84,14 +81,13 @@ void EigenOptions::validate() const {
   if (max_restarts < 1)
     throw InputError(place, "max_restarts must be positive", std::to_string(max_restarts), "1 or more");
   if (dense_limit_nodes < 0) {
-    throw InputError(place, "dense_limit_nodes must not be negative", std::to_string(dense_limit_nodes),
-                     "0 or more");
+    throw InputError(place, "dense_limit_nodes must not be negative", std::to_string(dense_limit_nodes), "0 or more");
   }
 }
 
 EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
-                        const solid::Material& material, const solid::Support& support,
-                        const EigenOptions& options, Monitor& monitor) {
+                        const solid::Material& material, const solid::Support& support, const EigenOptions& options,
+                        Monitor& monitor) {
   options.validate();
   solid::validate(material);
   if (assembled.n_mesh_nodes != mesh.n_nodes()) {
@@ -165,14 +161,12 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
     if (options.prove_none_missing || options.count == 0) {
       double at = options.count == 0 ? omega_sq(options.band.high_hz) : detail::gap_above(search.pairs, n_wanted);
       // The gap before the last polish serves as well, while it lies between the same pairs.
-      if (at > 0 && search.count_at > 0 && (search.pairs.value.array() < at).count() ==
-                                               (search.pairs.value.array() < search.count_at).count())
+      if (at > 0 && search.count_at > 0 &&
+          (search.pairs.value.array() < at).count() == (search.pairs.value.array() < search.count_at).count())
         at = search.count_at;
-      if (at == 0)
-        at = search.pairs.size() > 0 ? search.pairs.value[search.pairs.size() - 1] * (1 + 1e-7) : low;
+      if (at == 0) at = search.pairs.size() > 0 ? search.pairs.value[search.pairs.size() - 1] * (1 + 1e-7) : low;
       if (search.pairs.converged) {
-        search.proof =
-            detail::prove(problem, search.pairs, at, options.tolerance, options.max_restarts, kMaxSearches);
+        search.proof = detail::prove(problem, search.pairs, at, options.tolerance, options.max_restarts, kMaxSearches);
       }
     }
     n_low = (search.pairs.value.array() < low).count();
@@ -182,9 +176,8 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
   }
 
   detail::Pairs& pairs = search.pairs;
-  const Eigen::Index last = options.count == 0
-                                ? (pairs.value.array() <= omega_sq(options.band.high_hz)).count()
-                                : std::min<Eigen::Index>(pairs.size(), n_low + options.count);
+  const Eigen::Index last = options.count == 0 ? (pairs.value.array() <= omega_sq(options.band.high_hz)).count()
+                                               : std::min<Eigen::Index>(pairs.size(), n_low + options.count);
   const Eigen::Index n_modes = std::max<Eigen::Index>(0, last - n_low);
   detail::Pairs kept;
   kept.value = pairs.value.segment(n_low, n_modes);
@@ -228,14 +221,11 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
 Eigen::MatrixXd eigenvalue_lame_derivatives(const ModalModel& model, const solid::AssembledSolid& assembled) {
   Eigen::MatrixXd u(assembled.n_dofs(), model.n_modes());
   for (std::size_t i = 0; i < assembled.free_nodes.size(); ++i) {
-    u.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
-        model.shapes.middleRows<3>(3 * assembled.free_nodes[i]);
+    u.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = model.shapes.middleRows<3>(3 * assembled.free_nodes[i]);
   }
   Eigen::MatrixXd result(model.n_modes(), 2);
-  result.col(0) =
-      u.cwiseProduct(detail::symmetric_times(assembled.stiffness_lambda, u)).colwise().sum().transpose();
-  result.col(1) =
-      u.cwiseProduct(detail::symmetric_times(assembled.stiffness_mu, u)).colwise().sum().transpose();
+  result.col(0) = u.cwiseProduct(detail::symmetric_times(assembled.stiffness_lambda, u)).colwise().sum().transpose();
+  result.col(1) = u.cwiseProduct(detail::symmetric_times(assembled.stiffness_mu, u)).colwise().sum().transpose();
   return result;
 }
 

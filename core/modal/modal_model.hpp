@@ -11,7 +11,7 @@ namespace klang::modal {
 /// Elastic modes of a body, in order of frequency; rigid modes are left out. Damping is no part of it.
 struct ModalModel {
   Eigen::VectorXd angular_frequency_rad_s;  ///< n_modes
-  Eigen::MatrixXd shapes;  ///< 3 n_nodes x n_modes, row 3 node + axis; u^T M u = 1, unit 1/sqrt(kg)
+  Eigen::MatrixXd shapes;                   ///< 3 n_nodes x n_modes, row 3 node + axis; u^T M u = 1, unit 1/sqrt(kg)
   mesh::TetMesh mesh;
   solid::Material material;
   solid::Support support;

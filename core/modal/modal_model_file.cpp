@@ -32,10 +32,8 @@ std::string mode_name(Eigen::Index k) {
 
 mesh::TetMesh read_mesh(vtkUnstructuredGrid* grid, const GridFile& parts) {
   mesh::TetMesh mesh;
-  auto* points =
-      grid->GetPoints() == nullptr ? nullptr : vtkDoubleArray::SafeDownCast(grid->GetPoints()->GetData());
-  if (points == nullptr || points->GetNumberOfComponents() != 3)
-    parts.fail("points of double precision are missing");
+  auto* points = grid->GetPoints() == nullptr ? nullptr : vtkDoubleArray::SafeDownCast(grid->GetPoints()->GetData());
+  if (points == nullptr || points->GetNumberOfComponents() != 3) parts.fail("points of double precision are missing");
   const vtkIdType n_nodes = points->GetNumberOfTuples();
   mesh.nodes_m = Eigen::Map<const mesh::Points>(points->GetPointer(0), n_nodes, 3);
   const vtkIdType n_elements = grid->GetNumberOfCells();
@@ -72,8 +70,7 @@ mesh::TetMesh read_mesh(vtkUnstructuredGrid* grid, const GridFile& parts) {
 
 }  // namespace
 
-void write_modal_model(const std::filesystem::path& path, const ModalModel& model,
-                       const std::string& provenance_json) {
+void write_modal_model(const std::filesystem::path& path, const ModalModel& model, const std::string& provenance_json) {
   const Eigen::Index n_nodes = model.mesh.n_nodes();
   vtkNew<vtkUnstructuredGrid> grid;
 
@@ -128,8 +125,7 @@ ModalModel read_modal_model(const std::filesystem::path& path) {
   model.shapes.resize(3 * model.mesh.n_nodes(), model.n_modes());
   for (Eigen::Index k = 0; k < model.n_modes(); ++k) {
     auto* shape = vtkDoubleArray::SafeDownCast(grid->GetPointData()->GetAbstractArray(mode_name(k).c_str()));
-    if (shape == nullptr || shape->GetNumberOfComponents() != 3 ||
-        shape->GetNumberOfTuples() != model.mesh.n_nodes()) {
+    if (shape == nullptr || shape->GetNumberOfComponents() != 3 || shape->GetNumberOfTuples() != model.mesh.n_nodes()) {
       parts.fail("array " + mode_name(k) + " is missing");
     }
     model.shapes.col(k) = Eigen::Map<const Eigen::VectorXd>(shape->GetPointer(0), model.shapes.rows());

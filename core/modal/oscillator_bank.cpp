@@ -62,8 +62,7 @@ void check_inputs(const std::vector<Oscillator>& oscillators, const std::vector<
   }
 }
 
-std::vector<Event> events_of(const std::vector<ModalImpulse>& impulses, double sample_rate_hz,
-                             std::size_t n_frames) {
+std::vector<Event> events_of(const std::vector<ModalImpulse>& impulses, double sample_rate_hz, std::size_t n_frames) {
   std::vector<Event> events;
   for (const ModalImpulse& impulse : impulses) {
     Event event{&impulse, 0, std::nullopt};
@@ -78,8 +77,7 @@ std::vector<Event> events_of(const std::vector<ModalImpulse>& impulses, double s
     }
     events.push_back(std::move(event));
   }
-  std::stable_sort(events.begin(), events.end(),
-                   [](const Event& a, const Event& b) { return a.sample < b.sample; });
+  std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.sample < b.sample; });
   return events;
 }
 
@@ -186,8 +184,8 @@ void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::si
 
 }  // namespace
 
-Eigen::VectorXd rayleigh_decay_per_s(const Eigen::VectorXd& angular_frequency_rad_s,
-                                     double rayleigh_stiffness_s, double rayleigh_mass_per_s) {
+Eigen::VectorXd rayleigh_decay_per_s(const Eigen::VectorXd& angular_frequency_rad_s, double rayleigh_stiffness_s,
+                                     double rayleigh_mass_per_s) {
   return 0.5 * (rayleigh_stiffness_s * angular_frequency_rad_s.array().square() + rayleigh_mass_per_s);
 }
 
@@ -206,8 +204,8 @@ Eigen::VectorXd render(const std::vector<Oscillator>& oscillators, const std::ve
       for (std::size_t part = begin; part < end; ++part) {
         const std::size_t first = (wave + part) * kChunkModes;
         parts[part].setZero(n_frames);
-        render_chunk(oscillators.data() + first, first, std::min(kChunkModes, oscillators.size() - first),
-                     events, sample_rate_hz, parts[part]);
+        render_chunk(oscillators.data() + first, first, std::min(kChunkModes, oscillators.size() - first), events,
+                     sample_rate_hz, parts[part]);
       }
     });
     for (std::size_t part = 0; part < n_parts; ++part) output += parts[part];

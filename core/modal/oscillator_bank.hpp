@@ -30,7 +30,7 @@ struct Oscillator {
 /// A modal impulse into each oscillator at one time (z' jumps by impulse[i]).
 struct ModalImpulse {
   double time_s = 0.0;
-  Eigen::VectorXd impulse;            ///< n_oscillators
+  Eigen::VectorXd impulse;  ///< n_oscillators
   double contact_duration_s = 0.0;
 };
 

@@ -34,13 +34,15 @@ struct PowerTable {
 };
 
 /// int xi^i eta^j zeta^k over the body, by the table; vertices 3 x n in the coordinates of the polynomials.
-std::vector<double> moments(const PowerTable& powers, const Eigen::Matrix3Xd& vertices, const mesh::IndexRows& triangles) {
+std::vector<double> moments(const PowerTable& powers, const Eigen::Matrix3Xd& vertices,
+                            const mesh::IndexRows& triangles) {
   const int degree = powers.side - 1;
   const QuadratureRule rule = gauss_rule(degree / 2 + 1);
   std::vector<double> sums(powers.list.size(), 0.0);
   Eigen::Matrix3Xd power(3, degree + 1);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
-    const Eigen::Vector3d a = vertices.col(triangles(t, 0)), ab = vertices.col(triangles(t, 1)) - a, ac = vertices.col(triangles(t, 2)) - a;
+    const Eigen::Vector3d a = vertices.col(triangles(t, 0)), ab = vertices.col(triangles(t, 1)) - a,
+                          ac = vertices.col(triangles(t, 2)) - a;
     const double flux = a.dot(ab.cross(ac));  // x.n dS over the unit triangle's area element
     if (flux == 0.0) continue;
     for (Eigen::Index p = 0; p < rule.points.size(); ++p) {
@@ -58,7 +60,8 @@ std::vector<double> moments(const PowerTable& powers, const Eigen::Matrix3Xd& ve
       }
     }
   }
-  for (std::size_t m = 0; m < sums.size(); ++m) sums[m] /= powers.list[m][0] + powers.list[m][1] + powers.list[m][2] + 3;
+  for (std::size_t m = 0; m < sums.size(); ++m)
+    sums[m] /= powers.list[m][0] + powers.list[m][1] + powers.list[m][2] + 3;
   return sums;
 }
 
@@ -68,7 +71,8 @@ struct Problem {
 
 /// With density 1 and mu = 1, coordinates in units of the half extents h: derivatives are divided by h, the factor h_x h_y h_z of all
 /// integrals is left out of both matrices.
-Problem assemble_polynomials(const PowerTable& basis, const PowerTable& powers, const std::vector<double>& integral, const Eigen::Vector3d& h, double lambda_over_mu) {
+Problem assemble_polynomials(const PowerTable& basis, const PowerTable& powers, const std::vector<double>& integral,
+                             const Eigen::Vector3d& h, double lambda_over_mu) {
   const auto n = static_cast<Eigen::Index>(basis.list.size());
   const auto value = [&](const Powers& p, const Powers& q, int dp, int dq) {  // int d_dp P d_dq Q; -1: no derivative
     Powers e{p[0] + q[0], p[1] + q[1], p[2] + q[2]};
@@ -116,7 +120,8 @@ double lowest_elastic(const Problem& problem, double shift) {
   const Eigen::LLT<Eigen::MatrixXd> factor(problem.stiffness + shift * problem.mass);
   Eigen::MatrixXd rigid = problem.rigid;
   const Eigen::LLT<Eigen::MatrixXd> gram(rigid.transpose() * problem.mass * rigid);
-  if (factor.info() != Eigen::Success || gram.info() != Eigen::Success) throw InputError("polynomial modes", "the body is too thin or too crooked for this degree");
+  if (factor.info() != Eigen::Success || gram.info() != Eigen::Success)
+    throw InputError("polynomial modes", "the body is too thin or too crooked for this degree");
   gram.matrixL().transpose().solveInPlace<Eigen::OnTheRight>(rigid);
   const Eigen::MatrixXd rigid_mass = problem.mass * rigid;
   constexpr int kMaxSteps = 60;
@@ -138,7 +143,8 @@ double lowest_elastic(const Problem& problem, double shift) {
     const double norm = std::sqrt(std::max(v.dot(mv), 0.0));
     if (step > 0 && (step % 4 == 0 || !(norm > 0.0))) {
       const Eigen::MatrixXd small = t.topLeftCorner(step, step).selfadjointView<Eigen::Upper>();
-      const double largest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(small, Eigen::EigenvaluesOnly).eigenvalues()[step - 1];
+      const double largest =
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(small, Eigen::EigenvaluesOnly).eigenvalues()[step - 1];
       if (std::abs(largest - before) <= 1e-8 * largest || !(norm > 0.0)) return 1.0 / largest - shift;
       before = largest;
     }
@@ -147,7 +153,8 @@ double lowest_elastic(const Problem& problem, double shift) {
     basis_mass.col(step) = mv / norm;
     v = factor.solve(basis_mass.col(step));
   }
-  throw NumericalError("polynomial modes: the lowest frequency has not settled in " + std::to_string(kMaxSteps) + " steps");
+  throw NumericalError("polynomial modes: the lowest frequency has not settled in " + std::to_string(kMaxSteps) +
+                       " steps");
 }
 
 }  // namespace
@@ -156,20 +163,25 @@ void PolynomialModeOptions::validate() const {
   if (degree < 2 || degree > 10) throw InputError("polynomial modes", "degree", std::to_string(degree), "2 to 10");
 }
 
-double lowest_frequency_hz(const mesh::SurfaceMesh& surface, const solid::Material& material, const PolynomialModeOptions& options) {
+double lowest_frequency_hz(const mesh::SurfaceMesh& surface, const solid::Material& material,
+                           const PolynomialModeOptions& options) {
   options.validate();
   solid::validate(material);
-  const mesh::MassProperties body = mesh::mass_properties(mesh::SurfaceMesh{surface.vertices_m, surface.triangles.leftCols(3)});
+  const mesh::MassProperties body =
+      mesh::mass_properties(mesh::SurfaceMesh{surface.vertices_m, surface.triangles.leftCols(3)});
   // In the principal frame, in units of the half extents, the powers of a thin body are as far from each other as a cube's.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> frame(body.inertia_m5);
-  Eigen::Matrix3Xd vertices = frame.eigenvectors().transpose() * (surface.vertices_m.transpose().colwise() - body.centre_m);
+  Eigen::Matrix3Xd vertices =
+      frame.eigenvectors().transpose() * (surface.vertices_m.transpose().colwise() - body.centre_m);
   if (frame.eigenvectors().determinant() < 0.0) vertices.row(0) *= -1.0;  // normals stay outward
   const Eigen::Vector3d h = vertices.rowwise().lpNorm<Eigen::Infinity>();
   vertices.array().colwise() /= h.array();
   const PowerTable basis(options.degree), powers(2 * options.degree);
-  const Problem problem = assemble_polynomials(basis, powers, moments(powers, vertices, surface.triangles), h, material.lame_lambda_pa / material.lame_mu_pa);
+  const Problem problem = assemble_polynomials(basis, powers, moments(powers, vertices, surface.triangles), h,
+                                               material.lame_lambda_pa / material.lame_mu_pa);
   const double longest = h.maxCoeff();
-  const double omega_sq = lowest_elastic(problem, 0.01 * std::pow(h.minCoeff() / (longest * longest), 2));  // of the order of the bending modes
+  const double omega_sq = lowest_elastic(
+      problem, 0.01 * std::pow(h.minCoeff() / (longest * longest), 2));  // of the order of the bending modes
   return material.shear_speed_m_s() * std::sqrt(std::max(omega_sq, 0.0)) / (2.0 * kPi);
 }
 

@@ -7,8 +7,8 @@
 namespace klang::modal {
 
 struct PolynomialModeOptions {
-  int degree = 6;        ///< total, of the polynomials: 2 to 10. (degree + 1)(degree + 2)(degree + 3) / 2 unknowns
-  void validate() const; ///< InputError
+  int degree = 6;         ///< total, of the polynomials: 2 to 10. (degree + 1)(degree + 2)(degree + 3) / 2 unknowns
+  void validate() const;  ///< InputError
 };
 
 /// The lowest elastic frequency of a free homogeneous body from its surface alone: no mesh. Rayleigh-Ritz with all polynomials up to a
@@ -20,6 +20,7 @@ struct PolynomialModeOptions {
 /// @param surface  closed, straight triangles (mid-nodes are left out), normals outward
 /// @return frequency [Hz]
 /// @throws InputError for a surface whose volume is not positive; NumericalError where the iteration does not settle
-double lowest_frequency_hz(const mesh::SurfaceMesh& surface, const solid::Material& material, const PolynomialModeOptions& options = {});
+double lowest_frequency_hz(const mesh::SurfaceMesh& surface, const solid::Material& material,
+                           const PolynomialModeOptions& options = {});
 
 }  // namespace klang::modal

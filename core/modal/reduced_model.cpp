@@ -28,8 +28,7 @@ solid::Material with_poissons_ratio(const solid::Material& material, double pois
 Eigen::MatrixXd free_rows(const ModalModel& model, const solid::AssembledSolid& assembled) {
   Eigen::MatrixXd u(assembled.n_dofs(), model.n_modes());
   for (std::size_t i = 0; i < assembled.free_nodes.size(); ++i) {
-    u.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
-        model.shapes.middleRows<3>(3 * assembled.free_nodes[i]);
+    u.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = model.shapes.middleRows<3>(3 * assembled.free_nodes[i]);
   }
   return u;
 }
@@ -51,16 +50,13 @@ void drop_first(EigenResult& result, Eigen::Index n) {
   if (result.mesh_relative_error) result.mesh_relative_error = result.mesh_relative_error->tail(kept).eval();
 }
 
-Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> reduced_pairs(const ReducedModel& model, double lambda,
-                                                             double mu) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(lambda * model.stiffness_lambda +
-                                                        mu * model.stiffness_mu);
+Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> reduced_pairs(const ReducedModel& model, double lambda, double mu) {
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(lambda * model.stiffness_lambda + mu * model.stiffness_mu);
 }
 
 void check(const ReducedModelOptions& options) {
   const char* place = "reduced model";
-  if (options.count < 1)
-    throw InputError(place, "count must be positive", std::to_string(options.count), "1 or more");
+  if (options.count < 1) throw InputError(place, "count must be positive", std::to_string(options.count), "1 or more");
   checked(place, "band.low_hz", options.band.low_hz, 0, 1e12);
   if (options.anchor_poissons_ratios.empty()) throw InputError(place, "no anchor");
   for (const double ratio : options.anchor_poissons_ratios) {
@@ -70,9 +66,8 @@ void check(const ReducedModelOptions& options) {
 
 }  // namespace
 
-ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
-                    const solid::Material& nominal, const solid::Support& support,
-                    const ReducedModelOptions& options, Monitor& monitor) {
+ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled, const solid::Material& nominal,
+                    const solid::Support& support, const ReducedModelOptions& options, Monitor& monitor) {
   check(options);
   ReducedModel model;
   model.n_modes = options.count;
@@ -88,8 +83,7 @@ ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& asse
   };
   model.nominal = solve_modes(mesh, assembled, nominal, support, lowest_nominal(options.count), monitor);
   if (!model.nominal.usable()) return model;
-  const auto n_low =
-      static_cast<int>((model.nominal.model.frequency_hz().array() < options.band.low_hz).count());
+  const auto n_low = static_cast<int>((model.nominal.model.frequency_hz().array() < options.band.low_hz).count());
   const int n_all = options.count + n_low;
   if (n_low > 0) {
     model.nominal = solve_modes(mesh, assembled, nominal, support, lowest_nominal(n_all), monitor);
@@ -101,8 +95,8 @@ ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& asse
 
   std::vector<Eigen::MatrixXd> modes = {free_rows(model.nominal.model, assembled)};
   for (const double ratio : anchors) {
-    const EigenResult anchor = solve_modes(mesh, assembled, with_poissons_ratio(nominal, ratio), support,
-                                           lowest(n_anchor, false), monitor);
+    const EigenResult anchor =
+        solve_modes(mesh, assembled, with_poissons_ratio(nominal, ratio), support, lowest(n_anchor, false), monitor);
     if (!anchor.usable()) {
       model.nominal.status = anchor.status;
       model.nominal.message = "at Poisson's ratio " + to_text(ratio) + ": " + anchor.message;
@@ -121,8 +115,7 @@ ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& asse
     n += m.cols();
   }
   const detail::BlockMass unit_mass(assembled.mass_unit_density, 1.0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(collected.transpose() *
-                                                            unit_mass.times(collected));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(collected.transpose() * unit_mass.times(collected));
   const double cut = kBasisCut * kBasisCut * gram.eigenvalues().tail(1)(0);
   const Eigen::Index rank = (gram.eigenvalues().array() > cut).count();
   Eigen::MatrixXd basis = collected * (gram.eigenvectors().rightCols(rank) *
@@ -145,10 +138,8 @@ ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& asse
     for (std::size_t k = 0; k + 1 < anchors.size(); ++k) {
       const solid::Material midway = with_poissons_ratio(nominal, 0.5 * (anchors[k] + anchors[k + 1]));
       const EigenResult exact = solve_modes(mesh, assembled, midway, support, lowest(n_all, false), monitor);
-      const auto reduced =
-          reduced_eigenvalues(model, midway.lame_lambda_pa, midway.lame_mu_pa, midway.density_kg_m3);
-      const Eigen::ArrayXd omega_sq =
-          exact.model.angular_frequency_rad_s.tail(options.count).array().square();
+      const auto reduced = reduced_eigenvalues(model, midway.lame_lambda_pa, midway.lame_mu_pa, midway.density_kg_m3);
+      const Eigen::ArrayXd omega_sq = exact.model.angular_frequency_rad_s.tail(options.count).array().square();
       const double error = (reduced.angular_frequency_sq.array() / omega_sq - 1).abs().maxCoeff();
       model.max_relative_error = std::max(model.max_relative_error, error);
     }
@@ -162,20 +153,17 @@ ReducedEigenvalues reduced_eigenvalues(const ReducedModel& model, double lame_la
   const auto pairs = reduced_pairs(model, lame_lambda_pa, lame_mu_pa);
   ReducedEigenvalues result;
   result.angular_frequency_sq = pairs.eigenvalues().segment(model.n_skipped, model.n_modes) / density_kg_m3;
-  const auto vectors = pairs.eigenvectors().leftCols(
-      model.n_skipped + model.n_modes + 1 <= pairs.eigenvectors().cols() ? model.n_skipped + model.n_modes + 1
-                                                                         : pairs.eigenvectors().cols());
+  const auto vectors = pairs.eigenvectors().leftCols(model.n_skipped + model.n_modes + 1 <= pairs.eigenvectors().cols()
+                                                         ? model.n_skipped + model.n_modes + 1
+                                                         : pairs.eigenvectors().cols());
   Eigen::MatrixXd derivative(vectors.cols(), 2);
   derivative.col(0) =
       vectors.cwiseProduct(model.stiffness_lambda * vectors).colwise().sum().transpose() / density_kg_m3;
-  derivative.col(1) =
-      vectors.cwiseProduct(model.stiffness_mu * vectors).colwise().sum().transpose() / density_kg_m3;
+  derivative.col(1) = vectors.cwiseProduct(model.stiffness_mu * vectors).colwise().sum().transpose() / density_kg_m3;
   const auto& value = pairs.eigenvalues();
   for (Eigen::Index first = 0; first < derivative.rows();) {
     Eigen::Index last = first;  // inclusive
-    while (last + 1 < derivative.rows() &&
-           value[last + 1] - value[last] <= kClusterTolerance * value[last + 1])
-      ++last;
+    while (last + 1 < derivative.rows() && value[last + 1] - value[last] <= kClusterTolerance * value[last + 1]) ++last;
     const Eigen::RowVector2d mean = derivative.middleRows(first, last - first + 1).colwise().mean();
     derivative.middleRows(first, last - first + 1).rowwise() = mean;
     first = last + 1;

@@ -28,9 +28,9 @@ struct ReducedModelOptions {
   bool estimate_mesh_error = false;  ///< of the nominal modes: nominal.mesh_relative_error
 };
 
-ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
-                    const solid::Material& nominal, const solid::Support& support,
-                    const ReducedModelOptions& options, Monitor& monitor = silent_monitor());
+ReducedModel reduce(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled, const solid::Material& nominal,
+                    const solid::Support& support, const ReducedModelOptions& options,
+                    Monitor& monitor = silent_monitor());
 
 /// omega^2 of the trusted modes, ascending, with their derivatives by lambda and mu (n_modes x 2). Inside a
 /// cluster of equal eigenvalues the derivatives are those of the cluster's mean, so that they do not depend

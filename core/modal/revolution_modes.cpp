@@ -11,9 +11,7 @@ namespace {
 
 constexpr double kLeftOfLowerDegree = 0.1;  // of the difference to elements one degree lower
 
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 /// Modes from low_hz to high_hz, members of pairs each.
 int count_in(const AxisymmetricBody& body, const std::vector<HarmonicModes>& modes, double low_hz) {
@@ -56,13 +54,14 @@ Eigen::VectorXd section_mesh_error(const mesh::ShapeSpec& shape, const mesh::Sec
   for (Eigen::Index k = 0; k < n; ++k) {
     const auto s = static_cast<std::size_t>(sampled.system[static_cast<std::size_t>(k)]);
     const int i = sampled.index[static_cast<std::size_t>(k)];
-    error[k] = kLeftOfLowerDegree * 0.5 * std::abs(std::log(other[s].angular_frequency_sq[i] / modes[s].angular_frequency_sq[i]));
+    error[k] = kLeftOfLowerDegree * 0.5 *
+               std::abs(std::log(other[s].angular_frequency_sq[i] / modes[s].angular_frequency_sq[i]));
   }
   return error;
 }
 
-EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::TetMesh& mesh, const solid::Material& material,
-                                   const EigenOptions& options, Monitor& monitor) {
+EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::TetMesh& mesh,
+                                   const solid::Material& material, const EigenOptions& options, Monitor& monitor) {
   options.validate();
   const double start = now_s();
   EigenResult result;
@@ -70,7 +69,8 @@ EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::Tet
   result.n_rigid_modes = 6;
   double high_hz = options.band.high_hz;
   mesh::SectionDivisions divisions = section_divisions_for(shape, material, high_hz);
-  if (options.count > 0) high_hz = std::max(first_guess_hz(shape, material, mesh::mesh_section(shape, divisions)), options.band.low_hz);
+  if (options.count > 0)
+    high_hz = std::max(first_guess_hz(shape, material, mesh::mesh_section(shape, divisions)), options.band.low_hz);
   std::vector<HarmonicModes> modes;
   std::optional<AxisymmetricBody> body;
   for (;; high_hz *= 2.0) {
@@ -89,7 +89,8 @@ EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::Tet
     for (const double value : modes[s].angular_frequency_sq)
       omega_sq.insert(omega_sq.end(), static_cast<std::size_t>(body->system(s).multiplicity), value);
   std::sort(omega_sq.begin(), omega_sq.end());
-  const auto below = std::lower_bound(omega_sq.begin(), omega_sq.end(), std::pow(2.0 * kPi * options.band.low_hz, 2)) - omega_sq.begin();
+  const auto below = std::lower_bound(omega_sq.begin(), omega_sq.end(), std::pow(2.0 * kPi * options.band.low_hz, 2)) -
+                     omega_sq.begin();
   const auto wanted = options.count > 0 ? below + options.count : static_cast<std::ptrdiff_t>(omega_sq.size());
   const auto n = static_cast<Eigen::Index>(wanted - below);
   result.sturm_count = static_cast<long>(omega_sq.size()) + result.n_rigid_modes;

@@ -18,7 +18,8 @@ Eigen::VectorXd section_mesh_error(const mesh::ShapeSpec& shape, const mesh::Sec
 /// whose nodes the shapes are sampled. Of the options count, band and estimate_mesh_error are used; every harmonic's count is
 /// a Sturm count, so none is missing.
 /// @throws InputError for a body that is not one of revolution; NumericalError as AxisymmetricBody
-EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::TetMesh& mesh, const solid::Material& material,
-                                   const EigenOptions& options = {}, Monitor& monitor = silent_monitor());
+EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::TetMesh& mesh,
+                                   const solid::Material& material, const EigenOptions& options = {},
+                                   Monitor& monitor = silent_monitor());
 
 }  // namespace klang::modal

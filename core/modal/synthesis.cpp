@@ -38,8 +38,7 @@ struct TriangleShape {
 TriangleShape triangle_shape(double xi, double eta, bool quadratic) {
   const double zeta = 1.0 - xi - eta;
   if (!quadratic) return {{zeta, xi, eta}, {-1, 1, 0}, {-1, 0, 1}, 3};
-  return {{zeta * (2 * zeta - 1), xi * (2 * xi - 1), eta * (2 * eta - 1), 4 * zeta * xi, 4 * xi * eta,
-           4 * eta * zeta},
+  return {{zeta * (2 * zeta - 1), xi * (2 * xi - 1), eta * (2 * eta - 1), 4 * zeta * xi, 4 * xi * eta, 4 * eta * zeta},
           {1 - 4 * zeta, 4 * xi - 1, 0, 4 * (zeta - xi), 4 * eta, -4 * eta},
           {1 - 4 * zeta, 0, 4 * eta - 1, -4 * xi, 4 * xi, 4 * (zeta - eta)},
           6};
@@ -47,8 +46,7 @@ TriangleShape triangle_shape(double xi, double eta, bool quadratic) {
 
 void check_node(const ModalModel& model, int node, const char* what) {
   if (node >= 0 && node < model.mesh.n_nodes()) return;
-  throw InputError(what, "no such node", std::to_string(node),
-                   "0 to " + std::to_string(model.mesh.n_nodes() - 1));
+  throw InputError(what, "no such node", std::to_string(node), "0 to " + std::to_string(model.mesh.n_nodes() - 1));
 }
 
 }  // namespace
@@ -108,8 +106,7 @@ audio::Signal synthesise(const ModalModel& model, const Eigen::VectorXd& decay_p
     gain = surface_coupling(model);
   } else {
     check_node(model, options.pickup_node, "pickup");
-    gain = model.shapes.middleRows<3>(3 * options.pickup_node).transpose() *
-           options.pickup_direction.normalized();
+    gain = model.shapes.middleRows<3>(3 * options.pickup_node).transpose() * options.pickup_direction.normalized();
   }
 
   // Filtered by the frequency that is heard, |Im p| / 2 pi in Hz (errata 3): over-damped modes do not ring
@@ -135,9 +132,8 @@ audio::Signal synthesise(const ModalModel& model, const Eigen::VectorXd& decay_p
   audio::Signal signal;
   signal.sample_rate_hz = options.sample_rate_hz;
   signal.origin = "synthesis";
-  signal.samples =
-      render(oscillators, impulses, options.sample_rate_hz,
-             static_cast<Eigen::Index>(std::llround(options.duration_s * options.sample_rate_hz)));
+  signal.samples = render(oscillators, impulses, options.sample_rate_hz,
+                          static_cast<Eigen::Index>(std::llround(options.duration_s * options.sample_rate_hz)));
   return signal;
 }
 

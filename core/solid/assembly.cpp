@@ -18,8 +18,7 @@ constexpr int kNodeGrain = 1024;  // nodes a task builds the pattern of
 
 void check_mesh(const mesh::TetMesh& mesh) {
   if (mesh.elements.cols() != 4 && mesh.elements.cols() != 10) {
-    throw InputError("mesh", "elements must have 4 or 10 nodes", std::to_string(mesh.elements.cols()),
-                     "4 or 10");
+    throw InputError("mesh", "elements must have 4 or 10 nodes", std::to_string(mesh.elements.cols()), "4 or 10");
   }
   if (mesh.n_elements() == 0) throw InputError("mesh", "has no elements");
   for (int e = 0; e < mesh.n_elements(); ++e) {
@@ -55,8 +54,8 @@ struct NodePattern {
   std::vector<int> row;
 };
 
-NodePattern node_pattern(const mesh::TetMesh& mesh, const NodeElements& at,
-                         const std::vector<int>& free_nodes, const std::vector<int>& free_index) {
+NodePattern node_pattern(const mesh::TetMesh& mesh, const NodeElements& at, const std::vector<int>& free_nodes,
+                         const std::vector<int>& free_index) {
   const std::size_t n = free_nodes.size();
   const std::size_t n_ranges = (n + kNodeGrain - 1) / kNodeGrain;
   std::vector<std::vector<int>> range_rows(n_ranges);
@@ -89,8 +88,7 @@ NodePattern node_pattern(const mesh::TetMesh& mesh, const NodeElements& at,
 // First place of column 3 j + b. Its rows are 3 j + b .. 3 j + 2, then three for each further node.
 std::int64_t column_start(const NodePattern& pattern, std::size_t j, int b) {
   const std::int64_t further = pattern.start[j + 1] - pattern.start[j] - 1;
-  return 9 * (pattern.start[j] - static_cast<std::int64_t>(j)) + 6 * static_cast<std::int64_t>(j) +
-         b * 3 * further +
+  return 9 * (pattern.start[j] - static_cast<std::int64_t>(j)) + 6 * static_cast<std::int64_t>(j) + b * 3 * further +
          (b == 0   ? 0
           : b == 1 ? 3
                    : 5);
@@ -229,8 +227,7 @@ AssembledSolid assemble(const mesh::TetMesh& mesh, const Support& support, MassK
   solid.n_mesh_nodes = mesh.n_nodes();
   std::vector<int> free_index(mesh.n_nodes(), -1);
   for (int i = 0; i < mesh.n_nodes(); ++i) {
-    if (held[i] || at.start[i] == at.start[i + 1])
-      continue;  // a node of no element has neither mass nor stiffness
+    if (held[i] || at.start[i] == at.start[i + 1]) continue;  // a node of no element has neither mass nor stiffness
     free_index[i] = static_cast<int>(solid.free_nodes.size());
     solid.free_nodes.push_back(i);
   }
@@ -262,8 +259,7 @@ AssembledSolid assemble(const mesh::TetMesh& mesh, const Support& support, MassK
     });
   }
   if (first_bad.load() != std::numeric_limits<int>::max()) {
-    throw InputError("mesh",
-                     "element " + std::to_string(first_bad.load()) + " is flat, inside out or not finite", {},
+    throw InputError("mesh", "element " + std::to_string(first_bad.load()) + " is flat, inside out or not finite", {},
                      "a positive Jacobian determinant at every integration point");
   }
   return solid;
@@ -275,8 +271,7 @@ SparseMatrix stiffness(const AssembledSolid& solid, double lame_lambda_pa, doubl
   const double* lambda_values = solid.stiffness_lambda.valuePtr();
   double* values = result.valuePtr();
   parallel_for(static_cast<std::size_t>(result.nonZeros()), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k)
-      values[k] = lame_lambda_pa * lambda_values[k] + lame_mu_pa * values[k];
+    for (std::size_t k = begin; k < end; ++k) values[k] = lame_lambda_pa * lambda_values[k] + lame_mu_pa * values[k];
   });
   return result;
 }

@@ -28,8 +28,7 @@ struct AssembledSolid {
 
 /// Parallel over elements; the result has the same bits on any number of threads.
 /// @throws InputError: an element of volume <= 0 (its number), a mesh that the support holds everywhere.
-AssembledSolid assemble(const mesh::TetMesh& mesh, const Support& support = {},
-                        MassKind mass = MassKind::kConsistent);
+AssembledSolid assemble(const mesh::TetMesh& mesh, const Support& support = {}, MassKind mass = MassKind::kConsistent);
 
 /// lambda K_lambda + mu K_mu, lower triangle.
 SparseMatrix stiffness(const AssembledSolid& solid, double lame_lambda_pa, double lame_mu_pa);

@@ -44,7 +44,8 @@ struct PointOnSection {
 class ElementPoints {
  public:
   explicit ElementPoints(int degree)
-      : row_(degree + 1), rule_(gauss_rule(degree + 2)),
+      : row_(degree + 1),
+        rule_(gauss_rule(degree + 2)),
         table_(lagrange_table(lobatto_rule(degree + 1).points, rule_.points)) {}
 
   template <class Visitor>
@@ -109,7 +110,8 @@ HarmonicSystem assemble_harmonic(const mesh::Section& section, int harmonic, boo
   const ElementPoints points(section.degree);
 
   std::vector<Eigen::Triplet<double>> lambda, mu, mass;
-  const auto reserve = static_cast<std::size_t>(section.n_elements()) * static_cast<std::size_t>(3 * n * (3 * n + 1) / 2);
+  const auto reserve =
+      static_cast<std::size_t>(section.n_elements()) * static_cast<std::size_t>(3 * n * (3 * n + 1) / 2);
   lambda.reserve(reserve);
   mu.reserve(reserve);
   mass.reserve(reserve / 3);

@@ -15,11 +15,11 @@ namespace klang::solid {
 struct HarmonicSystem {
   int harmonic = 0;
   bool torsion = false;
-  int multiplicity = 1;            ///< 2 for harmonic >= 1
-  SparseMatrix stiffness_lambda;   ///< lower triangle; K = lambda K_lambda + mu K_mu
+  int multiplicity = 1;           ///< 2 for harmonic >= 1
+  SparseMatrix stiffness_lambda;  ///< lower triangle; K = lambda K_lambda + mu K_mu
   SparseMatrix stiffness_mu;
   SparseMatrix mass_unit_density;
-  Eigen::MatrixXd rigid;           ///< n_dofs x 0 to 2: the rigid motions that are of this harmonic
+  Eigen::MatrixXd rigid;  ///< n_dofs x 0 to 2: the rigid motions that are of this harmonic
 
   /// Degree of freedom of a node's component (U, V, W), -1 where it vanishes, and its sign: on the axis U = -V at m = 1.
   struct Slot {

@@ -15,8 +15,7 @@ struct Preset {
   const char* source;
 };
 
-constexpr const char* kTableSource =
-    "O'Brien, Shen, Gatchalian 2002, Table 1 (as printed, no physical truth)";
+constexpr const char* kTableSource = "O'Brien, Shen, Gatchalian 2002, Table 1 (as printed, no physical truth)";
 
 constexpr Preset kS02Presets[] = {
     {"s02_chime", 4.98e10, 2.57e10, 2700, kTableSource},
@@ -41,17 +40,10 @@ struct EngineeringPreset {
 // Room-temperature values for the isotropic solid; a real alloy or glass differs by some per cent.
 constexpr const char* kHandbookSource = "typical handbook value at 20 C; real pieces differ by some per cent";
 constexpr EngineeringPreset kEngineeringPresets[] = {
-    {"aluminium", 69e9, 0.33, 2700},
-    {"brass", 104e9, 0.34, 8500},
-    {"bronze", 110e9, 0.34, 8800},
-    {"copper", 124e9, 0.34, 8960},
-    {"steel", 210e9, 0.29, 7850},
-    {"stainless_steel", 193e9, 0.29, 8000},
-    {"titanium", 114e9, 0.34, 4430},
-    {"soda_lime_glass", 72e9, 0.22, 2500},
-    {"borosilicate_glass", 63e9, 0.20, 2230},
-    {"porcelain", 72e9, 0.19, 2700},
-    {"pmma", 3.2e9, 0.37, 1190},
+    {"aluminium", 69e9, 0.33, 2700}, {"brass", 104e9, 0.34, 8500},          {"bronze", 110e9, 0.34, 8800},
+    {"copper", 124e9, 0.34, 8960},   {"steel", 210e9, 0.29, 7850},          {"stainless_steel", 193e9, 0.29, 8000},
+    {"titanium", 114e9, 0.34, 4430}, {"soda_lime_glass", 72e9, 0.22, 2500}, {"borosilicate_glass", 63e9, 0.20, 2230},
+    {"porcelain", 72e9, 0.19, 2700}, {"pmma", 3.2e9, 0.37, 1190},
 };
 
 std::string joined(const std::vector<std::string>& names) {
@@ -75,8 +67,7 @@ Material from_youngs_modulus(double youngs_modulus_pa, double poissons_ratio, do
   checked_open(place, "poissons_ratio", poissons_ratio, -1, 0.5);
   checked_open(place, "density_kg_m3", density_kg_m3, 0, HUGE_VAL);
   Material material;
-  material.lame_lambda_pa =
-      youngs_modulus_pa * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio));
+  material.lame_lambda_pa = youngs_modulus_pa * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio));
   material.lame_mu_pa = youngs_modulus_pa / (2 * (1 + poissons_ratio));
   material.density_kg_m3 = density_kg_m3;
   validate(material);
@@ -97,8 +88,7 @@ void validate(const Material& material) {
 Material material_preset(std::string_view name) {
   for (const auto& preset : kEngineeringPresets) {
     if (name != preset.name) continue;
-    Material material =
-        from_youngs_modulus(preset.youngs_modulus_pa, preset.poissons_ratio, preset.density_kg_m3);
+    Material material = from_youngs_modulus(preset.youngs_modulus_pa, preset.poissons_ratio, preset.density_kg_m3);
     material.name = preset.name;
     material.source = kHandbookSource;
     return material;

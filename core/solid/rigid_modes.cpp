@@ -45,8 +45,7 @@ std::vector<int> face_parts(const mesh::TetMesh& mesh, int& n_parts) {
   constexpr int corners[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
   for (int e = 0; e < mesh.n_elements(); ++e) {
     for (const auto& face : corners) {
-      std::array<int, 3> nodes{mesh.elements(e, face[0]), mesh.elements(e, face[1]),
-                               mesh.elements(e, face[2])};
+      std::array<int, 3> nodes{mesh.elements(e, face[0]), mesh.elements(e, face[1]), mesh.elements(e, face[2])};
       std::sort(nodes.begin(), nodes.end());
       faces.push_back({nodes, e});
     }
@@ -112,8 +111,7 @@ Eigen::MatrixXd rigid_modes(const mesh::TetMesh& mesh, const AssembledSolid& ass
   for (int e = 0; e < mesh.n_elements(); ++e) {
     PartFrame& f = frame[part_of_element[e]];
     for (int k = 0; k < 4; ++k) {
-      f.radius_m =
-          std::max(f.radius_m, (mesh.nodes_m.row(mesh.elements(e, k)).transpose() - f.centre_m).norm());
+      f.radius_m = std::max(f.radius_m, (mesh.nodes_m.row(mesh.elements(e, k)).transpose() - f.centre_m).norm());
     }
   }
 
@@ -143,10 +141,8 @@ Eigen::MatrixXd rigid_modes(const mesh::TetMesh& mesh, const AssembledSolid& ass
     const auto flush = [&] {
       Eigen::MatrixXd stacked(n_columns + n_pending, n_columns);
       stacked << rows, pending.topRows(n_pending);
-      rows = Eigen::HouseholderQR<Eigen::MatrixXd>(stacked)
-                 .matrixQR()
-                 .topRows(n_columns)
-                 .triangularView<Eigen::Upper>();
+      rows =
+          Eigen::HouseholderQR<Eigen::MatrixXd>(stacked).matrixQR().topRows(n_columns).triangularView<Eigen::Upper>();
       n_pending = 0;
     };
     const auto constrain = [&](const Eigen::Vector3d& x, int plus, int minus) {

@@ -42,8 +42,8 @@ void triangle_functions(int n, double l1, double l2, Eigen::VectorXd& value, Eig
     return;
   }
   value << l0 * (2 * l0 - 1), l1 * (2 * l1 - 1), l2 * (2 * l2 - 1), 4 * l0 * l1, 4 * l1 * l2, 4 * l2 * l0;
-  derivative << 1 - 4 * l0, 1 - 4 * l0, 4 * l1 - 1, 0, 0, 4 * l2 - 1, 4 * (l0 - l1), -4 * l1, 4 * l2, 4 * l1,
-      -4 * l2, 4 * (l0 - l2);
+  derivative << 1 - 4 * l0, 1 - 4 * l0, 4 * l1 - 1, 0, 0, 4 * l2 - 1, 4 * (l0 - l1), -4 * l1, 4 * l2, 4 * l1, -4 * l2,
+      4 * (l0 - l2);
 }
 
 Eigen::MatrixXd times(const SparseMatrix& lower, const Eigen::MatrixXd& x) {
@@ -78,8 +78,8 @@ Eigen::VectorXd traction_force_n(
   return force;
 }
 
-StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& assembled,
-                           const Material& material, const Eigen::MatrixXd& force_n) {
+StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& assembled, const Material& material,
+                           const Eigen::MatrixXd& force_n) {
   validate(material);
   if (force_n.rows() != 3 * mesh.n_nodes()) {
     throw InputError("statics", "the force has the wrong number of rows", std::to_string(force_n.rows()),
@@ -89,8 +89,7 @@ StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& asse
   StaticResult result;
   Eigen::MatrixXd force(assembled.n_dofs(), force_n.cols());
   for (std::size_t i = 0; i < assembled.free_nodes.size(); ++i) {
-    force.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
-        force_n.middleRows<3>(3 * assembled.free_nodes[i]);
+    force.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = force_n.middleRows<3>(3 * assembled.free_nodes[i]);
   }
   const SparseMatrix k = stiffness(assembled, material.lame_lambda_pa, material.lame_mu_pa);
   const Eigen::MatrixXd rigid = rigid_modes(mesh, assembled);

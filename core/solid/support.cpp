@@ -113,8 +113,7 @@ std::vector<int> held_nodes(const Support& support, const mesh::TetMesh& mesh) {
     if (found == mesh.node_sets.end()) {
       std::string names;
       for (const auto& [name, members] : mesh.node_sets) names += (names.empty() ? "" : ", ") + name;
-      throw InputError("support", "the mesh has no such node set", region.set_name,
-                       names.empty() ? "none" : names);
+      throw InputError("support", "the mesh has no such node set", region.set_name, names.empty() ? "none" : names);
     }
     nodes = found->second;
     std::sort(nodes.begin(), nodes.end());
@@ -123,8 +122,7 @@ std::vector<int> held_nodes(const Support& support, const mesh::TetMesh& mesh) {
       throw InputError("support", "the node set names nodes that the mesh has not", region.set_name);
     }
   } else {
-    const Eigen::Vector3d size =
-        (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).transpose();
+    const Eigen::Vector3d size = (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).transpose();
     const double slack_m = 1e-6 * size.norm();
     for (int i = 0; i < mesh.n_nodes(); ++i) {
       const Eigen::Vector3d x = mesh.nodes_m.row(i).transpose();
@@ -140,8 +138,7 @@ std::vector<int> held_nodes(const Support& support, const mesh::TetMesh& mesh) {
           inside = x[region.axis] > region.value_m;
           break;
         default:
-          inside = ((x - region.low_m).array() >= -slack_m).all() &&
-                   ((region.high_m - x).array() >= -slack_m).all();
+          inside = ((x - region.low_m).array() >= -slack_m).all() && ((region.high_m - x).array() >= -slack_m).all();
       }
       if (inside) nodes.push_back(i);
     }

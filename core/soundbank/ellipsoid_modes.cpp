@@ -20,11 +20,14 @@ namespace {
 
 /// Stiffness of a class over mu, divided by the volume factor abc; lower half. Strain energy
 ///   lambda (div u)^2 / 2 + mu e:e with d/dx_i = (1/a_i) d/dxi_i.
-Eigen::MatrixXd class_stiffness(int mode_class, const Eigen::Vector3d& axes, double lambda, double mu, const detail::BallBasis& basis) {
+Eigen::MatrixXd class_stiffness(int mode_class, const Eigen::Vector3d& axes, double lambda, double mu,
+                                const detail::BallBasis& basis) {
   std::array<Eigen::Index, 4> start{};
   for (int i = 0; i < 3; ++i) start[i + 1] = start[i] + basis.size(mode_class ^ (1 << i));
   Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(start[3], start[3]);
-  const auto slope = [&](int component, int axis) -> const Eigen::MatrixXd& { return basis.slope(mode_class ^ (1 << component), axis); };
+  const auto slope = [&](int component, int axis) -> const Eigen::MatrixXd& {
+    return basis.slope(mode_class ^ (1 << component), axis);
+  };
   for (int j = 0; j < 3; ++j)
     for (int i = j; i < 3; ++i) {
       auto block = stiffness.block(start[i], start[j], start[i + 1] - start[i], start[j + 1] - start[j]);
@@ -81,7 +84,8 @@ void lowest_eigenpairs(Eigen::MatrixXd& matrix, int count, Eigen::VectorXd& valu
 
 void EllipsoidModeOptions::validate() const {
   if (degree < 3 || degree > 24) throw InputError("ellipsoid", "degree", std::to_string(degree), "3 to 24");
-  if (per_class < 1 || per_class > 100) throw InputError("ellipsoid", "per_class", std::to_string(per_class), "1 to 100");
+  if (per_class < 1 || per_class > 100)
+    throw InputError("ellipsoid", "per_class", std::to_string(per_class), "1 to 100");
 }
 
 int rigid_motions(int mode_class) {
@@ -89,7 +93,8 @@ int rigid_motions(int mode_class) {
   return odd == 1 || odd == 2 ? 1 : 0;
 }
 
-EllipsoidModes::EllipsoidModes(const Eigen::Vector3d& axes_m, const solid::Material& material, const EllipsoidModeOptions& options)
+EllipsoidModes::EllipsoidModes(const Eigen::Vector3d& axes_m, const solid::Material& material,
+                               const EllipsoidModeOptions& options)
     : axes_m_(axes_m), degree_(options.degree) {
   const BlasThreads one(1);  // a few hundred unknowns: threads only wait for each other
   options.validate();
@@ -120,7 +125,8 @@ EllipsoidModes::EllipsoidModes(const Eigen::Vector3d& axes_m, const solid::Mater
   }
 }
 
-EllipsoidModes::EllipsoidModes(const Eigen::Vector3d& axes_m, int degree, std::array<Eigen::VectorXd, kModeClasses> omega,
+EllipsoidModes::EllipsoidModes(const Eigen::Vector3d& axes_m, int degree,
+                               std::array<Eigen::VectorXd, kModeClasses> omega,
                                std::array<Eigen::MatrixXd, kModeClasses> coefficients)
     : axes_m_(axes_m), degree_(degree), omega_(std::move(omega)), coefficients_(std::move(coefficients)) {}
 

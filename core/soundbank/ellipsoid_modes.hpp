@@ -20,9 +20,9 @@ struct ModeId {
 };
 
 struct EllipsoidModeOptions {
-  int degree = 12;       ///< of the polynomials, 3 to 24
-  int per_class = 12;    ///< modes kept in each class, 1 to 100
-  void validate() const; ///< InputError
+  int degree = 12;        ///< of the polynomials, 3 to 24
+  int per_class = 12;     ///< modes kept in each class, 1 to 100
+  void validate() const;  ///< InputError
 };
 
 /// Elastic modes of a free isotropic ellipsoid by the Rayleigh-Ritz method: displacements are polynomials in xi = (x/a, y/b, z/c),
@@ -33,7 +33,8 @@ class EllipsoidModes {
  public:
   /// @param axes_m  semi-axes along x, y, z, > 0; any order
   /// @throws InputError
-  EllipsoidModes(const Eigen::Vector3d& axes_m, const solid::Material& material, const EllipsoidModeOptions& options = {});
+  EllipsoidModes(const Eigen::Vector3d& axes_m, const solid::Material& material,
+                 const EllipsoidModeOptions& options = {});
   /// From stored coefficients (mass-normalised as shapes() gives them).
   EllipsoidModes(const Eigen::Vector3d& axes_m, int degree, std::array<Eigen::VectorXd, kModeClasses> omega,
                  std::array<Eigen::MatrixXd, kModeClasses> coefficients);

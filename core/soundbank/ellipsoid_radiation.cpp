@@ -56,7 +56,12 @@ struct EllipsoidPoints {
   Eigen::Matrix3Xd xi, points_m, normals;
   Eigen::VectorXd areas_m2;
   EllipsoidPoints(const Eigen::Vector3d& axes, const Octant& octant)
-      : n_theta(octant.theta.size()), n_phi(octant.phi.size()), xi(3, octant.size()), points_m(3, octant.size()), normals(3, octant.size()), areas_m2(octant.size()) {
+      : n_theta(octant.theta.size()),
+        n_phi(octant.phi.size()),
+        xi(3, octant.size()),
+        points_m(3, octant.size()),
+        normals(3, octant.size()),
+        areas_m2(octant.size()) {
     for (Eigen::Index i = 0; i < octant.size(); ++i) {
       xi.col(i) = octant.direction(i);
       points_m.col(i) = axes.cwiseProduct(xi.col(i));
@@ -76,7 +81,11 @@ struct Resolution {
 class Shell {
  public:
   Shell(const EllipsoidModes& modes, const ModeId& mode, double k, const Resolution& resolution)
-      : modes_(modes), mode_(mode), k_(k), resolution_(resolution), frame_(modes.axes_m(), mode.mode_class),
+      : modes_(modes),
+        mode_(mode),
+        k_(k),
+        resolution_(resolution),
+        frame_(modes.axes_m(), mode.mode_class),
         harmonics_(frame_.mode_class, resolution.degree) {
     // A confocal ellipsoid: the field continues smoothly that far into the body.
     const double thin = frame_.axes.minCoeff();
@@ -124,7 +133,8 @@ class Shell {
   Eigen::VectorXcd multipole(int order) const;
 
   double error = 0.0;
-  double significant = 1.0;  ///< below 1 where the surface hardly moves along its normal: torsion of nearly round bodies
+  double significant =
+      1.0;  ///< below 1 where the surface hardly moves along its normal: torsion of nearly round bodies
   int n_unknowns = 0, n_equations = 0;
 
  private:
@@ -144,7 +154,8 @@ class Shell {
     for (Eigen::Index i = 0; i < xi.cols(); ++i) xi.col(i) = frame_.to_body(at.xi.col(i));
     const Eigen::Matrix3Xd u = modes_.shape_at(mode_, xi);
     Eigen::VectorXd velocity(xi.cols());
-    for (Eigen::Index i = 0; i < xi.cols(); ++i) velocity[i] = u.col(i).dot(frame_.to_body(at.normals.col(i))) * std::sqrt(at.areas_m2[i]);
+    for (Eigen::Index i = 0; i < xi.cols(); ++i)
+      velocity[i] = u.col(i).dot(frame_.to_body(at.normals.col(i))) * std::sqrt(at.areas_m2[i]);
     return velocity;
   }
 
@@ -172,7 +183,8 @@ detail::SourceColumns Shell::source_columns(const Octant& octant) const {
     sources.normals[d].resize(sources.n_padded);
   }
   const double thin = inner_.minCoeff();
-  std::array<Eigen::ArrayXd, 3> along{octant.phi.array().cos(), octant.phi.array().sin(), Eigen::ArrayXd::Ones(octant.phi.size())};
+  std::array<Eigen::ArrayXd, 3> along{octant.phi.array().cos(), octant.phi.array().sin(),
+                                      Eigen::ArrayXd::Ones(octant.phi.size())};
   for (Eigen::Index i = 0; i < octant.theta.size(); ++i) {
     const double s = std::sin(octant.theta[i]), z = std::cos(octant.theta[i]);
     for (int d = 0; d < 3; ++d) {
@@ -204,19 +216,22 @@ Eigen::MatrixXcd Shell::system_matrix(const EllipsoidPoints& boundary) const {
   Octant around;
   std::vector<double> re, im;
   RowMajor legendre, cosines;
-  std::vector<RowMajor> sums(static_cast<std::size_t>(n_orders));  // by order: real parts over imaginary parts of the points x n_theta
+  std::vector<RowMajor> sums(
+      static_cast<std::size_t>(n_orders));  // by order: real parts over imaginary parts of the points x n_theta
   for (Eigen::Index row = 0; row < boundary.n_theta; ++row) {
     const Eigen::Index first = row * boundary.n_phi;
     double near_theta = HUGE_VAL;
     std::vector<double> near_phi(static_cast<std::size_t>(boundary.n_phi));
     for (Eigen::Index j = 0; j < boundary.n_phi; ++j) {
       const Eigen::Vector3d xi = boundary.xi.col(first + j);
-      const double s = std::hypot(xi[0], xi[1]), gap = (boundary.points_m.col(first + j) - inner_.cwiseProduct(xi)).norm();
+      const double s = std::hypot(xi[0], xi[1]),
+                   gap = (boundary.points_m.col(first + j) - inner_.cwiseProduct(xi)).norm();
       const Eigen::Vector3d by_theta(xi[2] * xi[0] / s, xi[2] * xi[1] / s, -s), by_phi(-xi[1], xi[0], 0.0);
       near_theta = std::min(near_theta, gap / inner_.cwiseProduct(by_theta).norm());
       near_phi[static_cast<std::size_t>(j)] = gap / inner_.cwiseProduct(by_phi).norm();
     }
-    detail::crowded_rule(std::acos(boundary.xi(2, first)), near_theta, far, resolution_.density, around.theta, around.theta_weights);
+    detail::crowded_rule(std::acos(boundary.xi(2, first)), near_theta, far, resolution_.density, around.theta,
+                         around.theta_weights);
     const Eigen::Index n_theta = around.theta.size();
     legendre.resize(n_theta, harmonics_.size());
     for (Eigen::Index i = 0; i < n_theta; ++i) {
@@ -227,13 +242,15 @@ Eigen::MatrixXcd Shell::system_matrix(const EllipsoidPoints& boundary) const {
     for (Eigen::Index j = 0; j < boundary.n_phi; ++j) {
       const Eigen::Index at = first + j;
       const double phi = std::atan2(boundary.xi(1, at), boundary.xi(0, at));
-      detail::crowded_rule(phi, near_phi[static_cast<std::size_t>(j)], far, resolution_.density, around.phi, around.phi_weights);
+      detail::crowded_rule(phi, near_phi[static_cast<std::size_t>(j)], far, resolution_.density, around.phi,
+                           around.phi_weights);
       const Eigen::Index n_phi = around.phi.size();
       const detail::SourceColumns sources = source_columns(around);
       re.resize(sources.n_padded);
       im.resize(sources.n_padded);
       const auto x = boundary.points_m.col(at), n = boundary.normals.col(at);
-      detail::mirrored_normal_derivative(sources, {{x[0], x[1], x[2]}, {n[0], n[1], n[2]}}, frame_.mode_class, k_, eta_, re.data(), im.data());
+      detail::mirrored_normal_derivative(sources, {{x[0], x[1], x[2]}, {n[0], n[1], n[2]}}, frame_.mode_class, k_, eta_,
+                                         re.data(), im.data());
       cosines.resize(n_phi, n_orders);
       for (Eigen::Index i = 0; i < n_phi; ++i) {
         harmonics_.around(around.phi[i], cosines.row(i).data());
@@ -247,7 +264,8 @@ Eigen::MatrixXcd Shell::system_matrix(const EllipsoidPoints& boundary) const {
       }
     }
     for (Eigen::Index m = 0; m < n_orders; ++m) {
-      const Eigen::MatrixXd block = sums[static_cast<std::size_t>(m)] * legendre.middleCols(harmonics_.first(m), harmonics_.count(m));
+      const Eigen::MatrixXd block =
+          sums[static_cast<std::size_t>(m)] * legendre.middleCols(harmonics_.first(m), harmonics_.count(m));
       auto target = matrix.block(first, harmonics_.first(m), boundary.n_phi, harmonics_.count(m));
       target.real() = block.topRows(boundary.n_phi);
       target.imag() = block.bottomRows(boundary.n_phi);
@@ -258,7 +276,8 @@ Eigen::MatrixXcd Shell::system_matrix(const EllipsoidPoints& boundary) const {
 
 /// By the field far away: with q = sigma dS, int q (d/dnu + i eta) e^{ik d.y} = 4 pi sum_nm i^n Y_n^m(d) int q (d/dnu + i eta) conj(R_n^m).
 Eigen::VectorXcd Shell::multipole(int order) const {
-  const int side = (resolution_.degree + order) / 4 + 6;  // the sources are smooth on the shell: their degree and that of the wave decide
+  const int side = (resolution_.degree + order) / 4 +
+                   6;  // the sources are smooth on the shell: their degree and that of the wave decide
   const Octant octant = even_octant(side, side);
   const detail::SourceColumns sources = source_columns(octant);
   std::vector<double> q_re(sources.n_padded, 0.0), q_im(sources.n_padded, 0.0);
@@ -267,7 +286,9 @@ Eigen::VectorXcd Shell::multipole(int order) const {
     harmonics_.legendre(octant.theta[i], legendre.data());
     Eigen::VectorXcd by_order(harmonics_.n_orders());
     for (Eigen::Index m = 0; m < by_order.size(); ++m)
-      by_order[m] = coefficients_.segment(harmonics_.first(m), harmonics_.count(m)).cwiseProduct(legendre.segment(harmonics_.first(m), harmonics_.count(m)).cast<Complex>()).sum();
+      by_order[m] = coefficients_.segment(harmonics_.first(m), harmonics_.count(m))
+                        .cwiseProduct(legendre.segment(harmonics_.first(m), harmonics_.count(m)).cast<Complex>())
+                        .sum();
     for (Eigen::Index j = 0; j < octant.phi.size(); ++j) {
       harmonics_.around(octant.phi[j], around.data());
       const Eigen::Index at = i * octant.phi.size() + j;
@@ -291,16 +312,19 @@ Eigen::VectorXcd Shell::multipole(int order) const {
       const Eigen::Vector3d body = directions.direction(at);
       std::array<double, 3> here{};
       for (std::size_t d = 0; d < 3; ++d) here[d] = body[frame_.axis[d]];
-      const auto [re, im] = detail::mirrored_far_field(sources, here, frame_.mode_class, k_, eta_, q_re.data(), q_im.data());
+      const auto [re, im] =
+          detail::mirrored_far_field(sources, here, frame_.mode_class, k_, eta_, q_re.data(), q_im.data());
       harmonics.around(directions.phi[j], around.data());
       by_order += directions.weight(at) * Complex(re, im) * around.cast<Complex>();
     }
     harmonics.legendre(directions.theta[i], legendre.data());
     for (Eigen::Index m = 0; m < by_order.size(); ++m)
-      projected.segment(harmonics.first(m), harmonics.count(m)) += by_order[m] * legendre.segment(harmonics.first(m), harmonics.count(m)).cast<Complex>();
+      projected.segment(harmonics.first(m), harmonics.count(m)) +=
+          by_order[m] * legendre.segment(harmonics.first(m), harmonics.count(m)).cast<Complex>();
   }
   // M = -ik / (4 pi i^n) x 8 octants of d x 8 i^n_odd, the images of y. conj(Y_n^m) leaves cos, or -i sin where odd in y, times (-1)^m.
-  constexpr std::array<Complex, 4> kPowerOfI{Complex(1.0, 0.0), Complex(0.0, 1.0), Complex(-1.0, 0.0), Complex(0.0, -1.0)};
+  constexpr std::array<Complex, 4> kPowerOfI{Complex(1.0, 0.0), Complex(0.0, 1.0), Complex(-1.0, 0.0),
+                                             Complex(0.0, -1.0)};
   Eigen::VectorXcd out = Eigen::VectorXcd::Zero(acoustics::basis_size(order));
   for (Eigen::Index i = 0; i < harmonics.n_orders(); ++i) {
     const int m = harmonics.order(i);
@@ -308,7 +332,8 @@ Eigen::VectorXcd Shell::multipole(int order) const {
     for (Eigen::Index f = 0; f < harmonics.count(i); ++f) {
       const int n = harmonics.lowest_degree(i) + 2 * static_cast<int>(f);
       const Complex power = kPowerOfI[static_cast<std::size_t>((n_odd - n) % 4 + 4) % 4];
-      const Complex part = Complex(0.0, -16.0 * k_ / kPi) * power * sign * projected[harmonics.first(i) + f] * (odd_y ? Complex(0.0, -1.0) : Complex(1.0, 0.0));
+      const Complex part = Complex(0.0, -16.0 * k_ / kPi) * power * sign * projected[harmonics.first(i) + f] *
+                           (odd_y ? Complex(0.0, -1.0) : Complex(1.0, 0.0));
       out[acoustics::basis_index(n, m)] = part;  // Y_n^-m = (-1)^m conj(Y_n^m)
       if (m > 0) out[acoustics::basis_index(n, -m)] = (odd_y ? -sign : sign) * part;
     }
@@ -344,7 +369,8 @@ EllipsoidRadiation radiate(const EllipsoidModes& modes, const ModeId& mode, cons
   Resolution resolution{static_cast<int>(std::ceil(0.8 * ka)) + 6, 1.7};
   auto shell = std::make_unique<Shell>(modes, mode, k, resolution);
   shell->solve();
-  for (int step = 0; step < options.max_refinements && !(shell->error * shell->significant <= options.boundary_tolerance); ++step) {
+  for (int step = 0;
+       step < options.max_refinements && !(shell->error * shell->significant <= options.boundary_tolerance); ++step) {
     resolution.degree += std::max(4, resolution.degree / 6);
     resolution.density *= 1.15;
     auto finer = std::make_unique<Shell>(modes, mode, k, resolution);
@@ -362,7 +388,8 @@ EllipsoidRadiation radiate(const EllipsoidModes& modes, const ModeId& mode, cons
   result.radiated_power_w = power.sum();
   int order = std::min(acoustics::lowest_order(ka, options.order), multipole.order);
   double kept = power.head(order + 1).sum();
-  while (order < multipole.order && !(kept >= options.order.kept_power_fraction * result.radiated_power_w)) kept += power[++order];
+  while (order < multipole.order && !(kept >= options.order.kept_power_fraction * result.radiated_power_w))
+    kept += power[++order];
   if (options.order.fixed_order) order = std::min(*options.order.fixed_order, multipole.order);
   multipole = acoustics::truncated(multipole, order);
   result.kept_power_fraction = power.head(order + 1).sum() / result.radiated_power_w;

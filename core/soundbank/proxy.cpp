@@ -21,7 +21,9 @@ struct Points {
   std::size_t kdtree_get_point_count() const { return list.size(); }
   double kdtree_get_pt(std::size_t i, std::size_t axis) const { return list[i][static_cast<Eigen::Index>(axis)]; }
   template <class Box>
-  bool kdtree_get_bbox(Box&) const { return false; }
+  bool kdtree_get_bbox(Box&) const {
+    return false;
+  }
 };
 using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Points>, Points, 3>;
 
@@ -29,7 +31,8 @@ using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<
 
 Eigen::Vector3d axes_of_moments(const Eigen::Vector3d& moments) {
   Eigen::Vector3d i = moments;
-  if (!i.allFinite() || !(i.minCoeff() > 0.0)) throw InputError("inertia", "moments must be positive and finite", text_of(moments));
+  if (!i.allFinite() || !(i.minCoeff() > 0.0))
+    throw InputError("inertia", "moments must be positive and finite", text_of(moments));
   if (i[0] < i[1]) std::swap(i[0], i[1]);
   if (i[1] < i[2]) std::swap(i[1], i[2]);
   if (i[0] < i[1]) std::swap(i[0], i[1]);
@@ -37,8 +40,10 @@ Eigen::Vector3d axes_of_moments(const Eigen::Vector3d& moments) {
   // Flat bodies lie on the border; a body whose moments come from a mesh may miss it by rounding.
   const double thin = i[1] + i[2] - i[0];
   if (!(thin >= -1e-9 * sum))
-    throw InputError("inertia", "no body has these moments", text_of(moments), "the largest at most the sum of the others");
-  return Eigen::Vector3d(std::sqrt(std::max(thin, 0.0)), std::sqrt(i[0] - i[1] + i[2]), std::sqrt(i[0] + i[1] - i[2])) / std::sqrt(sum);
+    throw InputError("inertia", "no body has these moments", text_of(moments),
+                     "the largest at most the sum of the others");
+  return Eigen::Vector3d(std::sqrt(std::max(thin, 0.0)), std::sqrt(i[0] - i[1] + i[2]), std::sqrt(i[0] + i[1] - i[2])) /
+         std::sqrt(sum);
 }
 
 PrincipalFrame principal_frame(const Eigen::Matrix3d& inertia) {
@@ -58,7 +63,8 @@ Eigen::Vector3d point_of_normal(const Eigen::Vector3d& axes, const Eigen::Vector
   return axes.cwiseProduct(stretched) / stretched.norm();
 }
 
-Eigen::Vector3d point_of_place(const Eigen::Vector3d& axes, const Eigen::Vector3d& r_m, const Eigen::Vector3d& moments, double volume_m3) {
+Eigen::Vector3d point_of_place(const Eigen::Vector3d& axes, const Eigen::Vector3d& r_m, const Eigen::Vector3d& moments,
+                               double volume_m3) {
   // int x^2 dV = a^2 V / 5 for an ellipsoid, and half the sum of the other two moments less the own one for any body.
   const Eigen::Vector3d semi = axes_of_moments(moments) * std::sqrt(2.5 * moments.sum() / volume_m3);
   const Eigen::Vector3d xi = r_m.cwiseQuotient(semi.cwiseMax(1e-9 * semi.maxCoeff()));

@@ -32,15 +32,16 @@ Eigen::Vector3d point_of_normal(const Eigen::Vector3d& axes, const Eigen::Vector
 /// @param moments   principal, of density 1 [m^5], largest first (PrincipalFrame of mesh::mass_properties)
 /// @param volume_m3 > 0
 /// @return on the ellipsoid of `axes`; its longest axis's end for r = 0
-Eigen::Vector3d point_of_place(const Eigen::Vector3d& axes, const Eigen::Vector3d& r_m, const Eigen::Vector3d& moments, double volume_m3);
+Eigen::Vector3d point_of_place(const Eigen::Vector3d& axes, const Eigen::Vector3d& r_m, const Eigen::Vector3d& moments,
+                               double volume_m3);
 
 /// An ellipsoid that stands for a body.
 struct Proxy {
-  Eigen::Vector3d axes;       ///< |axes| = 1; the body's are scale times these [m]
-  double scale = 1.0;         ///< gamma, |axes| of the proxy [m]
-  bool clamped = false;       ///< the body is thinner than the bank's thinnest: its nearest shape was taken
+  Eigen::Vector3d axes;  ///< |axes| = 1; the body's are scale times these [m]
+  double scale = 1.0;    ///< gamma, |axes| of the proxy [m]
+  bool clamped = false;  ///< the body is thinner than the bank's thinnest: its nearest shape was taken
   ShapePlace place;
-  int cell = 0;               ///< nearest sample with sound, by |a' - a| (SB section 5.4)
+  int cell = 0;  ///< nearest sample with sound, by |a' - a| (SB section 5.4)
   double cell_distance = 0.0;
 };
 
@@ -69,7 +70,8 @@ class ProxyFinder {
 };
 
 /// The lowest frequencies of a proxy, interpolated [Hz].
-Eigen::VectorXd proxy_frequencies_hz(const Soundbank& bank, const Proxy& proxy, int count, double shear_speed_m_s = 0.0);
+Eigen::VectorXd proxy_frequencies_hz(const Soundbank& bank, const Proxy& proxy, int count,
+                                     double shear_speed_m_s = 0.0);
 
 /// A cell as a body of its own: modes at |axes| = scale in the bank's material, and their radiation in the bank's medium.
 EllipsoidModes cell_modes(const Soundbank& bank, int cell, double scale);

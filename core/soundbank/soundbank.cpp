@@ -21,7 +21,9 @@ void for_each_allowed(int order, int mode_class, const Visit& visit) {
 
 }  // namespace
 
-Eigen::Vector3d unit_axes(const ShapePoint& shape) { return Eigen::Vector3d(std::exp(shape.u), std::exp(shape.v), 1.0).normalized(); }
+Eigen::Vector3d unit_axes(const ShapePoint& shape) {
+  return Eigen::Vector3d(std::exp(shape.u), std::exp(shape.v), 1.0).normalized();
+}
 
 ShapePoint shape_point(const Eigen::Vector3d& axes) {
   std::array<double, 3> sorted{axes[0], axes[1], axes[2]};
@@ -55,7 +57,8 @@ ShapePlace locate(const Soundbank& bank, const ShapePoint& shape) {
 
 Eigen::Matrix<double, 6, 1> node_weights(const Eigen::Vector3d& w) {
   Eigen::Matrix<double, 6, 1> n;
-  n << w[0] * (2.0 * w[0] - 1.0), w[1] * (2.0 * w[1] - 1.0), w[2] * (2.0 * w[2] - 1.0), 4.0 * w[1] * w[2], 4.0 * w[2] * w[0], 4.0 * w[0] * w[1];
+  n << w[0] * (2.0 * w[0] - 1.0), w[1] * (2.0 * w[1] - 1.0), w[2] * (2.0 * w[2] - 1.0), 4.0 * w[1] * w[2],
+      4.0 * w[2] * w[0], 4.0 * w[0] * w[1];
   return n;
 }
 
@@ -81,7 +84,8 @@ ClassFrequencies interpolated_frequencies(const Soundbank& bank, const ShapePlac
   const auto weights = node_weights(place.weights);
   ClassFrequencies result;
   for (int c = 0; c < kModeClasses; ++c) {
-    Eigen::VectorXd log_sum = Eigen::VectorXd::Zero(bank.node_frequencies[static_cast<std::size_t>(t.nodes[0])][c].size());
+    Eigen::VectorXd log_sum =
+        Eigen::VectorXd::Zero(bank.node_frequencies[static_cast<std::size_t>(t.nodes[0])][c].size());
     for (int i = 0; i < 6; ++i)
       log_sum += weights[i] * bank.node_frequencies[static_cast<std::size_t>(t.nodes[i])][c].array().log().matrix();
     result[c] = log_sum.array().exp();
@@ -96,7 +100,8 @@ double lowest_frequency(const Soundbank& bank, const ShapePlace& place) {
   double lowest = HUGE_VAL;
   for (int c = 0; c < kModeClasses; ++c) {
     double sum = 0.0;
-    for (int i = 0; i < 6; ++i) sum += weights[i] * std::log(bank.node_frequencies[static_cast<std::size_t>(t.nodes[i])][c][0]);
+    for (int i = 0; i < 6; ++i)
+      sum += weights[i] * std::log(bank.node_frequencies[static_cast<std::size_t>(t.nodes[i])][c][0]);
     lowest = std::min(lowest, sum);
   }
   return std::exp(lowest);

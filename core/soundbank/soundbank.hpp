@@ -31,9 +31,10 @@ using ClassFrequencies = std::array<Eigen::VectorXd, kModeClasses>;
 struct CellMode {
   ModeId id;
   double angular_frequency_rad_s = 0.0;
-  Eigen::VectorXf coefficients;    ///< of the mass-normalised shape, as EllipsoidModes::coefficients
-  int order = 0;                   ///< of the multipole
-  std::vector<std::complex<float>> packed_pa;  ///< of unit modal velocity; only what the class allows (packed_multipole)
+  Eigen::VectorXf coefficients;  ///< of the mass-normalised shape, as EllipsoidModes::coefficients
+  int order = 0;                 ///< of the multipole
+  std::vector<std::complex<float>>
+      packed_pa;  ///< of unit modal velocity; only what the class allows (packed_multipole)
   double radiated_power_w = 0.0, kept_power_fraction = 0.0, boundary_error = 0.0;
 };
 
@@ -45,8 +46,8 @@ struct Cell {
 
 /// Triangle of the shape plane: six nodes for the quadratic interpolation of the logarithms of the frequencies; base = corners 1, 2.
 struct ShapeTriangle {
-  std::array<int, 6> nodes{};              ///< corners, then middles of the sides 1-2, 2-0, 0-1
-  std::array<int, 2> children{-1, -1};     ///< halves at the middle of the base, with corner 1 and corner 2
+  std::array<int, 6> nodes{};           ///< corners, then middles of the sides 1-2, 2-0, 0-1
+  std::array<int, 2> children{-1, -1};  ///< halves at the middle of the base, with corner 1 and corner 2
 };
 
 /// Ellipsoids of all shapes down to a thinnest, of one Poisson's ratio (frequencies, shapes) and one ratio of shear speed to sound
@@ -55,14 +56,14 @@ struct Soundbank {
   double poissons_ratio = 0.0;
   solid::Material material;
   acoustics::Medium medium;
-  double thinnest = 0.0;      ///< smallest a/c
-  double tolerance = 0.0;     ///< asked for
-  int n_checked_modes = 0;    ///< to which it applies
-  double max_interpolation_error = 0.0;       ///< of the first n_checked_modes at shapes that no refinement saw
-  double max_interpolation_error_all = 0.0;   ///< of the first modes_per_cell there
+  double thinnest = 0.0;                     ///< smallest a/c
+  double tolerance = 0.0;                    ///< asked for
+  int n_checked_modes = 0;                   ///< to which it applies
+  double max_interpolation_error = 0.0;      ///< of the first n_checked_modes at shapes that no refinement saw
+  double max_interpolation_error_all = 0.0;  ///< of the first modes_per_cell there
   int n_check_shapes = 0;
   int modes_per_cell = 0;
-  int degree = 0;             ///< of the polynomials
+  int degree = 0;  ///< of the polynomials
   std::vector<ShapePoint> nodes;
   std::vector<ClassFrequencies> node_frequencies;
   std::vector<ShapeTriangle> triangles;  ///< [0] is the whole plane; a binary tree

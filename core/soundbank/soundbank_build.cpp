@@ -34,8 +34,13 @@ ShapePoint check_shape(int index, double depth) {
 
 class Builder {
  public:
-  Builder(const BuildOptions& options, Monitor& monitor, BuildProgress progress, const std::function<void(const BuildProgress&)>& saved)
-      : options_(options), monitor_(monitor), progress_(std::move(progress)), saved_(saved), depth_(-std::log(options.thinnest)),
+  Builder(const BuildOptions& options, Monitor& monitor, BuildProgress progress,
+          const std::function<void(const BuildProgress&)>& saved)
+      : options_(options),
+        monitor_(monitor),
+        progress_(std::move(progress)),
+        saved_(saved),
+        depth_(-std::log(options.thinnest)),
         last_save_(std::chrono::steady_clock::now()) {}
 
   BuildResult run();
@@ -95,7 +100,8 @@ int Builder::node(const ShapePoint& at) {
 
 int Builder::add_triangle(int apex, int left, int right, int level) {
   const int index = static_cast<int>(bank_.triangles.size());
-  bank_.triangles.push_back({{apex, left, right, middle(left, right), middle(right, apex), middle(apex, left)}, {-1, -1}});
+  bank_.triangles.push_back(
+      {{apex, left, right, middle(left, right), middle(right, apex), middle(apex, left)}, {-1, -1}});
   level_.push_back(level);
   for (const Edge& e : {edge(apex, left), edge(left, right), edge(right, apex)}) leaves_of_[e].push_back(index);
   return index;
@@ -120,7 +126,8 @@ void Builder::halve(int triangle) {
   }
   const auto split = [&](int t) {
     const auto nodes = bank_.triangles[t].nodes;
-    for (const Edge& e : {edge(nodes[0], nodes[1]), edge(nodes[1], nodes[2]), edge(nodes[2], nodes[0])}) std::erase(leaves_of_[e], t);
+    for (const Edge& e : {edge(nodes[0], nodes[1]), edge(nodes[1], nodes[2]), edge(nodes[2], nodes[0])})
+      std::erase(leaves_of_[e], t);
     const int first = add_triangle(nodes[3], nodes[0], nodes[1], level_[t] + 1);
     const int second = add_triangle(nodes[3], nodes[2], nodes[0], level_[t] + 1);
     bank_.triangles[t].children = {first, second};
@@ -135,15 +142,19 @@ void Builder::make_frequencies(const std::vector<ShapePoint>& shapes, const char
     if (!progress_.frequencies.contains(shape)) missing.push_back(shape);
   std::sort(missing.begin(), missing.end());
   missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
-  for_each_job(missing.size(), [&](std::size_t i) {
-    const EllipsoidModes modes = solve(missing[i]);
-    ClassFrequencies frequencies;
-    for (int c = 0; c < kModeClasses; ++c) frequencies[c] = modes.angular_frequency_rad_s(c) / options_.material.shear_speed_m_s();
-    const std::lock_guard lock(mutex_);
-    progress_.frequencies.emplace(missing[i], std::move(frequencies));
-    ++n_solves_;
-    save();
-  }, stage, monitor_);
+  for_each_job(
+      missing.size(),
+      [&](std::size_t i) {
+        const EllipsoidModes modes = solve(missing[i]);
+        ClassFrequencies frequencies;
+        for (int c = 0; c < kModeClasses; ++c)
+          frequencies[c] = modes.angular_frequency_rad_s(c) / options_.material.shear_speed_m_s();
+        const std::lock_guard lock(mutex_);
+        progress_.frequencies.emplace(missing[i], std::move(frequencies));
+        ++n_solves_;
+        save();
+      },
+      stage, monitor_);
 }
 
 void Builder::fill_nodes(const char* stage) {
@@ -194,7 +205,8 @@ void Builder::refine_by_probes() {
     std::vector<int> too_coarse;
     for (const int t : leaves) {
       double worst = 0.0;
-      for (const ShapePlace& probe : probes(t)) worst = std::max(worst, error_at(shape_of(probe), probe, options_.n_checked_modes));
+      for (const ShapePlace& probe : probes(t))
+        worst = std::max(worst, error_at(shape_of(probe), probe, options_.n_checked_modes));
       if (worst <= kSafety * options_.tolerance) {
         passed.insert(t);
       } else if (level_[t] >= options_.max_halvings) {
@@ -221,8 +233,10 @@ void Builder::refine_by_checks() {
       const ShapePlace place = locate(bank_, shape);
       const double error = error_at(shape, place, options_.n_checked_modes);
       bank_.max_interpolation_error = std::max(bank_.max_interpolation_error, error);
-      bank_.max_interpolation_error_all = std::max(bank_.max_interpolation_error_all, error_at(shape, place, options_.modes_per_cell));
-      if (!(error <= options_.tolerance) && level_[place.triangle] < options_.max_halvings) failed.insert(place.triangle);
+      bank_.max_interpolation_error_all =
+          std::max(bank_.max_interpolation_error_all, error_at(shape, place, options_.modes_per_cell));
+      if (!(error <= options_.tolerance) && level_[place.triangle] < options_.max_halvings)
+        failed.insert(place.triangle);
     }
     if (failed.empty()) {
       if (!(bank_.max_interpolation_error <= options_.tolerance)) reached_ = false;
@@ -241,33 +255,36 @@ void Builder::make_cells() {
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < list.size(); ++i)
     if (!progress_.cells.contains(bank_.nodes[list[i]])) missing.push_back(i);
-  for_each_job(missing.size(), [&](std::size_t j) {
-    const ShapePoint shape = bank_.nodes[list[missing[j]]];
-    const EllipsoidModes modes = solve(shape);
-    EllipsoidRadiationOptions radiation;
-    radiation.medium = options_.medium;
-    radiation.boundary_tolerance = options_.boundary_tolerance;
-    Cell cell{shape, {}};
-    for (const ModeId& id : modes.lowest(options_.modes_per_cell)) {
-      monitor_.throw_if_stopped();
-      CellMode mode;
-      mode.id = id;
-      mode.angular_frequency_rad_s = modes.angular_frequency_rad_s(id);
-      mode.coefficients = modes.coefficients(id).cast<float>();
-      if (options_.radiation) {
-        const EllipsoidRadiation sound = radiate(modes, id, radiation);
-        mode.order = sound.multipole.order;
-        mode.packed_pa = packed_multipole(sound.multipole.coefficients_pa, mode.order, id.mode_class);
-        mode.radiated_power_w = sound.radiated_power_w;
-        mode.kept_power_fraction = sound.kept_power_fraction;
-        mode.boundary_error = sound.boundary_error;
-      }
-      cell.modes.push_back(std::move(mode));
-    }
-    const std::lock_guard lock(mutex_);
-    progress_.cells.emplace(shape, std::move(cell));
-    save();
-  }, "sound of the cells", monitor_);
+  for_each_job(
+      missing.size(),
+      [&](std::size_t j) {
+        const ShapePoint shape = bank_.nodes[list[missing[j]]];
+        const EllipsoidModes modes = solve(shape);
+        EllipsoidRadiationOptions radiation;
+        radiation.medium = options_.medium;
+        radiation.boundary_tolerance = options_.boundary_tolerance;
+        Cell cell{shape, {}};
+        for (const ModeId& id : modes.lowest(options_.modes_per_cell)) {
+          monitor_.throw_if_stopped();
+          CellMode mode;
+          mode.id = id;
+          mode.angular_frequency_rad_s = modes.angular_frequency_rad_s(id);
+          mode.coefficients = modes.coefficients(id).cast<float>();
+          if (options_.radiation) {
+            const EllipsoidRadiation sound = radiate(modes, id, radiation);
+            mode.order = sound.multipole.order;
+            mode.packed_pa = packed_multipole(sound.multipole.coefficients_pa, mode.order, id.mode_class);
+            mode.radiated_power_w = sound.radiated_power_w;
+            mode.kept_power_fraction = sound.kept_power_fraction;
+            mode.boundary_error = sound.boundary_error;
+          }
+          cell.modes.push_back(std::move(mode));
+        }
+        const std::lock_guard lock(mutex_);
+        progress_.cells.emplace(shape, std::move(cell));
+        save();
+      },
+      "sound of the cells", monitor_);
   for (const int i : list) bank_.cells.push_back(progress_.cells.at(bank_.nodes[i]));
 }
 

@@ -9,7 +9,7 @@
 namespace klang::soundbank {
 
 struct BuildOptions {
-  solid::Material material;          ///< Poisson's ratio decides about the frequencies, the wave speed about the radiation
+  solid::Material material;  ///< Poisson's ratio decides about the frequencies, the wave speed about the radiation
   acoustics::Medium medium;
   double tolerance = 0.01;           ///< relative error of interpolated frequencies, 1e-4 to 0.2
   double thinnest = 0.04;            ///< smallest a/c, 0.01 to 0.9
@@ -43,7 +43,7 @@ struct BuildResult {
 /// passes: its largest error is reported. Cells with sound stand at the corners of the triangles.
 /// The same bits on any number of threads.
 /// @param saved  called now and then with all that is done (from one thread at a time)
-BuildResult build_soundbank(const BuildOptions& options, Monitor& monitor = silent_monitor(), BuildProgress progress = {},
-                            const std::function<void(const BuildProgress&)>& saved = {});
+BuildResult build_soundbank(const BuildOptions& options, Monitor& monitor = silent_monitor(),
+                            BuildProgress progress = {}, const std::function<void(const BuildProgress&)>& saved = {});
 
 }  // namespace klang::soundbank

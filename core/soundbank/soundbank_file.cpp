@@ -55,7 +55,9 @@ class Reader {
     return static_cast<std::size_t>(n);
   }
   bool at_end() const { return at_ == bytes_.size(); }
-  [[noreturn]] void fail(const char* problem) const { throw InputError(name_, std::string("is no whole soundbank: ") + problem); }
+  [[noreturn]] void fail(const char* problem) const {
+    throw InputError(name_, std::string("is no whole soundbank: ") + problem);
+  }
 
  private:
   std::string_view bytes_;
@@ -65,7 +67,9 @@ class Reader {
 
 // One description of each part for both directions.
 template <typename Archive>
-void value(Archive& a, double& x) { a.raw(&x, 1); }
+void value(Archive& a, double& x) {
+  a.raw(&x, 1);
+}
 template <typename Archive>
 void value(Archive& a, int& x) {
   auto wide = static_cast<std::int32_t>(x);
@@ -73,7 +77,9 @@ void value(Archive& a, int& x) {
   x = wide;
 }
 template <typename Archive>
-void value(Archive& a, ShapePoint& p) { value(a, p.u), value(a, p.v); }
+void value(Archive& a, ShapePoint& p) {
+  value(a, p.u), value(a, p.v);
+}
 template <typename Archive, typename Scalar>
 void value(Archive& a, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x) {
   const std::size_t n = a.count(static_cast<std::size_t>(x.size()), sizeof(Scalar));
@@ -86,7 +92,8 @@ void value(Archive& a, ClassFrequencies& f) {
 }
 template <typename Archive>
 void value(Archive& a, CellMode& m) {
-  value(a, m.id.mode_class), value(a, m.id.index), value(a, m.angular_frequency_rad_s), value(a, m.coefficients), value(a, m.order);
+  value(a, m.id.mode_class), value(a, m.id.index), value(a, m.angular_frequency_rad_s), value(a, m.coefficients),
+      value(a, m.order);
   const std::size_t n = a.count(m.packed_pa.size(), sizeof(m.packed_pa[0]));
   if constexpr (Archive::kReads) m.packed_pa.resize(n);
   a.raw(m.packed_pa.data(), n);
@@ -99,7 +106,9 @@ void list(Archive& a, std::vector<T>& items) {
   for (T& item : items) value(a, item);
 }
 template <typename Archive>
-void value(Archive& a, Cell& c) { value(a, c.shape), list(a, c.modes); }
+void value(Archive& a, Cell& c) {
+  value(a, c.shape), list(a, c.modes);
+}
 template <typename Archive>
 void value(Archive& a, ShapeTriangle& t) {
   for (int& node : t.nodes) value(a, node);
@@ -131,12 +140,15 @@ void map(Archive& a, std::map<ShapePoint, T>& items) {
   }
 }
 template <typename Archive>
-void value(Archive& a, BuildProgress& p) { map(a, p.frequencies), map(a, p.cells); }
+void value(Archive& a, BuildProgress& p) {
+  map(a, p.frequencies), map(a, p.cells);
+}
 
 void write(const std::filesystem::path& path, nlohmann::json header, const std::string& data) {
   uLongf size = compressBound(data.size());
   std::string packed(size, '\0');
-  KLANG_CHECK(compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(data.data()), data.size(), 6) == Z_OK,
+  KLANG_CHECK(compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(data.data()),
+                        data.size(), 6) == Z_OK,
               "zlib compresses what is in memory");
   packed.resize(size);
   header["data_sha256"] = sha256(data);
@@ -164,27 +176,31 @@ Contents read(const std::filesystem::path& path, const std::string& kind) {
   std::memcpy(&version, bytes.data() + kMagic.size(), 4);
   std::memcpy(sizes.data(), bytes.data() + kMagic.size() + 4, 24);
   if (version > kFileVersion)
-    throw InputError(name, "was written by a newer version of the program", "schema version " + std::to_string(version), "1");
+    throw InputError(name, "was written by a newer version of the program", "schema version " + std::to_string(version),
+                     "1");
   const std::size_t start = kMagic.size() + 28;
   if (sizes[0] > bytes.size() || sizes[1] > bytes.size() || start + sizes[0] + sizes[1] != bytes.size())
     refuse("it is truncated or has bytes too many");
   if (sizes[2] > kLargestData || sizes[2] / 2000 > sizes[1]) refuse("the size of its data is not possible");
   Contents contents;
   contents.header = nlohmann::json::parse(bytes.substr(start, sizes[0]), nullptr, false);
-  if (!contents.header.is_object() || contents.header.value("kind", "") != kind) refuse("its header is damaged or of another kind");
+  if (!contents.header.is_object() || contents.header.value("kind", "") != kind)
+    refuse("its header is damaged or of another kind");
   contents.data.resize(sizes[2]);
   uLongf size = sizes[2];
   const int status = uncompress(reinterpret_cast<Bytef*>(contents.data.data()), &size,
                                 reinterpret_cast<const Bytef*>(bytes.data() + start + sizes[0]), sizes[1]);
   if (status != Z_OK || size != sizes[2]) refuse("its data cannot be unpacked");
-  if (contents.header.value("data_sha256", "") != sha256(contents.data)) refuse("its data do not have the hash of its header");
+  if (contents.header.value("data_sha256", "") != sha256(contents.data))
+    refuse("its data do not have the hash of its header");
   return contents;
 }
 
 /// What the tree and the cells must satisfy for lookups to be safe.
 void check_consistent(const Soundbank& bank, const Reader& reader) {
   const auto n_nodes = static_cast<int>(bank.nodes.size()), n_triangles = static_cast<int>(bank.triangles.size());
-  if (n_triangles == 0 || bank.cells.empty() || bank.node_frequencies.size() != bank.nodes.size()) reader.fail("parts are missing");
+  if (n_triangles == 0 || bank.cells.empty() || bank.node_frequencies.size() != bank.nodes.size())
+    reader.fail("parts are missing");
   if (!(bank.thinnest > 0.0 && bank.thinnest < 1.0)) reader.fail("the thinnest shape is not within 0 to 1");
   for (int t = 0; t < n_triangles; ++t) {
     const ShapeTriangle& triangle = bank.triangles[t];
@@ -192,15 +208,18 @@ void check_consistent(const Soundbank& bank, const Reader& reader) {
       if (node < 0 || node >= n_nodes) reader.fail("a node is missing");
     const auto [first, second] = triangle.children;
     const bool leaf = first < 0 && second < 0;
-    if (!leaf && (first <= t || second <= t || first >= n_triangles || second >= n_triangles)) reader.fail("the tree is damaged");
+    if (!leaf && (first <= t || second <= t || first >= n_triangles || second >= n_triangles))
+      reader.fail("the tree is damaged");
   }
   for (const ClassFrequencies& f : bank.node_frequencies)
     for (int c = 0; c < kModeClasses; ++c)
-      if (f[c].size() == 0 || f[c].size() != bank.node_frequencies[0][c].size() || !(f[c].minCoeff() > 0.0) || !f[c].allFinite())
+      if (f[c].size() == 0 || f[c].size() != bank.node_frequencies[0][c].size() || !(f[c].minCoeff() > 0.0) ||
+          !f[c].allFinite())
         reader.fail("a frequency is missing or not positive");
   for (const Cell& cell : bank.cells)
     for (const CellMode& mode : cell.modes)
-      if (mode.id.mode_class < 0 || mode.id.mode_class >= kModeClasses || mode.id.index < 0 || mode.order < 0 || mode.order > 200 ||
+      if (mode.id.mode_class < 0 || mode.id.mode_class >= kModeClasses || mode.id.index < 0 || mode.order < 0 ||
+          mode.order > 200 ||
           (!mode.packed_pa.empty() && mode.packed_pa.size() != packed_size(mode.order, mode.id.mode_class)))
         reader.fail("a mode is damaged");
 }
@@ -211,8 +230,12 @@ void write_soundbank(const std::filesystem::path& path, const Soundbank& bank) {
   Writer data;
   Soundbank copy = bank;
   value(data, copy);
-  write(path, {{"kind", "soundbank"}, {"schema_version", kFileVersion}, {"provenance", nlohmann::json::parse(bank.provenance_json)},
-               {"poissons_ratio", bank.poissons_ratio}, {"n_cells", bank.cells.size()}},
+  write(path,
+        {{"kind", "soundbank"},
+         {"schema_version", kFileVersion},
+         {"provenance", nlohmann::json::parse(bank.provenance_json)},
+         {"poissons_ratio", bank.poissons_ratio},
+         {"n_cells", bank.cells.size()}},
         data.bytes);
 }
 
@@ -245,7 +268,8 @@ std::optional<BuildProgress> read_build_progress(const std::filesystem::path& pa
 
 void check_poissons_ratio(const Soundbank& bank, double poissons_ratio, const std::string& place) {
   if (!(std::abs(poissons_ratio - bank.poissons_ratio) <= 0.005))
-    throw InputError(place, "the bank is of another Poisson's ratio", to_text(poissons_ratio), to_text(bank.poissons_ratio) + " within 0.005");
+    throw InputError(place, "the bank is of another Poisson's ratio", to_text(poissons_ratio),
+                     to_text(bank.poissons_ratio) + " within 0.005");
 }
 
 }  // namespace klang::soundbank

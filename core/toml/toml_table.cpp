@@ -228,7 +228,8 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t most)
 }
 
 std::string toml_schema_markdown(std::span<const TomlField> schema) {
-  constexpr const char* kTypes[] = {"text", "number", "true or false", "3 numbers", "list of texts", "table", "list of tables"};
+  constexpr const char* kTypes[] = {"text",          "number", "true or false", "3 numbers",
+                                    "list of texts", "table",  "list of tables"};
   std::string text;
   std::string_view table = "?";
   for (const TomlField& field : schema) {

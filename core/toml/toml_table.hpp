@@ -45,13 +45,13 @@ class TomlTable {
   Eigen::Vector3d vector(std::string_view key) const;
   Eigen::Vector3d vector(std::string_view key, const Eigen::Vector3d& fallback) const;
   std::vector<std::string> texts(std::string_view key) const;  ///< none where the key is absent
-  TomlTable table(std::string_view key) const;  ///< an empty one where the key is absent
+  TomlTable table(std::string_view key) const;                 ///< an empty one where the key is absent
   /// A table whose keys no schema knows, of finite numbers and texts.
   struct FreeTable {
     std::map<std::string, double> numbers;
     std::map<std::string, std::string> texts;
   };
-  FreeTable free_table(std::string_view key) const;  ///< required
+  FreeTable free_table(std::string_view key) const;                             ///< required
   std::vector<TomlTable> tables(std::string_view key, std::size_t most) const;  ///< none where the key is absent
 
  private:

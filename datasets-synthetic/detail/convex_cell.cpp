@@ -37,7 +37,8 @@ double ConvexCell::volume_m3() const {
   double six = 0.0;
   for (const auto& face : faces)
     for (std::size_t c = 1; c + 1 < face.size(); ++c) {
-      const Eigen::Vector3d a = vertices_m[static_cast<std::size_t>(face[0])] - from, b = vertices_m[static_cast<std::size_t>(face[c])] - from,
+      const Eigen::Vector3d a = vertices_m[static_cast<std::size_t>(face[0])] - from,
+                            b = vertices_m[static_cast<std::size_t>(face[c])] - from,
                             d = vertices_m[static_cast<std::size_t>(face[c + 1])] - from;
       six += a.dot(b.cross(d));
     }
@@ -48,14 +49,17 @@ double ConvexCell::shortest_edge_m() const {
   double shortest = std::numeric_limits<double>::infinity();
   for (const auto& face : faces)
     for (std::size_t c = 0; c < face.size(); ++c)
-      shortest = std::min(shortest, (vertices_m[static_cast<std::size_t>(face[c])] - vertices_m[static_cast<std::size_t>(face[(c + 1) % face.size()])]).norm());
+      shortest = std::min(shortest, (vertices_m[static_cast<std::size_t>(face[c])] -
+                                     vertices_m[static_cast<std::size_t>(face[(c + 1) % face.size()])])
+                                        .norm());
   return shortest;
 }
 
 ConvexCell box_cell(const Eigen::Vector3d& size_m) {
   ConvexCell cell;
   for (int i = 0; i < 8; ++i)
-    cell.vertices_m.push_back(0.5 * size_m.cwiseProduct(Eigen::Vector3d(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0)));
+    cell.vertices_m.push_back(
+        0.5 * size_m.cwiseProduct(Eigen::Vector3d(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0)));
   cell.faces = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
   return cell;
 }
@@ -82,8 +86,10 @@ ConvexCell clipped(const ConvexCell& cell, const Eigen::Vector3d& normal, double
     if (a > b) std::swap(a, b);
     const auto [it, fresh] = cut.try_emplace({a, b}, static_cast<int>(out.vertices_m.size()));
     if (fresh) {
-      const double ha = height[static_cast<std::size_t>(a)], hb = height[static_cast<std::size_t>(b)], t = ha / (ha - hb);
-      out.vertices_m.push_back((1.0 - t) * cell.vertices_m[static_cast<std::size_t>(a)] + t * cell.vertices_m[static_cast<std::size_t>(b)]);
+      const double ha = height[static_cast<std::size_t>(a)], hb = height[static_cast<std::size_t>(b)],
+                   t = ha / (ha - hb);
+      out.vertices_m.push_back((1.0 - t) * cell.vertices_m[static_cast<std::size_t>(a)] +
+                               t * cell.vertices_m[static_cast<std::size_t>(b)]);
     }
     return it->second;
   };
@@ -118,13 +124,16 @@ std::vector<ConvexCell> voronoi_cells(const Eigen::Vector3d& box_m, const std::v
     // The nearest first, and none that is too far to cut anything.
     std::vector<std::size_t> others(seeds_m.size());
     std::iota(others.begin(), others.end(), 0u);
-    std::stable_sort(others.begin(), others.end(), [&](std::size_t a, std::size_t b) { return (seeds_m[a] - seed).norm() < (seeds_m[b] - seed).norm(); });
+    std::stable_sort(others.begin(), others.end(), [&](std::size_t a, std::size_t b) {
+      return (seeds_m[a] - seed).norm() < (seeds_m[b] - seed).norm();
+    });
     for (std::size_t k = 1; k < others.size() && !cell.empty(); ++k) {
       const Eigen::Vector3d& other = seeds_m[others[k]];
       const double distance = (other - seed).norm();
       double radius = 0.0;
       for (const auto& face : cell.faces)
-        for (const int v : face) radius = std::max(radius, (cell.vertices_m[static_cast<std::size_t>(v)] - seed).norm());
+        for (const int v : face)
+          radius = std::max(radius, (cell.vertices_m[static_cast<std::size_t>(v)] - seed).norm());
       if (distance > 2.0 * radius) break;
       const Eigen::Vector3d normal = (other - seed) / distance;
       cell = clipped(cell, normal, normal.dot(0.5 * (seed + other)));
@@ -148,7 +157,8 @@ mesh::SurfaceMesh surface_of(const ConvexCell& cell) {
   int t = 0;
   for (const auto& face : cell.faces)
     for (std::size_t c = 1; c + 1 < face.size(); ++c)
-      surface.triangles.row(t++) << row[static_cast<std::size_t>(face[0])], row[static_cast<std::size_t>(face[c])], row[static_cast<std::size_t>(face[c + 1])];
+      surface.triangles.row(t++) << row[static_cast<std::size_t>(face[0])], row[static_cast<std::size_t>(face[c])],
+          row[static_cast<std::size_t>(face[c + 1])];
   return surface;
 }
 

@@ -7,10 +7,10 @@
 #include "core/base/check.hpp"
 #include "core/base/conventions.hpp"
 
-extern "C" void dsyevr_(const char* jobz, const char* range, const char* uplo, const int* n, double* a,
-                        const int* lda, const double* vl, const double* vu, const int* il, const int* iu,
-                        const double* abstol, int* m, double* w, double* z, const int* ldz, int* isuppz,
-                        double* work, const int* lwork, int* iwork, const int* liwork, int* info);
+extern "C" void dsyevr_(const char* jobz, const char* range, const char* uplo, const int* n, double* a, const int* lda,
+                        const double* vl, const double* vu, const int* il, const int* iu, const double* abstol, int* m,
+                        double* w, double* z, const int* ldz, int* isuppz, double* work, const int* lwork, int* iwork,
+                        const int* liwork, int* info);
 
 namespace klang::datasets::detail {
 namespace {
@@ -88,8 +88,8 @@ EigenPairs lowest_eigenpairs(Eigen::MatrixXd matrix, int count) {
   const int lwork = static_cast<int>(work.size()), liwork = static_cast<int>(iwork.size());
   int found = 0, info = 0;
   dsyevr_("V", "I", "L", &n, matrix.data(), &n, &unused, &unused, &first, &count, &tolerance, &found,
-          pairs.values.data(), pairs.vectors.data(), &n, support.data(), work.data(), &lwork, iwork.data(),
-          &liwork, &info);
+          pairs.values.data(), pairs.vectors.data(), &n, support.data(), work.data(), &lwork, iwork.data(), &liwork,
+          &info);
   KLANG_CHECK(info == 0 && found == count, "dsyevr failed on a finite symmetric matrix");
   pairs.values.conservativeResize(count);
   for (int k = 0; k < count; ++k) {

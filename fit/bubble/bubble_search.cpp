@@ -11,7 +11,8 @@ std::vector<RingGroup> ring_groups(const BubbleSearchResult& result, const Bubbl
 
 BubbleSearchResult find_bubbles(const audio::Signal& recording, const BubbleSearchOptions& options, Monitor& monitor) {
   options.validate();
-  if (recording.n_frames() < 256) throw InputError(recording.origin, "has too few samples", std::to_string(recording.n_frames()), "256 or more");
+  if (recording.n_frames() < 256)
+    throw InputError(recording.origin, "has too few samples", std::to_string(recording.n_frames()), "256 or more");
   if (!recording.samples.allFinite()) throw InputError(recording.origin, "has a sample that is not finite");
   if (!(recording.samples.cwiseAbs().maxCoeff() > 0.0)) throw InputError(recording.origin, "is silent");
   return detail::Search(recording, options, monitor).run();

@@ -12,9 +12,9 @@
 namespace klang::fit::bubble {
 
 struct BubbleSearchOptions {
-  Band band{200.0, 20000.0};        ///< high_hz is cut to 0.45 of the sample rate
-  double min_snr_db = 17.0;         ///< energy of a ring over the noise's spectral density, 10 to 120
-  int max_bubbles = 500;            ///< 1 to 10000
+  Band band{200.0, 20000.0};  ///< high_hz is cut to 0.45 of the sample rate
+  double min_snr_db = 17.0;   ///< energy of a ring over the noise's spectral density, 10 to 120
+  int max_bubbles = 500;      ///< 1 to 10000
   klang::bubble::BubbleMedium medium;
   klang::bubble::BubbleTheory theory = klang::bubble::BubbleTheory::kLeighton;
   double amplitude_exponent = 1.5;  ///< ChirpLaw, -5 to 5
@@ -23,21 +23,22 @@ struct BubbleSearchOptions {
 };
 
 enum class BubbleVerdict {
-  kBubble,           ///< rings down as theory has it
-  kDriven,           ///< pitch rises, but the amplitude does not fall as it should: fed, or radiating better as it rises
-  kRingsTooLong,     ///< steady pitch, and less damping than a bubble of this pitch can have: some other thing
-  kUnclear,          ///< pitch, its rate or the damping are not determined
-  kDampedTooStrongly ///< ten times the damping of a bubble of this pitch: a click or a patch of noise
+  kBubble,        ///< rings down as theory has it
+  kDriven,        ///< pitch rises, but the amplitude does not fall as it should: fed, or radiating better as it rises
+  kRingsTooLong,  ///< steady pitch, and less damping than a bubble of this pitch can have: some other thing
+  kUnclear,       ///< pitch, its rate or the damping are not determined
+  kDampedTooStrongly  ///< ten times the damping of a bubble of this pitch: a click or a patch of noise
 };
 const char* words(BubbleVerdict verdict);
 
 struct FoundBubble {
   Chirp chirp;
   ChirpLaw law;
-  std::optional<Eigen::MatrixXd> covariance;  ///< 7 x 7, as Chirp::vector(), noise as found in the ring's own band; empty: the last fit failed
-  double snr_db = 0.0;         ///< energy over the noise's spectral density
-  double end_s = 0.0;          ///< last time at which it tells its pitch: 26 dB down, or below the noise in its own band
-  double radius_m = 0.0;            ///< of the free bubble of its pitch at the onset
+  std::optional<Eigen::MatrixXd>
+      covariance;  ///< 7 x 7, as Chirp::vector(), noise as found in the ring's own band; empty: the last fit failed
+  double snr_db = 0.0;    ///< energy over the noise's spectral density
+  double end_s = 0.0;     ///< last time at which it tells its pitch: 26 dB down, or below the noise in its own band
+  double radius_m = 0.0;  ///< of the free bubble of its pitch at the onset
   std::optional<double> radius_std_m;
   double theory_decay_per_s = 0.0;  ///< of a bubble of this pitch
   BubbleVerdict verdict = BubbleVerdict::kBubble;
@@ -51,7 +52,7 @@ struct BubbleSearchResult {
   std::string message;
   std::vector<FoundBubble> found;  ///< in order of onset, whatever their verdict
   NoiseSpectrum noise;
-  audio::Signal mono;              ///< what was searched
+  audio::Signal mono;                      ///< what was searched
   std::optional<double> explained_energy;  ///< 0..1, of the energy in the band
 };
 

@@ -14,8 +14,8 @@ namespace {
 using klang::bubble::BubbleMedium;
 using klang::bubble::BubbleTheory;
 
-constexpr double kDynamicRange = 1e-6;     // least noise density over the loudest band's
-constexpr double kRenderedSpan = 7.0;         // decay times until a ring is over (-61 dB)
+constexpr double kDynamicRange = 1e-6;  // least noise density over the loudest band's
+constexpr double kRenderedSpan = 7.0;   // decay times until a ring is over (-61 dB)
 
 double damped_hz(const BubbleMedium& medium, BubbleTheory theory, double radius_m) {
   const double omega0 = klang::bubble::undamped_angular_frequency_rad_s(medium, theory, radius_m);
@@ -27,7 +27,8 @@ double damped_hz(const BubbleMedium& medium, BubbleTheory theory, double radius_
 
 void BubbleSearchOptions::validate() const {
   checked("bubbles", "band low_hz", band.low_hz, 100.0, 2e5);
-  if (!(band.high_hz > band.low_hz)) throw InputError("bubbles", "band", std::to_string(band.high_hz), "high_hz above low_hz");
+  if (!(band.high_hz > band.low_hz))
+    throw InputError("bubbles", "band", std::to_string(band.high_hz), "high_hz above low_hz");
   medium.validate();
   checked("bubbles", "min_snr_db", min_snr_db, 10.0, 120.0);
   checked("bubbles", "amplitude_exponent", amplitude_exponent, -5.0, 5.0);
@@ -37,11 +38,16 @@ void BubbleSearchOptions::validate() const {
 
 const char* words(BubbleVerdict verdict) {
   switch (verdict) {
-    case BubbleVerdict::kBubble: return "bubble";
-    case BubbleVerdict::kDriven: return "bubble, amplitude does not fall as it rings free";
-    case BubbleVerdict::kRingsTooLong: return "no bubble: rings longer than one of this pitch can";
-    case BubbleVerdict::kUnclear: return "too short or too noisy to tell";
-    case BubbleVerdict::kDampedTooStrongly: return "no bubble: damped ten times as strongly as one of this pitch";
+    case BubbleVerdict::kBubble:
+      return "bubble";
+    case BubbleVerdict::kDriven:
+      return "bubble, amplitude does not fall as it rings free";
+    case BubbleVerdict::kRingsTooLong:
+      return "no bubble: rings longer than one of this pitch can";
+    case BubbleVerdict::kUnclear:
+      return "too short or too noisy to tell";
+    case BubbleVerdict::kDampedTooStrongly:
+      return "no bubble: damped ten times as strongly as one of this pitch";
   }
   return "";
 }
@@ -49,11 +55,13 @@ const char* words(BubbleVerdict verdict) {
 NoiseSpectrum noise_spectrum(const Eigen::VectorXd& samples, double sample_rate_hz) {
   const Eigen::Index frame = std::min<Eigen::Index>(1024, samples.size() / 4 * 2), n_bins = frame / 2 + 1;
   Eigen::VectorXd window(frame);
-  for (Eigen::Index i = 0; i < frame; ++i) window[i] = 0.5 - 0.5 * std::cos(2.0 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(frame));
+  for (Eigen::Index i = 0; i < frame; ++i)
+    window[i] = 0.5 - 0.5 * std::cos(2.0 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(frame));
   std::vector<std::vector<double>> power(static_cast<std::size_t>(n_bins));
   for (Eigen::Index first = 0; first + frame <= samples.size(); first += frame / 2) {
     const Eigen::VectorXcd spectrum = audio::real_spectrum(samples.segment(first, frame).cwiseProduct(window), frame);
-    for (Eigen::Index k = 0; k < n_bins; ++k) power[static_cast<std::size_t>(k)].push_back(std::norm(spectrum[k]) / window.squaredNorm());
+    for (Eigen::Index k = 0; k < n_bins; ++k)
+      power[static_cast<std::size_t>(k)].push_back(std::norm(spectrum[k]) / window.squaredNorm());
   }
   Eigen::VectorXd quartile(n_bins), mean(n_bins);
   for (Eigen::Index k = 0; k < n_bins; ++k) {
@@ -85,7 +93,8 @@ double radius_of_frequency_m(double damped_frequency_hz, const BubbleMedium& med
   high = std::min(high, std::log(klang::bubble::kLargestRadiusM));
   const auto excess = [&](double x) { return std::log(damped_hz(medium, theory, std::exp(x)) / damped_frequency_hz); };
   if (!(low < high && excess(low) > 0.0 && excess(high) < 0.0))
-    throw InputError("bubble", "no radius rings at this frequency [Hz]", std::to_string(damped_frequency_hz), "70 to 300000");
+    throw InputError("bubble", "no radius rings at this frequency [Hz]", std::to_string(damped_frequency_hz),
+                     "70 to 300000");
   for (int i = 0; i < 60 && high - low > 1e-13; ++i) {
     const double middle = 0.5 * (low + high);
     (excess(middle) > 0.0 ? low : high) = middle;
@@ -96,9 +105,13 @@ double radius_of_frequency_m(double damped_frequency_hz, const BubbleMedium& med
 Eigen::VectorXd render(const std::vector<FoundBubble>& bubbles, Eigen::Index n_samples, double sample_rate_hz) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(n_samples), value(n_samples);
   for (const FoundBubble& bubble : bubbles) {
-    const auto first = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil(bubble.chirp.onset_s * sample_rate_hz)), 0, n_samples);
-    const auto n = std::min(n_samples - first, static_cast<Eigen::Index>(2.0 * kRenderedSpan / std::exp(bubble.chirp.log_decay) * sample_rate_hz));
-    evaluate_chirp(bubble.law, bubble.chirp, static_cast<double>(first) / sample_rate_hz, sample_rate_hz, value.head(n));
+    const auto first = std::clamp<Eigen::Index>(
+        static_cast<Eigen::Index>(std::ceil(bubble.chirp.onset_s * sample_rate_hz)), 0, n_samples);
+    const auto n =
+        std::min(n_samples - first,
+                 static_cast<Eigen::Index>(2.0 * kRenderedSpan / std::exp(bubble.chirp.log_decay) * sample_rate_hz));
+    evaluate_chirp(bubble.law, bubble.chirp, static_cast<double>(first) / sample_rate_hz, sample_rate_hz,
+                   value.head(n));
     sum.segment(first, n) += value.head(n);
   }
   return sum;

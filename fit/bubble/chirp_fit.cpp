@@ -42,7 +42,8 @@ class ChirpCost final : public ceres::CostFunction {
       Eigen::Matrix<double, Chirp::kParameters, 1> x;
       x.head<2>() = Eigen::Map<const Eigen::Vector2d>(parameters[pitch_group_[b]]);
       x.tail<kOwn>() = Eigen::Map<const Eigen::Matrix<double, kOwn, 1>>(parameters[n_groups_ + static_cast<int>(b)]);
-      evaluate_chirp(laws_[b], Chirp::from(x.cwiseProduct(scale)), w.first_s, w.sample_rate_hz, value, jacobians ? &slopes : nullptr);
+      evaluate_chirp(laws_[b], Chirp::from(x.cwiseProduct(scale)), w.first_s, w.sample_rate_hz, value,
+                     jacobians ? &slopes : nullptr);
       sum += value;
       if (!jacobians) continue;
       double* own = jacobians[n_groups_ + static_cast<int>(b)];
@@ -81,7 +82,8 @@ class ChirpCost final : public ceres::CostFunction {
 /// (x - mean) / std for two numbers.
 class PriorCost final : public ceres::SizedCostFunction<2, 2> {
  public:
-  PriorCost(const Eigen::Vector2d& mean, const Eigen::Vector2d& standard_deviation) : mean_(mean), std_(standard_deviation) {}
+  PriorCost(const Eigen::Vector2d& mean, const Eigen::Vector2d& standard_deviation)
+      : mean_(mean), std_(standard_deviation) {}
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     for (int i = 0; i < 2; ++i) residuals[i] = (parameters[0][i] - mean_[i]) / std_[i];
     if (jacobians && jacobians[0]) {
@@ -157,8 +159,8 @@ Eigen::VectorXd ChirpWindow::weighted(const Eigen::VectorXd& samples) const {
   return result;
 }
 
-std::unique_ptr<ceres::CostFunction> make_chirp_cost(std::shared_ptr<const ChirpWindow> window, std::vector<ChirpLaw> laws,
-                                                     std::vector<int> pitch_group) {
+std::unique_ptr<ceres::CostFunction> make_chirp_cost(std::shared_ptr<const ChirpWindow> window,
+                                                     std::vector<ChirpLaw> laws, std::vector<int> pitch_group) {
   return std::make_unique<ChirpCost>(std::move(window), std::move(laws), std::move(pitch_group));
 }
 
@@ -234,14 +236,16 @@ ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws
       problem.AddResidualBlock(new PriorCost(prior.mean.cwiseQuotient(scale.head<2>()),
                                              prior.standard_deviation.cwiseQuotient(scale.head<2>())),
                                nullptr, pitch[b].data());
-    const Eigen::Vector2d low = laws[b].pitch->low().cwiseQuotient(scale.head<2>()), high = laws[b].pitch->high().cwiseQuotient(scale.head<2>());
+    const Eigen::Vector2d low = laws[b].pitch->low().cwiseQuotient(scale.head<2>()),
+                          high = laws[b].pitch->high().cwiseQuotient(scale.head<2>());
     for (int i = 0; i < 2; ++i) {
       problem.SetParameterLowerBound(pitch[b].data(), i, low[i]);
       problem.SetParameterUpperBound(pitch[b].data(), i, high[i]);
       double& x = pitch[b][static_cast<std::size_t>(i)];
       x = std::clamp(x, low[i] + 0.01 * (high[i] - low[i]), high[i] - 0.01 * (high[i] - low[i]));
     }
-    if (!laws[b].soft_attack()) problem.AddResidualBlock(make_onset_prior(laws[b], start[b]).release(), nullptr, own[b].data());
+    if (!laws[b].soft_attack())
+      problem.AddResidualBlock(make_onset_prior(laws[b], start[b]).release(), nullptr, own[b].data());
     const double f = own[b][1], decay = own[b][2], t = own[b][0];
     problem.SetParameterLowerBound(own[b].data(), 0, t - 30.0);
     problem.SetParameterUpperBound(own[b].data(), 0, t + 30.0);

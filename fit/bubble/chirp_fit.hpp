@@ -8,7 +8,7 @@
 namespace ceres {
 class CostFunction;
 class Problem;
-}
+}  // namespace ceres
 
 namespace klang::fit::bubble {
 
@@ -24,10 +24,10 @@ struct NoiseSpectrum {
 /// window that the model is put under too.
 struct ChirpWindow {
   double first_s = 0.0, sample_rate_hz = 0.0;
-  Eigen::VectorXd taper;    ///< n_samples
+  Eigen::VectorXd taper;  ///< n_samples
   Eigen::Index n_fft = 0, first_bin = 0, n_bins = 0;
-  Eigen::VectorXcd data;    ///< n_bins
-  Eigen::VectorXd weight;   ///< sqrt(2) / standard deviation of a bin's noise: real and imaginary part get variance 1
+  Eigen::VectorXcd data;   ///< n_bins
+  Eigen::VectorXd weight;  ///< sqrt(2) / standard deviation of a bin's noise: real and imaginary part get variance 1
 
   /// @param samples    samples first, first + 1, ... of the recording, less what other bubbles make of it
   /// @param n_samples  of the whole recording, whose ends are no edges of the sound
@@ -41,8 +41,8 @@ struct ChirpWindow {
 /// Residual (model - data) of a window. Blocks: the pitch parameters of each pitch group (2), then each bubble's
 /// (onset, ln f, ln decay, c, s) (5), all in units of kChirpScale. Residuals: 2 n_bins.
 /// @param pitch_group  of each bubble; groups are numbered from 0 without gaps
-std::unique_ptr<ceres::CostFunction> make_chirp_cost(std::shared_ptr<const ChirpWindow> window, std::vector<ChirpLaw> laws,
-                                                     std::vector<int> pitch_group);
+std::unique_ptr<ceres::CostFunction> make_chirp_cost(std::shared_ptr<const ChirpWindow> window,
+                                                     std::vector<ChirpLaw> laws, std::vector<int> pitch_group);
 
 /// A quick attack falls between two samples: once it is found, only this keeps the onset from sliding along the track, which
 /// the sound after it does not notice. Residual (onset - where it was found) / (a twentieth of a cycle); block: a bubble's own.
@@ -53,13 +53,14 @@ Eigen::Matrix<double, Chirp::kParameters, 1> chirp_scale(const ChirpLaw& law);
 
 /// Weak knowledge of a pitch parameter: normal. Infinite std: none.
 struct PitchPrior {
-  Eigen::Vector2d mean{0.0, 20.0}, standard_deviation{60.0, 40.0};  ///< of bubbles that rise by 0 to 0.5 m/s within centimetres of a surface
+  Eigen::Vector2d mean{0.0, 20.0},
+      standard_deviation{60.0, 40.0};  ///< of bubbles that rise by 0 to 0.5 m/s within centimetres of a surface
 };
 
 struct ChirpFit {
   bool ok = false;
   std::vector<Chirp> chirps;
-  double chi_square = 0.0;      ///< of the window's residual
+  double chi_square = 0.0;  ///< of the window's residual
   Eigen::Index n_real_data = 0;
   /// 7 x 7 a bubble, all others' uncertainty in it; not scaled by chi_square. Empty when it was not asked for.
   std::vector<Eigen::MatrixXd> covariance;

@@ -42,7 +42,8 @@ PitchLaw::Value ExponentialPitch::at(double time_s, const Eigen::Vector2d& param
   return value;
 }
 
-DepthPitch::DepthPitch(std::function<double(double)> depth_m, std::function<double(double)> speed_m_s, double max_factor)
+DepthPitch::DepthPitch(std::function<double(double)> depth_m, std::function<double(double)> speed_m_s,
+                       double max_factor)
     : depth_m_(std::move(depth_m)), speed_m_s_(std::move(speed_m_s)), max_log_(std::log(max_factor)) {}
 
 PitchLaw::Value DepthPitch::at(double time_s, const Eigen::Vector2d& parameters) const {
@@ -101,10 +102,12 @@ void evaluate_chirp(const ChirpLaw& law, const Chirp& chirp, double first_s, dou
     theta += step / 6.0 * (left.omega + 4.0 * middle.omega + right.omega);
     loss += step / 6.0 * (left.beta + 4.0 * middle.beta + right.beta);
     if (jacobian) {
-      theta_p += step / 6.0 * (left.omega * left.pitch.by_parameter + 4.0 * middle.omega * middle.pitch.by_parameter +
-                               right.omega * right.pitch.by_parameter);
-      loss_p += step / 6.0 * m * (left.beta * left.pitch.by_parameter + 4.0 * middle.beta * middle.pitch.by_parameter +
-                                  right.beta * right.pitch.by_parameter);
+      theta_p += step / 6.0 *
+                 (left.omega * left.pitch.by_parameter + 4.0 * middle.omega * middle.pitch.by_parameter +
+                  right.omega * right.pitch.by_parameter);
+      loss_p += step / 6.0 * m *
+                (left.beta * left.pitch.by_parameter + 4.0 * middle.beta * middle.pitch.by_parameter +
+                 right.beta * right.pitch.by_parameter);
     }
     time = t;
     left = right;
@@ -112,7 +115,8 @@ void evaluate_chirp(const ChirpLaw& law, const Chirp& chirp, double first_s, dou
   for (Eigen::Index k = 0; k < n; ++k) {
     const double t = first_s + static_cast<double>(k) / sample_rate_hz - chirp.onset_s;
     if (t < 0.0) continue;
-    if (law.rest_s && time < *law.rest_s && t > *law.rest_s) advance(*law.rest_s);  // Simpson's rule wants no corner within
+    if (law.rest_s && time < *law.rest_s && t > *law.rest_s)
+      advance(*law.rest_s);  // Simpson's rule wants no corner within
     advance(t);
     const Rates& right = left;
     const Attack begin = attack(attack_rate * t);
@@ -123,7 +127,8 @@ void evaluate_chirp(const ChirpLaw& law, const Chirp& chirp, double first_s, dou
     if (jacobian) {
       auto row = jacobian->row(k);
       row.head<2>() = (in_phase * (na * right.pitch.by_parameter - loss_p) + quadrature * theta_p).transpose();
-      row[2] = -(in_phase * (na * right.pitch.by_time - right.beta + begin.by_x * attack_rate) + quadrature * right.omega);
+      row[2] =
+          -(in_phase * (na * right.pitch.by_time - right.beta + begin.by_x * attack_rate) + quadrature * right.omega);
       row[3] = quadrature * theta;
       row[4] = in_phase * ((law.soft_attack() ? begin.by_x * beta0 * t : 0.0) - loss);
       row[5] = c;
@@ -141,12 +146,16 @@ std::vector<ChirpPoint> chirp_track(const ChirpLaw& law, const Chirp& chirp, con
     // Pitch changes by little within a millisecond.
     const int n = std::max(1, static_cast<int>(std::ceil((t - time) / 1e-3)));
     const double step = (t - time) / n;
-    const auto beta = [&](double at) { return beta0 * std::exp(law.decay_exponent * law.pitch_at(at, chirp.pitch).log_ratio); };
+    const auto beta = [&](double at) {
+      return beta0 * std::exp(law.decay_exponent * law.pitch_at(at, chirp.pitch).log_ratio);
+    };
     for (int i = 0; i < n; ++i)
-      loss += step / 6.0 * (beta(time + i * step) + 4.0 * beta(time + (i + 0.5) * step) + beta(time + (i + 1.0) * step));
+      loss +=
+          step / 6.0 * (beta(time + i * step) + 4.0 * beta(time + (i + 0.5) * step) + beta(time + (i + 1.0) * step));
     time = t;
     const double log_ratio = law.pitch_at(t, chirp.pitch).log_ratio;
-    track.push_back({t, f0 * std::exp(log_ratio), amplitude * std::exp(law.amplitude_exponent * log_ratio - loss), beta(t)});
+    track.push_back(
+        {t, f0 * std::exp(log_ratio), amplitude * std::exp(law.amplitude_exponent * log_ratio - loss), beta(t)});
   }
   return track;
 }

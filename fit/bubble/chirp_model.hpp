@@ -12,7 +12,7 @@ class PitchLaw {
  public:
   struct Value {
     double log_ratio = 0.0;
-    double by_time = 0.0;             ///< 1/s
+    double by_time = 0.0;  ///< 1/s
     Eigen::Vector2d by_parameter{0.0, 0.0};
   };
   virtual ~PitchLaw() = default;
@@ -48,8 +48,8 @@ class DepthPitch final : public PitchLaw {
   DepthPitch(std::function<double(double)> depth_m, std::function<double(double)> speed_m_s, double max_factor = 3.0);
   Value at(double time_s, const Eigen::Vector2d& parameters) const override;
   Eigen::Vector2d unit() const override { return {1.0, 1.0}; }
-  Eigen::Vector2d low() const override { return {-6.9, 0.0}; }   ///< ln 1e-3, ln 1 per m
-  Eigen::Vector2d high() const override { return {9.2, 9.2}; }   ///< ln 1e4
+  Eigen::Vector2d low() const override { return {-6.9, 0.0}; }  ///< ln 1e-3, ln 1 per m
+  Eigen::Vector2d high() const override { return {9.2, 9.2}; }  ///< ln 1e4
 
  private:
   std::function<double(double)> depth_m_, speed_m_s_;
@@ -59,8 +59,9 @@ class DepthPitch final : public PitchLaw {
 /// How amplitude and decay follow the pitch, and how the sound begins.
 struct ChirpLaw {
   std::shared_ptr<const PitchLaw> pitch;
-  double amplitude_exponent = 1.5;  ///< |p| ~ omega^n: n = 2 of the volume's acceleration - 1/2 of the adiabatic invariant
-  double decay_exponent = 1.5;      ///< beta ~ omega^m
+  double amplitude_exponent =
+      1.5;                      ///< |p| ~ omega^n: n = 2 of the volume's acceleration - 1/2 of the adiabatic invariant
+  double decay_exponent = 1.5;  ///< beta ~ omega^m
   /// Attack window of HF eq. (39); 0: at the decay's own rate, as printed; > 0: at this rate, for what begins with a snap.
   double quick_attack_per_s = 0.0;
   /// Since the onset: when the bubble comes to rest (under the surface, at a wall) and keeps its pitch. Empty: while it is heard, never.
@@ -74,8 +75,8 @@ struct ChirpLaw {
 struct Chirp {
   Eigen::Vector2d pitch{0.0, 0.0};
   double onset_s = 0.0;
-  double log_frequency = 0.0;  ///< ln of the damped frequency at the onset [Hz]
-  double log_decay = 0.0;      ///< ln of the amplitude's decay at the onset [1/s]
+  double log_frequency = 0.0;       ///< ln of the damped frequency at the onset [Hz]
+  double log_decay = 0.0;           ///< ln of the amplitude's decay at the onset [1/s]
   double cosine = 0.0, sine = 0.0;  ///< amplitudes at the onset, full scale = 1
 
   static constexpr int kParameters = 7;
@@ -92,7 +93,7 @@ void evaluate_chirp(const ChirpLaw& law, const Chirp& chirp, double first_s, dou
 
 /// Frequency and amplitude along a chirp.
 struct ChirpPoint {
-  double time_s = 0.0;  ///< since the onset
+  double time_s = 0.0;                                           ///< since the onset
   double frequency_hz = 0.0, envelope = 0.0, decay_per_s = 0.0;  ///< envelope: full scale = 1, without the attack
 };
 /// At times since the onset, ascending.

@@ -25,7 +25,8 @@ DampedFilterBank::DampedFilterBank(std::vector<Atom> atoms, double sample_rate_h
   gain_.setZero(n_padded_);
   for (std::size_t i = 0; i < atoms_.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
-    const double fall = std::exp(-atoms_[i].decay_per_s / sample_rate_hz), angle = 2.0 * kPi * atoms_[i].frequency_hz / sample_rate_hz;
+    const double fall = std::exp(-atoms_[i].decay_per_s / sample_rate_hz),
+                 angle = 2.0 * kPi * atoms_[i].frequency_hz / sample_rate_hz;
     pole_real_[k] = static_cast<float>(fall * std::cos(angle));
     pole_imag_[k] = static_cast<float>(-fall * std::sin(angle));
     gain_[k] = static_cast<float>(1.0 - fall * fall);
@@ -41,13 +42,15 @@ void DampedFilterBank::update(const Eigen::VectorXf& whitened, Eigen::Index firs
     for (std::size_t group = begin; group < end; ++group) {
       const auto lane = static_cast<Eigen::Index>(group) * kLanes;
       Eigen::Index reach = 0;
-      for (std::size_t i = static_cast<std::size_t>(lane); i < std::min(atoms_.size(), static_cast<std::size_t>(lane + kLanes)); ++i)
+      for (std::size_t i = static_cast<std::size_t>(lane);
+           i < std::min(atoms_.size(), static_cast<std::size_t>(lane + kLanes)); ++i)
         reach = std::max(reach, reach_[i]);
       // A change at a sample reaches back to the atoms that begin before it; what comes after it is needed to begin.
       const Eigen::Index low = std::max<Eigen::Index>(0, first - reach) / kBlock;
       const Eigen::Index high = std::min(n_blocks_, (last + kBlock - 1) / kBlock);
       const Eigen::Index start = std::min(n_samples_, high * kBlock + reach);
-      const Lanes pr = pole_real_.segment<kLanes>(lane), pi = pole_imag_.segment<kLanes>(lane), gain = gain_.segment<kLanes>(lane);
+      const Lanes pr = pole_real_.segment<kLanes>(lane), pi = pole_imag_.segment<kLanes>(lane),
+                  gain = gain_.segment<kLanes>(lane);
       Lanes cr = Lanes::Zero(), ci = Lanes::Zero();
       for (Eigen::Index t = start - 1; t >= std::min(start, high * kBlock); --t) {
         const Lanes r = pr * cr - pi * ci + whitened[t];
@@ -73,7 +76,8 @@ void DampedFilterBank::update(const Eigen::VectorXf& whitened, Eigen::Index firs
 }
 
 DampedFilterBank::Peak DampedFilterBank::highest(Eigen::Index first, Eigen::Index last) const {
-  const Eigen::Index low = std::clamp<Eigen::Index>(first / kBlock, 0, n_blocks_), high = std::min(n_blocks_, (last + kBlock - 1) / kBlock);
+  const Eigen::Index low = std::clamp<Eigen::Index>(first / kBlock, 0, n_blocks_),
+                     high = std::min(n_blocks_, (last + kBlock - 1) / kBlock);
   const auto n = static_cast<Eigen::Index>(atoms_.size());
   Peak peak;
   for (Eigen::Index block = low; block < high; ++block) {
@@ -86,7 +90,8 @@ DampedFilterBank::Peak DampedFilterBank::highest(Eigen::Index first, Eigen::Inde
 }
 
 void DampedFilterBank::mask(Eigen::Index first, Eigen::Index last, double low_hz, double high_hz, double score) {
-  const Eigen::Index low = std::clamp<Eigen::Index>(first / kBlock, 0, n_blocks_), high = std::min(n_blocks_, (last + kBlock - 1) / kBlock);
+  const Eigen::Index low = std::clamp<Eigen::Index>(first / kBlock, 0, n_blocks_),
+                     high = std::min(n_blocks_, (last + kBlock - 1) / kBlock);
   for (std::size_t i = 0; i < atoms_.size(); ++i) {
     if (atoms_[i].frequency_hz < low_hz || atoms_[i].frequency_hz > high_hz) continue;
     for (Eigen::Index block = low; block < high; ++block) {

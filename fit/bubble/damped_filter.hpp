@@ -35,9 +35,9 @@ class DampedFilterBank {
   std::vector<Atom> atoms_;
   double sample_rate_hz_;
   Eigen::Index n_samples_, n_blocks_, n_padded_;
-  Eigen::ArrayXf pole_real_, pole_imag_, gain_;      // by atom, padded
-  std::vector<Eigen::Index> reach_;                  // samples until an atom has decayed to 1e-4
-  Eigen::ArrayXXf best_, mask_;                      // atoms (padded) x blocks
+  Eigen::ArrayXf pole_real_, pole_imag_, gain_;  // by atom, padded
+  std::vector<Eigen::Index> reach_;              // samples until an atom has decayed to 1e-4
+  Eigen::ArrayXXf best_, mask_;                  // atoms (padded) x blocks
   Eigen::Array<int, Eigen::Dynamic, Eigen::Dynamic> best_at_;
 };
 

@@ -15,7 +15,8 @@ namespace klang::fit::bubble {
 namespace {
 
 constexpr double kDeterminedStd = 0.2;  // as for elastic constants
-constexpr double kLargestGrowth = 3.0;  // of chi square, a free pitch against the shared constants; right rises give about 1
+constexpr double kLargestGrowth =
+    3.0;  // of chi square, a free pitch against the shared constants; right rises give about 1
 constexpr double kNormal95 = 1.959963984540054;
 constexpr int kOwn = Chirp::kParameters - 2;
 
@@ -51,16 +52,20 @@ PitchNumber unknown(std::string name) {
 
 void sound_only(const BubbleSearchResult& found, PitchFitResult& result) {
   result.status = PitchStatus::kSoundOnly;
-  result.message = "without the bubbles' rise, pitch tells each bubble's rate K v e^(eta (1 - d/|phi0|)) and growth eta v / |phi0| "
-                   "only (v: speed, d: depth at the onset); --rise FILE separates them";
+  result.message =
+      "without the bubbles' rise, pitch tells each bubble's rate K v e^(eta (1 - d/|phi0|)) and growth eta v / |phi0| "
+      "only (v: speed, d: depth at the onset); --rise FILE separates them";
   for (const char* name : {"k_delta_per_m", "eta", "phi0_m"}) result.parameters.push_back(unknown(name));
   for (const FoundBubble& bubble : found.found) {
     if (!bubble.is_bubble()) continue;
     const char* names[] = {"k_delta * speed * exp(eta (1 - depth/|phi0|)) [1/s]", "eta * speed / |phi0| [1/s]"};
     for (int i = 0; i < 2; ++i) {
-      const double value = bubble.chirp.pitch[i], spread = std::sqrt((*bubble.covariance)(i, i)) / std::max(std::abs(value), 1e-12);
+      const double value = bubble.chirp.pitch[i],
+                   spread = std::sqrt((*bubble.covariance)(i, i)) / std::max(std::abs(value), 1e-12);
       if (value > 0.0 && spread <= kDeterminedStd)
-        result.identifiable.push_back(number("bubble at " + klang::to_text(std::round(1e4 * bubble.chirp.onset_s) / 1e4) + " s: " + names[i], value, spread));
+        result.identifiable.push_back(
+            number("bubble at " + klang::to_text(std::round(1e4 * bubble.chirp.onset_s) / 1e4) + " s: " + names[i],
+                   value, spread));
     }
   }
 }
@@ -77,16 +82,20 @@ struct Joint {
 
 std::vector<BubbleRise> read_rises(const std::filesystem::path& path) {
   CsvFile file(path);
-  const std::vector<std::string_view> even_columns = {"onset_s", "phi_m", "speed_m_s"}, moment_columns = {"onset_s", "time_s", "phi_m"};
+  const std::vector<std::string_view> even_columns = {"onset_s", "phi_m", "speed_m_s"},
+                                      moment_columns = {"onset_s", "time_s", "phi_m"};
   const char* const allowed = "onset_s,phi_m,speed_m_s or onset_s,time_s,phi_m";
   if (!file.next()) throw InputError(file.name(), "holds no rise", {}, allowed);
   const bool even = file.cells() == even_columns;
-  if (!even && file.cells() != moment_columns) throw InputError(file.place(), "has other columns", file.cells().front(), allowed);
+  if (!even && file.cells() != moment_columns)
+    throw InputError(file.place(), "has other columns", file.cells().front(), allowed);
   std::vector<BubbleRise> rises;
   while (file.next()) {
     const std::string place = file.place();
-    if (file.cells().size() != 3) throw InputError(place, "has another number of columns", std::to_string(file.cells().size()), "3");
-    const double onset = csv_number(file.cells()[0], place), a = csv_number(file.cells()[1], place), b = csv_number(file.cells()[2], place);
+    if (file.cells().size() != 3)
+      throw InputError(place, "has another number of columns", std::to_string(file.cells().size()), "3");
+    const double onset = csv_number(file.cells()[0], place), a = csv_number(file.cells()[1], place),
+                 b = csv_number(file.cells()[2], place);
     checked(place, "phi_m", even ? a : b, -10.0, -1e-6);
     if (even) {
       rises.push_back({onset, {0.0}, {a}, checked(place, "speed_m_s", b, -10.0, 10.0)});
@@ -94,13 +103,15 @@ std::vector<BubbleRise> read_rises(const std::filesystem::path& path) {
     }
     if (rises.empty() || rises.back().onset_s != onset) rises.push_back({onset, {}, {}, 0.0});
     BubbleRise& rise = rises.back();
-    if (!rise.times_s.empty() && !(a > rise.times_s.back())) throw InputError(place, "time_s does not rise", to_text(a), "above " + to_text(rise.times_s.back()));
+    if (!rise.times_s.empty() && !(a > rise.times_s.back()))
+      throw InputError(place, "time_s does not rise", to_text(a), "above " + to_text(rise.times_s.back()));
     rise.times_s.push_back(a);
     rise.phi_m.push_back(b);
   }
   if (rises.empty()) throw InputError(file.name(), "holds no rise", {}, allowed);
   for (const BubbleRise& rise : rises)
-    if (!even && rise.times_s.size() < 2) throw InputError(file.name(), "has one moment only for the bubble at " + to_text(rise.onset_s) + " s");
+    if (!even && rise.times_s.size() < 2)
+      throw InputError(file.name(), "has one moment only for the bubble at " + to_text(rise.onset_s) + " s");
   return rises;
 }
 
@@ -137,7 +148,8 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
   // What each bubble's own pitch leaves, for comparison.
   double free_chi_square = 0.0;
   for (const RingGroup& group : groups) {
-    if (std::none_of(group.members.begin(), group.members.end(), [&](std::size_t i) { return along[i] != nullptr; })) continue;
+    if (std::none_of(group.members.begin(), group.members.end(), [&](std::size_t i) { return along[i] != nullptr; }))
+      continue;
     std::vector<ChirpLaw> own_laws;
     std::vector<Chirp> chirps;
     for (const std::size_t i : group.members) {
@@ -164,7 +176,8 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
     ceres::Problem problem;
     std::vector<ceres::ResidualBlockId> ids;
     for (const RingGroup& group : groups) {
-      if (std::none_of(group.members.begin(), group.members.end(), [&](std::size_t i) { return along[i] != nullptr; })) continue;
+      if (std::none_of(group.members.begin(), group.members.end(), [&](std::size_t i) { return along[i] != nullptr; }))
+        continue;
       std::vector<ChirpLaw> group_laws;
       std::vector<int> pitch_group;
       std::vector<double*> blocks = {joint.pitch.data()};
@@ -174,9 +187,12 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
         if (!along[i]) blocks.push_back(joint.free_pitch[i].data());
       }
       for (const std::size_t i : group.members) blocks.push_back(joint.own[i].data());
-      ids.push_back(problem.AddResidualBlock(make_chirp_cost(group.window, group_laws, pitch_group).release(), nullptr, blocks));
+      ids.push_back(
+          problem.AddResidualBlock(make_chirp_cost(group.window, group_laws, pitch_group).release(), nullptr, blocks));
       for (const std::size_t i : group.members) {
-        if (!laws[i].soft_attack()) problem.AddResidualBlock(make_onset_prior(laws[i], found.found[i].chirp).release(), nullptr, joint.own[i].data());
+        if (!laws[i].soft_attack())
+          problem.AddResidualBlock(make_onset_prior(laws[i], found.found[i].chirp).release(), nullptr,
+                                   joint.own[i].data());
         for (const auto& [index, reach] : {std::pair{0, 10.0}, {1, 0.2}, {2, 3.0}}) {
           const double middle = joint.own[i][static_cast<std::size_t>(index)];
           problem.SetParameterLowerBound(joint.own[i].data(), index, middle - reach);
@@ -229,8 +245,8 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
   result.chi_square_per_datum = ratios;
   if (const double grown = chi_square / std::max(free_chi_square, 1e-300); !(grown <= kLargestGrowth)) {
     result.status = PitchStatus::kFailed;
-    result.message = "the given rise does not describe these bubbles: chi square is " + klang::to_text(std::round(10.0 * grown) / 10.0) +
-                     " times that of a free pitch";
+    result.message = "the given rise does not describe these bubbles: chi square is " +
+                     klang::to_text(std::round(10.0 * grown) / 10.0) + " times that of a free pitch";
     return result;
   }
   result.status = PitchStatus::kFitted;
@@ -238,8 +254,9 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
   const double log_p = best.pitch[0], log_q = best.pitch[1], q = std::exp(log_q);
   // ln(K e^eta) = ln P + ln q.
   const Eigen::Vector2d of_q(0.0, 1.0), of_pq(1.0, 1.0);
-  result.identifiable = {number("eta / |phi0| [1/m]", q, std::sqrt(of_q.dot(covariance * of_q))),
-                         number("k_delta * exp(eta) [1/m]", std::exp(log_p + log_q), std::sqrt(of_pq.dot(covariance * of_pq)))};
+  result.identifiable = {
+      number("eta / |phi0| [1/m]", q, std::sqrt(of_q.dot(covariance * of_q))),
+      number("k_delta * exp(eta) [1/m]", std::exp(log_p + log_q), std::sqrt(of_pq.dot(covariance * of_pq)))};
   std::erase_if(result.identifiable, [](const PitchNumber& n) { return !n.determined; });
   if (options.phi0_m) {
     const double eta = q * -*options.phi0_m;

@@ -10,9 +10,9 @@ namespace klang::fit::bubble {
 
 /// How one bubble rose, known from elsewhere (a film of the drop, a liquid solver).
 struct BubbleRise {
-  double onset_s = 0.0;               ///< belongs to the bubble found within kRiseMatchS of it
-  std::vector<double> times_s;        ///< since the onset, ascending; one entry: an even rise at speed_m_s from there
-  std::vector<double> phi_m;          ///< signed distance to the surface, negative in the liquid
+  double onset_s = 0.0;         ///< belongs to the bubble found within kRiseMatchS of it
+  std::vector<double> times_s;  ///< since the onset, ascending; one entry: an even rise at speed_m_s from there
+  std::vector<double> phi_m;    ///< signed distance to the surface, negative in the liquid
   double speed_m_s = 0.0;
 };
 inline constexpr double kRiseMatchS = 0.02;
@@ -30,7 +30,7 @@ enum class PitchStatus {
 
 /// A number, with its standard deviation and 95 % interval where the sound determines it.
 struct PitchNumber {
-  std::string name;       ///< with its unit, or a formula
+  std::string name;  ///< with its unit, or a formula
   std::optional<double> value, standard_deviation, low95, high95;
   bool determined = false;  ///< relative standard deviation up to 20 %
 };
@@ -43,10 +43,10 @@ struct PitchFitOptions {
 struct PitchFitResult {
   PitchStatus status = PitchStatus::kNotRun;
   std::string message;
-  std::vector<PitchNumber> parameters;    ///< k_delta_per_m, eta, phi0_m
-  std::vector<PitchNumber> identifiable;  ///< combinations that the data determine, whatever the rest
-  std::size_t n_bubbles = 0;              ///< that carry the joint fit
-  std::vector<double> chi_square_per_datum;   ///< of the joint fit, by group of bubbles that overlap
+  std::vector<PitchNumber> parameters;       ///< k_delta_per_m, eta, phi0_m
+  std::vector<PitchNumber> identifiable;     ///< combinations that the data determine, whatever the rest
+  std::size_t n_bubbles = 0;                 ///< that carry the joint fit
+  std::vector<double> chi_square_per_datum;  ///< of the joint fit, by group of bubbles that overlap
 };
 
 /// Constants of HF eq. (6) shared by all bubbles with a known rise. Pitch depends on P = K e^eta |phi0| / eta and

@@ -9,7 +9,7 @@
 namespace klang::fit::detail {
 namespace {
 
-constexpr double kLeftOfEstimate = 0.2;   // of a mesh error's estimate
+constexpr double kLeftOfEstimate = 0.2;  // of a mesh error's estimate
 
 Eigen::MatrixXd product(const solid::SparseMatrix& lower, const Eigen::MatrixXd& basis) {
   const Eigen::MatrixXd image = lower.selfadjointView<Eigen::Lower>() * basis;
@@ -20,8 +20,12 @@ Eigen::MatrixXd product(const solid::SparseMatrix& lower, const Eigen::MatrixXd&
 class TetBlocks : public ElasticBlocks {
  public:
   TetBlocks(const Specimen& specimen, const SpecimenBody& body, Monitor& monitor)
-      : name_(specimen.name), support_(specimen.support), mesh_(body.mesh), volume_m3_(body.volume_m3),
-        assembled_(solid::assemble(body.mesh, specimen.support)), monitor_(monitor) {}
+      : name_(specimen.name),
+        support_(specimen.support),
+        mesh_(body.mesh),
+        volume_m3_(body.volume_m3),
+        assembled_(solid::assemble(body.mesh, specimen.support)),
+        monitor_(monitor) {}
   std::size_t n_blocks() const override { return 1; }
   int multiplicity(std::size_t) const override { return 1; }
   double volume_m3() const override { return volume_m3_; }
@@ -97,7 +101,10 @@ class TetBlocks : public ElasticBlocks {
 class SectionBlocks : public ElasticBlocks {
  public:
   SectionBlocks(const Specimen& specimen, const SpecimenBody& body, std::size_t like_blocks)
-      : name_(specimen.name), shape_(*specimen.shape), divisions_(*body.section), mesh_(body.mesh),
+      : name_(specimen.name),
+        shape_(*specimen.shape),
+        divisions_(*body.section),
+        mesh_(body.mesh),
         body_(mesh::mesh_section(shape_, divisions_)) {
     body_.extend(like_blocks);
   }

@@ -20,8 +20,7 @@ Complex expm1(Complex z) {
 
 ExponentialBin exponential_bin(Complex sigma, Eigen::Index k, Eigen::Index n) {
   const auto count = static_cast<double>(n);
-  const Complex u(sigma.real(),
-                  std::remainder(sigma.imag() - 2 * kPi * static_cast<double>(k) / count, 2 * kPi));
+  const Complex u(sigma.real(), std::remainder(sigma.imag() - 2 * kPi * static_cast<double>(k) / count, 2 * kPi));
   if (std::norm(u) * count * count < 1e-8) {
     const double pairs = 0.5 * count * (count - 1);
     const double triples = pairs * (2 * count - 1) / 3;  // sum of m^2
@@ -85,22 +84,19 @@ class BinRow {
 
 }  // namespace
 
-Eigen::VectorXcd exponential_bins(const BinBlock& block, double frequency_hz, double decay_per_s,
-                                  Complex amplitude) {
+Eigen::VectorXcd exponential_bins(const BinBlock& block, double frequency_hz, double decay_per_s, Complex amplitude) {
   const double per_sample = 1.0 / block.sample_rate_hz;
   const Complex sigma(-decay_per_s * per_sample, 2 * kPi * frequency_hz * per_sample);
   BinRow line(sigma, block.first_bin, block.n), image(std::conj(sigma), block.first_bin, block.n);
   const Complex a = amplitude / std::sqrt(static_cast<double>(block.n));
   Eigen::VectorXcd bins(block.y.size());
-  for (Eigen::Index j = 0; j < bins.size(); ++j)
-    bins[j] = a * line.next(j).value + std::conj(a) * image.next(j).value;
+  for (Eigen::Index j = 0; j < bins.size(); ++j) bins[j] = a * line.next(j).value + std::conj(a) * image.next(j).value;
   return bins;
 }
 
 Eigen::VectorXcd one_sided_bins(const BinBlock& block, double frequency_hz, double decay_per_s) {
   const double per_sample = 1.0 / block.sample_rate_hz;
-  BinRow line(Complex(-decay_per_s * per_sample, 2 * kPi * frequency_hz * per_sample), block.first_bin,
-              block.n);
+  BinRow line(Complex(-decay_per_s * per_sample, 2 * kPi * frequency_hz * per_sample), block.first_bin, block.n);
   Eigen::VectorXcd bins(block.y.size());
   for (Eigen::Index j = 0; j < bins.size(); ++j) bins[j] = line.next(j).value;
   return bins;

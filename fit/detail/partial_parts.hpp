@@ -7,8 +7,7 @@ namespace klang::fit::detail {
 
 // What the search for partials and their polishing share.
 
-inline constexpr double kHalfBandCells =
-    20;  ///< half width of a sub-band beyond its outermost partial, in 1 / window
+inline constexpr double kHalfBandCells = 20;   ///< half width of a sub-band beyond its outermost partial, in 1 / window
 inline constexpr double kDecaysPerWindow = 5;  ///< a window ends when its partial has fallen to exp(-5)
 inline constexpr double kShortestWindowS = 0.006;
 

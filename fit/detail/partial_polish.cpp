@@ -9,15 +9,14 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kDisturbed = 4.0;            ///< residual over noise from which later starts are tried
-constexpr double kForeseeable = 50.0;         ///< power over noise from which a partial must be seen later
-constexpr double kLost = 0.7;                 ///< part of its amplitude that may be missing there
-constexpr double kSurer = 1.3;                ///< how much smaller the deviation must be to start later
-constexpr double kSameStory = 2.5;            ///< residual with a later start's poles over the one without
+constexpr double kDisturbed = 4.0;     ///< residual over noise from which later starts are tried
+constexpr double kForeseeable = 50.0;  ///< power over noise from which a partial must be seen later
+constexpr double kLost = 0.7;          ///< part of its amplitude that may be missing there
+constexpr double kSurer = 1.3;         ///< how much smaller the deviation must be to start later
+constexpr double kSameStory = 2.5;     ///< residual with a later start's poles over the one without
 
 /// Neighbours whose lines overlap and whose decays are alike are fitted together.
-std::vector<std::vector<std::size_t>> groups_of(const RingData& data,
-                                                const std::vector<FittedPartial>& partials) {
+std::vector<std::vector<std::size_t>> groups_of(const RingData& data, const std::vector<FittedPartial>& partials) {
   std::vector<std::size_t> order(partials.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -52,8 +51,8 @@ struct GroupFit {
   double strongest_std_hz = 1e300;  ///< of the group's strongest partial
 };
 
-GroupFit fit_group(const RingData& data, const std::vector<Pole>& poles,
-                   const std::vector<RingPartial>& others, double window, Eigen::Index offset) {
+GroupFit fit_group(const RingData& data, const std::vector<Pole>& poles, const std::vector<RingPartial>& others,
+                   double window, Eigen::Index offset) {
   GroupFit result;
   double low = 1e300, high = 0, fastest = 0;
   for (const Pole& pole : poles) {
@@ -97,9 +96,8 @@ double signal_to_noise(const GroupFit& fit, std::size_t index) {
 }
 
 /// One group's joint fit; the others stay as they are.
-void polish_group(const RingData& data, const std::vector<FittedPartial>& all,
-                  const std::vector<std::size_t>& group, const TailNoise* noise,
-                  std::vector<FittedPartial>& result) {
+void polish_group(const RingData& data, const std::vector<FittedPartial>& all, const std::vector<std::size_t>& group,
+                  const TailNoise* noise, std::vector<FittedPartial>& result) {
   double window = 0, centre = 0;
   std::vector<RingPartial> others;
   std::vector<Pole> poles;
@@ -121,12 +119,11 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all,
       const auto later = static_cast<Eigen::Index>(part * window * data.sample_rate_hz());
       GroupFit late = fit_group(data, poles, others, window, later);
       const bool complete = late.ok && (!best.ok || late.band.blocks.size() >= best.band.blocks.size());
-      if (!complete || !(late.strongest_std_hz < best.strongest_std_hz / (best_offset == 0 ? kSurer : 1.0)))
-        continue;
+      if (!complete || !(late.strongest_std_hz < best.strongest_std_hz / (best_offset == 0 ? kSurer : 1.0))) continue;
       // Its poles must tell the whole story nearly as well: a pitch that glides is not a disturbance.
-      const SubBand whole = data.sub_band(
-          late.band.blocks.front().frequency_hz(0),
-          late.band.blocks.front().frequency_hz(late.band.blocks.front().y.size() - 1), window, others);
+      const SubBand whole =
+          data.sub_band(late.band.blocks.front().frequency_hz(0),
+                        late.band.blocks.front().frequency_hz(late.band.blocks.front().y.size() - 1), window, others);
       RefinedFit held;
       held.poles = late.fit.poles;
       held.linear = linear_fit(whole, held.poles);
@@ -141,13 +138,12 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all,
   if (best_offset > 0) {
     // Poles from the undisturbed part, amplitudes from all of it: what rang is what the recording holds.
     for (std::size_t g = 0; g < group.size(); ++g) late_snr.push_back(signal_to_noise(best, g));
-    best.band = data.sub_band(best.band.blocks.front().frequency_hz(0),
-                              best.band.blocks.front().frequency_hz(best.band.blocks.front().y.size() - 1),
-                              window, others);
+    best.band =
+        data.sub_band(best.band.blocks.front().frequency_hz(0),
+                      best.band.blocks.front().frequency_hz(best.band.blocks.front().y.size() - 1), window, others);
     best.fit.linear = linear_fit(best.band, best.fit.poles);
     const Eigen::MatrixXd poles_from_late = best.spread.poles;
-    best.spread =
-        covariance(best.band, best.fit.poles, best.fit.linear, residual_variance(best.band, best.fit));
+    best.spread = covariance(best.band, best.fit.poles, best.fit.linear, residual_variance(best.band, best.fit));
     if (!best.spread.ok) return;
     best.spread.poles = poles_from_late;
   }
@@ -170,16 +166,14 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all,
       partial.amplitude_covariance[slot] = best.spread.amplitudes[b].block<2, 2>(at, at);
       partial.cross_covariance[slot] = best.spread.cross[b].block<2, 2>(at, at);
     }
-    partial.snr_db =
-        10 * std::log10(std::max(late_snr.empty() ? signal_to_noise(best, g) : late_snr[g], 1e-30));
+    partial.snr_db = 10 * std::log10(std::max(late_snr.empty() ? signal_to_noise(best, g) : late_snr[g], 1e-30));
   }
 }
 
 /// Groups in two rounds: neighbours see each other's newest state (all at once, overlapping lines can chase
 /// each other). Only groups for which wanted(group) holds.
 template <typename Wanted>
-void polish_groups(const RingData& data, std::vector<FittedPartial>& partials, const TailNoise* noise,
-                   Wanted wanted) {
+void polish_groups(const RingData& data, std::vector<FittedPartial>& partials, const TailNoise* noise, Wanted wanted) {
   const auto groups = groups_of(data, partials);
   for (std::size_t parity = 0; parity < 2; ++parity) {
     std::vector<std::size_t> chosen;
@@ -205,13 +199,11 @@ double window_of(const Pole& pole, const RingData& data) {
 
 double residual_variance(const SubBand& band, const RefinedFit& fit) {
   const auto order = static_cast<double>(fit.poles.size());
-  const double used =
-      2 * order + static_cast<double>(band.blocks.size()) * (2 * order + 2 * kBackgroundTerms);
+  const double used = 2 * order + static_cast<double>(band.blocks.size()) * (2 * order + 2 * kBackgroundTerms);
   return 2 * fit.linear.residual_sum_sq / std::max(1.0, static_cast<double>(band.n_real_data()) - used);
 }
 
-Eigen::MatrixXcd amplitudes_of(const RingData& data, const SubBand& band, const LinearFit& linear,
-                               std::size_t index) {
+Eigen::MatrixXcd amplitudes_of(const RingData& data, const SubBand& band, const LinearFit& linear, std::size_t index) {
   Eigen::MatrixXcd amplitude = Eigen::MatrixXcd::Zero(static_cast<Eigen::Index>(data.segments().size()),
                                                       static_cast<Eigen::Index>(data.channels().size()));
   for (std::size_t b = 0; b < band.blocks.size(); ++b) {
@@ -262,8 +254,7 @@ std::vector<bool> persistent(const RingData& data, const std::vector<FittedParti
     const double half = kHalfBandCells / window;
     for (std::size_t member = 0; member < group.size(); ++member) {
       const RingPartial& ring = partials[group[member]].ring;
-      const double later_s =
-          std::min(1 / std::max(ring.pole.decay_per_s, 1e-9), 0.4 * data.longest_segment_s());
+      const double later_s = std::min(1 / std::max(ring.pole.decay_per_s, 1e-9), 0.4 * data.longest_segment_s());
       const auto offset = static_cast<Eigen::Index>(later_s * data.sample_rate_hz());
       const SubBand band = data.sub_band(low - half, high + half, window, others, offset);
       if (band.blocks.empty()) continue;
@@ -287,8 +278,7 @@ std::vector<bool> persistent(const RingData& data, const std::vector<FittedParti
       bool strongest = true;
       for (const std::size_t i : group)
         strongest = strongest && partials[i].ring.amplitude.norm() <= ring.amplitude.norm();
-      if (!strongest && expected > kForeseeable * noise && missed > kLost * kLost * expected)
-        lasts[group[member]] = 0;
+      if (!strongest && expected > kForeseeable * noise && missed > kLost * kLost * expected) lasts[group[member]] = 0;
     }
   });
   return {lasts.begin(), lasts.end()};

@@ -38,8 +38,7 @@ PeakSpectrum find_peaks(const RingData& data, double window_s, const std::vector
   const auto wanted = static_cast<Eigen::Index>(window_s * data.sample_rate_hz() + 0.5);
   std::vector<Eigen::Index> usable;
   for (std::size_t s = 0; s < data.segments().size(); ++s) {
-    if (data.segments()[s].end - data.segments()[s].begin >= wanted)
-      usable.push_back(static_cast<Eigen::Index>(s));
+    if (data.segments()[s].end - data.segments()[s].begin >= wanted) usable.push_back(static_cast<Eigen::Index>(s));
   }
   Eigen::Index n = audio::good_fft_size_below(std::max<Eigen::Index>(wanted, 16));
   if (usable.empty()) {
@@ -49,8 +48,7 @@ PeakSpectrum find_peaks(const RingData& data, double window_s, const std::vector
   }
   const auto n_channels = static_cast<Eigen::Index>(data.channels().size());
   const Eigen::VectorXd window = blackman_harris(n);
-  std::vector<Eigen::VectorXd> powers(
-      static_cast<std::size_t>(static_cast<Eigen::Index>(usable.size()) * n_channels));
+  std::vector<Eigen::VectorXd> powers(static_cast<std::size_t>(static_cast<Eigen::Index>(usable.size()) * n_channels));
   for_each_job(powers.size(), [&](std::size_t job) {
     const Eigen::Index segment = usable[job / static_cast<std::size_t>(n_channels)];
     const Eigen::Index channel = static_cast<Eigen::Index>(job) % n_channels;
@@ -80,8 +78,8 @@ PeakSpectrum find_peaks(const RingData& data, double window_s, const std::vector
   }
   const auto most = static_cast<std::size_t>(2 * options.max_partials);
   if (result.peaks.size() > most) {
-    std::nth_element(result.peaks.begin(), result.peaks.begin() + static_cast<std::ptrdiff_t>(most),
-                     result.peaks.end(), [](const Peak& a, const Peak& b) { return a.excess > b.excess; });
+    std::nth_element(result.peaks.begin(), result.peaks.begin() + static_cast<std::ptrdiff_t>(most), result.peaks.end(),
+                     [](const Peak& a, const Peak& b) { return a.excess > b.excess; });
     result.peaks.resize(most);
     std::sort(result.peaks.begin(), result.peaks.end(),
               [](const Peak& a, const Peak& b) { return a.frequency_hz < b.frequency_hz; });
@@ -137,8 +135,7 @@ double significance_bound(const SubBand& band) {
 }
 
 /// Twice the log-likelihood ratio of two nested fits with unknown noise, in the scale of a chi-square.
-double likelihood_gain(const SubBand& band, const LinearFit& small, const LinearFit& large,
-                       std::size_t large_order) {
+double likelihood_gain(const SubBand& band, const LinearFit& small, const LinearFit& large, std::size_t large_order) {
   const double used =
       static_cast<double>(2 * large_order) +
       static_cast<double>(band.blocks.size()) * static_cast<double>(2 * large_order + 2 * kBackgroundTerms);
@@ -149,8 +146,7 @@ double likelihood_gain(const SubBand& band, const LinearFit& small, const Linear
 /// Real partials are not exactly exponential, and every exponential more mends a little of what is left:
 /// significant against the noise, but no partial. While the residual stands above the noise, one more must
 /// remove most of it.
-bool worthwhile(const SubBand& band, const RefinedFit& small, const RefinedFit& large,
-                double noise_variance) {
+bool worthwhile(const SubBand& band, const RefinedFit& small, const RefinedFit& large, double noise_variance) {
   const double left = residual_variance(band, large);
   if (left <= kNoiseLikeResidual * noise_variance) return true;
   const auto added = static_cast<double>(large.poles.size() - small.poles.size());
@@ -167,8 +163,8 @@ std::vector<Cluster> clusters_of(const PeakSpectrum& spectrum) {
   const double cell = 1 / spectrum.window_s;
   std::vector<Cluster> clusters;
   for (const Peak& peak : spectrum.peaks) {
-    const bool near = !clusters.empty() && peak.frequency_hz - clusters.back().high_hz < 10 * cell &&
-                      clusters.back().n_peaks < 6;
+    const bool near =
+        !clusters.empty() && peak.frequency_hz - clusters.back().high_hz < 10 * cell && clusters.back().n_peaks < 6;
     if (!near) clusters.push_back({peak.frequency_hz, peak.frequency_hz, 0, 0, 0});
     clusters.back().high_hz = peak.frequency_hz;
     ++clusters.back().n_peaks;
@@ -177,11 +173,9 @@ std::vector<Cluster> clusters_of(const PeakSpectrum& spectrum) {
     clusters[i].own_low_hz = clusters[i].low_hz - 6 * cell;
     clusters[i].own_high_hz = clusters[i].high_hz + 6 * cell;
     if (i > 0)
-      clusters[i].own_low_hz =
-          std::max(clusters[i].own_low_hz, 0.5 * (clusters[i - 1].high_hz + clusters[i].low_hz));
+      clusters[i].own_low_hz = std::max(clusters[i].own_low_hz, 0.5 * (clusters[i - 1].high_hz + clusters[i].low_hz));
     if (i + 1 < clusters.size()) {
-      clusters[i].own_high_hz =
-          std::min(clusters[i].own_high_hz, 0.5 * (clusters[i].high_hz + clusters[i + 1].low_hz));
+      clusters[i].own_high_hz = std::min(clusters[i].own_high_hz, 0.5 * (clusters[i].high_hz + clusters[i + 1].low_hz));
     }
   }
   return clusters;
@@ -213,11 +207,10 @@ std::vector<FittedPartial> explore(const RingData& data, const Cluster& cluster,
   const EspritSubspace subspace(band);
   const double inner_low = low + 2 * cell, inner_high = high - 2 * cell;
   const double bound = significance_bound(band);
-  const auto most =
-      std::min<Eigen::Index>(static_cast<Eigen::Index>(n_known) + cluster.n_peaks + 6, kMaxOrder);
+  const auto most = std::min<Eigen::Index>(static_cast<Eigen::Index>(n_known) + cluster.n_peaks + 6, kMaxOrder);
   // Two orders are tried beyond the last success: a pair may only pay off together.
-  for (Eigen::Index order = static_cast<Eigen::Index>(n_known) + 1, failures = 0;
-       order <= most && failures < 2; ++order) {
+  for (Eigen::Index order = static_cast<Eigen::Index>(n_known) + 1, failures = 0; order <= most && failures < 2;
+       ++order) {
     // Of the subspace's poles and the present ones plus the best single exponential, the better start is
     // refined.
     std::vector<Pole> start = subspace.poles(order);
@@ -281,8 +274,7 @@ std::vector<RingPartial> rings_of(const std::vector<FittedPartial>& partials) {
 
 }  // namespace
 
-std::vector<FittedPartial> search_partials(const RingData& data, const SearchOptions& options,
-                                           Monitor& monitor) {
+std::vector<FittedPartial> search_partials(const RingData& data, const SearchOptions& options, Monitor& monitor) {
   std::vector<FittedPartial> found;
   std::vector<double> windows;
   const TailNoise noise(data);

@@ -46,12 +46,9 @@ std::vector<Eigen::Index> clipped_frames(const Eigen::VectorXd& x) {
 
 }  // namespace
 
-double RingPartial::energy() const {
-  return amplitude.squaredNorm() / (4 * (std::max(pole.decay_per_s, 0.0) + 1));
-}
+double RingPartial::energy() const { return amplitude.squaredNorm() / (4 * (std::max(pole.decay_per_s, 0.0) + 1)); }
 
-RingData::RingData(const audio::Signal& recording, const std::vector<audio::Strike>& strikes,
-                   const Band& band)
+RingData::RingData(const audio::Signal& recording, const std::vector<audio::Strike>& strikes, const Band& band)
     : rate_(recording.sample_rate_hz), band_(band) {
   choose_channels(recording);
   cut_segments(strikes, recording.n_frames());
@@ -114,14 +111,12 @@ void RingData::cut_segments(const std::vector<audio::Strike>& strikes, Eigen::In
     segment.begin = std::llround(strikes[s].settled_s * rate_);
     segment.end = n_frames;
     if (s + 1 < strikes.size()) {
-      segment.end =
-          std::min(n_frames, static_cast<Eigen::Index>(std::floor((strikes[s + 1].time_s - 0.002) * rate_)));
+      segment.end = std::min(n_frames, static_cast<Eigen::Index>(std::floor((strikes[s + 1].time_s - 0.002) * rate_)));
     }
     const auto next = std::lower_bound(clipped.begin(), clipped.end(), segment.end);
     if (next != clipped.begin() && *(next - 1) >= segment.begin) segment.begin = *(next - 1) + 2;
     segment.begin = std::max<Eigen::Index>(segment.begin, 0);
-    segment.end =
-        std::min(segment.end, segment.begin + kMaxWindow / static_cast<Eigen::Index>(channels_.size()));
+    segment.end = std::min(segment.end, segment.begin + kMaxWindow / static_cast<Eigen::Index>(channels_.size()));
     segment.delay_s = static_cast<double>(segment.begin) / rate_ - segment.strike_s;
     const auto shortest = std::max<Eigen::Index>(16, std::llround(kMinSegmentS * rate_));
     if (segment.end - segment.begin >= shortest) segments_.push_back(segment);
@@ -140,8 +135,7 @@ void RingData::cut_segments(const std::vector<audio::Strike>& strikes, Eigen::In
 
 double RingData::longest_segment_s() const {
   double longest = 0;
-  for (const Segment& s : segments_)
-    longest = std::max(longest, static_cast<double>(s.end - s.begin) / rate_);
+  for (const Segment& s : segments_) longest = std::max(longest, static_cast<double>(s.end - s.begin) / rate_);
   return longest;
 }
 
@@ -161,29 +155,26 @@ const Eigen::VectorXcd& RingData::spectrum(Eigen::Index segment, Eigen::Index ch
     const auto found = spectra_.find(key);
     if (found != spectra_.end()) return found->second;
   }
-  Eigen::VectorXcd bins =
-      audio::real_spectrum(channels_[static_cast<std::size_t>(channel)].segment(
-                               segments_[static_cast<std::size_t>(segment)].begin + offset, n),
-                           n);
+  Eigen::VectorXcd bins = audio::real_spectrum(channels_[static_cast<std::size_t>(channel)].segment(
+                                                   segments_[static_cast<std::size_t>(segment)].begin + offset, n),
+                                               n);
   bins /= std::sqrt(static_cast<double>(n));
   const std::lock_guard lock(mutex_);
   return spectra_.try_emplace(key, std::move(bins)).first->second;
 }
 
-SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s,
-                           const std::vector<RingPartial>& others, Eigen::Index offset) const {
+SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s, const std::vector<RingPartial>& others,
+                           Eigen::Index offset) const {
   SubBand band;
   const double offset_s = static_cast<double>(offset) / rate_;
   for (std::size_t s = 0; s < segments_.size(); ++s) {
     const Eigen::Index available = segments_[s].end - segments_[s].begin - offset;
     if (available < 16) continue;
-    const auto wanted =
-        static_cast<Eigen::Index>(std::min(duration_s * rate_, static_cast<double>(available)));
+    const auto wanted = static_cast<Eigen::Index>(std::min(duration_s * rate_, static_cast<double>(available)));
     if (wanted < 16) continue;
     const Eigen::Index n = audio::good_fft_size_below(wanted);
     const double per_bin = rate_ / static_cast<double>(n);
-    const Eigen::Index first =
-        std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::ceil(low_hz / per_bin)));
+    const Eigen::Index first = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::ceil(low_hz / per_bin)));
     const Eigen::Index last =
         std::min<Eigen::Index>((n - 1) / 2, static_cast<Eigen::Index>(std::floor(high_hz / per_bin)));
     if (last - first + 1 < 2 * kBackgroundTerms) continue;
@@ -209,10 +200,9 @@ SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s,
 
 Eigen::VectorXd RingData::residual(Eigen::Index segment, Eigen::Index channel, Eigen::Index n,
                                    const std::vector<RingPartial>& partials) const {
-  Eigen::VectorXd x = channels_[static_cast<std::size_t>(channel)].segment(
-      segments_[static_cast<std::size_t>(segment)].begin, n);
-  constexpr Eigen::Index kBlock =
-      1024;  // the recurrence restarts from the closed form before rounding adds up
+  Eigen::VectorXd x =
+      channels_[static_cast<std::size_t>(channel)].segment(segments_[static_cast<std::size_t>(segment)].begin, n);
+  constexpr Eigen::Index kBlock = 1024;  // the recurrence restarts from the closed form before rounding adds up
   for (const RingPartial& partial : partials) {
     const Complex a = partial.amplitude(segment, channel);
     if (a == Complex(0, 0)) continue;

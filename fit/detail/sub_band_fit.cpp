@@ -24,9 +24,8 @@ Eigen::MatrixXd stacked(const Eigen::MatrixXcd& a) {
 /// Columns (ar, ai) of each pole, then Legendre polynomials times 1 and i. The derivative columns belong to
 /// the first 2p.
 struct Design {
-  Eigen::MatrixXd phi;  ///< 2 n_bins x (2p + 2 kBackgroundTerms)
-  std::vector<Eigen::MatrixXd>
-      by_parameter;  ///< 2p of them: 2 n_bins x 2, by f [Hz] and decay [1/s] of each pole
+  Eigen::MatrixXd phi;                        ///< 2 n_bins x (2p + 2 kBackgroundTerms)
+  std::vector<Eigen::MatrixXd> by_parameter;  ///< 2p of them: 2 n_bins x 2, by f [Hz] and decay [1/s] of each pole
 };
 
 Design make_design(const BinBlock& block, const std::vector<Pole>& poles, bool with_derivatives) {
@@ -139,9 +138,8 @@ LinearFit linear_fit(const SubBand& band, const std::vector<Pole>& poles) {
   return fit;
 }
 
-std::unique_ptr<ceres::CostFunction> make_projected_cost(const BinBlock& block,
-                                                         const std::vector<Pole>& start, double time_scale_s,
-                                                         double noise_rms) {
+std::unique_ptr<ceres::CostFunction> make_projected_cost(const BinBlock& block, const std::vector<Pole>& start,
+                                                         double time_scale_s, double noise_rms) {
   return std::make_unique<ProjectedCost>(block, start, time_scale_s, noise_rms);
 }
 
@@ -221,14 +219,12 @@ FitCovariance covariance(const SubBand& band, const std::vector<Pole>& poles, co
     if (!(r.diagonal().cwiseAbs().minCoeff() > 1e-12 * r.diagonal().cwiseAbs().maxCoeff())) return result;
     Eigen::MatrixXd moved(rows, n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      moved.col(k) =
-          design.by_parameter[static_cast<std::size_t>(k)] * linear.coefficients[b].segment(2 * (k / 2), 2);
+      moved.col(k) = design.by_parameter[static_cast<std::size_t>(k)] * linear.coefficients[b].segment(2 * (k / 2), 2);
     }
     const Eigen::MatrixXd along = q.transpose() * moved;
     const Eigen::MatrixXd across = moved - q * along;
     information += across.transpose() * across;
-    const Eigen::MatrixXd inverse_r =
-        r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(cols, cols));
+    const Eigen::MatrixXd inverse_r = r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(cols, cols));
     inverse_gram.push_back((inverse_r * inverse_r.transpose()).topLeftCorner(n, n));
     shifts.push_back(-(inverse_r * along).topRows(n));
   }
@@ -238,8 +234,7 @@ FitCovariance covariance(const SubBand& band, const std::vector<Pole>& poles, co
   const Eigen::LDLT<Eigen::MatrixXd> ldlt(scale.asDiagonal() * information * scale.asDiagonal());
   if (n > 0 && !(ldlt.vectorD().minCoeff() > 1e-14)) return result;
   result.poles =
-      variance *
-      (scale.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal()).eval();
+      variance * (scale.asDiagonal() * ldlt.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal()).eval();
   for (std::size_t b = 0; b < band.blocks.size(); ++b) {
     result.cross.push_back(shifts[b] * result.poles);
     result.amplitudes_held.push_back(variance * inverse_gram[b]);

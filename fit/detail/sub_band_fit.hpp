@@ -25,8 +25,7 @@ inline constexpr Eigen::Index kBackgroundTerms = 3;
 /// All windows of one sub-band: the same poles in each block, amplitudes and background of its own in each.
 struct SubBand {
   std::vector<BinBlock> blocks;
-  double time_scale_s =
-      0.0;  ///< longest window; the fit's parameters are 2 pi (f - f0) * this and decay * this
+  double time_scale_s = 0.0;  ///< longest window; the fit's parameters are 2 pi (f - f0) * this and decay * this
 
   Eigen::Index n_real_data() const;  ///< 2 per bin
 };
@@ -42,9 +41,8 @@ LinearFit linear_fit(const SubBand& band, const std::vector<Pole>& poles);
 /// The variable-projection residual of one block as a Ceres cost with the exact (Golub-Pereyra) Jacobian.
 /// Parameters: for each pole (2 pi (f - start f) T, decay T), T = band.time_scale_s. Residuals: sqrt(2) (Re,
 /// Im) of every bin / noise_rms, so that each has unit variance.
-std::unique_ptr<ceres::CostFunction> make_projected_cost(const BinBlock& block,
-                                                         const std::vector<Pole>& start, double time_scale_s,
-                                                         double noise_rms);
+std::unique_ptr<ceres::CostFunction> make_projected_cost(const BinBlock& block, const std::vector<Pole>& start,
+                                                         double time_scale_s, double noise_rms);
 
 /// Maximum-likelihood poles from a start (white noise inside the band).
 struct RefinedFit {

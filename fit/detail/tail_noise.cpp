@@ -29,8 +29,7 @@ Eigen::VectorXd noise_floor(const Eigen::VectorXd& power, Eigen::Index n_average
     const Eigen::Index half = std::max(narrowest, k / 12);
     const Eigen::Index from = std::max<Eigen::Index>(1, k - half), to = std::min(size, k + half + 1);
     scratch.assign(power.data() + from, power.data() + to);
-    const auto at =
-        scratch.begin() + static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(scratch.size()));
+    const auto at = scratch.begin() + static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(scratch.size()));
     std::nth_element(scratch.begin(), at, scratch.end());
     centres.push_back(static_cast<double>(k));
     levels.push_back(*at / to_mean);
@@ -54,15 +53,14 @@ Eigen::VectorXd noise_floor(const Eigen::VectorXd& power, Eigen::Index n_average
 TailNoise::TailNoise(const RingData& data) {
   const Segment& segment = data.segments()[static_cast<std::size_t>(data.longest_segment())];
   const Eigen::Index length = segment.end - segment.begin;
-  const Eigen::Index n = audio::good_fft_size_below(std::max<Eigen::Index>(
-      8, std::min(length / 2, static_cast<Eigen::Index>(2 * data.sample_rate_hz()))));
+  const Eigen::Index n = audio::good_fft_size_below(
+      std::max<Eigen::Index>(8, std::min(length / 2, static_cast<Eigen::Index>(2 * data.sample_rate_hz()))));
   per_bin_hz_ = data.sample_rate_hz() / static_cast<double>(n);
   const Eigen::VectorXd window = blackman_harris(n);
   floor_ = Eigen::VectorXd::Zero(n / 2 + 1);
   for (const Eigen::VectorXd& x : data.channels()) {
     const Eigen::VectorXd tail = x.segment(segment.end - n, n).cwiseProduct(window);
-    floor_ += noise_floor(audio::real_spectrum(tail, n).cwiseAbs2(), 1) /
-              static_cast<double>(data.channels().size());
+    floor_ += noise_floor(audio::real_spectrum(tail, n).cwiseAbs2(), 1) / static_cast<double>(data.channels().size());
   }
 }
 

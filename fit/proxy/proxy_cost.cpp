@@ -14,13 +14,17 @@ constexpr double kSemitonesPerNeper = 12.0 / 0.6931471805599453;  // 100 cents
 class FrequencyCost : public ceres::CostFunction {
  public:
   FrequencyCost(const ProxyFrequencies& frequencies, std::vector<double> target_hz, double speed)
-      : frequencies_(frequencies), target_hz_(std::move(target_hz)), speed_(speed), depth_(-std::log(frequencies.bank().thinnest)) {
+      : frequencies_(frequencies),
+        target_hz_(std::move(target_hz)),
+        speed_(speed),
+        depth_(-std::log(frequencies.bank().thinnest)) {
     set_num_residuals(static_cast<int>(target_hz_.size()));
     *mutable_parameter_block_sizes() = {2, 1};
   }
   bool Evaluate(double const* const* p, double* residuals, double** jacobians) const override {
     const double s = p[0][0], t = p[0][1];
-    const soundbank::ShapePlace place = soundbank::locate(frequencies_.bank(), shape_of_square(frequencies_.bank(), s, t));
+    const soundbank::ShapePlace place =
+        soundbank::locate(frequencies_.bank(), shape_of_square(frequencies_.bank(), s, t));
     std::vector<ProxyFrequencies::Line> lines;
     frequencies_.lowest(place, lines);
     const std::size_t n = target_hz_.size();
@@ -53,7 +57,8 @@ soundbank::ShapePoint shape_of_square(const soundbank::Soundbank& bank, double s
   return {u, u * t};
 }
 
-std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const ProxyFrequencies& frequencies, std::vector<double> target_hz, double shear_speed_m_s) {
+std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const ProxyFrequencies& frequencies,
+                                                          std::vector<double> target_hz, double shear_speed_m_s) {
   return std::make_unique<FrequencyCost>(frequencies, std::move(target_hz), shear_speed_m_s);
 }
 

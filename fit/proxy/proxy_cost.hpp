@@ -17,6 +17,7 @@ soundbank::ShapePoint shape_of_square(const soundbank::Soundbank& bank, double s
 /// Residuals ln(f_proxy / f_target) in cents / 100 of the first partials, rank by rank; parameters: {s, t} and ln scale.
 /// The slopes are those of the bank's interpolation; at equal frequencies of two classes they jump.
 /// @param frequencies  of at least as many; must outlive the cost
-std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const ProxyFrequencies& frequencies, std::vector<double> target_hz, double shear_speed_m_s);
+std::unique_ptr<ceres::CostFunction> proxy_frequency_cost(const ProxyFrequencies& frequencies,
+                                                          std::vector<double> target_hz, double shear_speed_m_s);
 
 }  // namespace klang::fit

@@ -31,31 +31,38 @@ ProxyPoint nearest_sample(const soundbank::Soundbank& bank, const ProxyModel& mo
   return best;
 }
 
-ProxyParameters parameters(const soundbank::Soundbank& bank, const ProxyPoint& p, const RayleighDamping& damping, double gain) {
-  return {soundbank::unit_axes(shape_of_square(bank, p.s, p.t)), std::exp(p.ln_scale), damping.mass_per_s, damping.stiffness_s, gain};
+ProxyParameters parameters(const soundbank::Soundbank& bank, const ProxyPoint& p, const RayleighDamping& damping,
+                           double gain) {
+  return {soundbank::unit_axes(shape_of_square(bank, p.s, p.t)), std::exp(p.ln_scale), damping.mass_per_s,
+          damping.stiffness_s, gain};
 }
 
 /// Of the first partials those that can be heard, but three: two shape numbers and a scale want as many.
 int audible_partials(const Voice& voice, const ProxyFitOptions& options) {
-  const auto n = std::count_if(voice.begin(), voice.end(), [&](const VoicePartial& p) { return p.frequency_hz <= options.highest_hz; });
+  const auto n = std::count_if(voice.begin(), voice.end(),
+                               [&](const VoicePartial& p) { return p.frequency_hz <= options.highest_hz; });
   return std::clamp(static_cast<int>(n), 3, options.n_partials);
 }
 
 }  // namespace
 
 void ProxyFitOptions::validate() const {
-  if (n_partials < 3 || n_partials > 40) throw InputError("proxy fit", "n_partials", std::to_string(n_partials), "3 to 40");
+  if (n_partials < 3 || n_partials > 40)
+    throw InputError("proxy fit", "n_partials", std::to_string(n_partials), "3 to 40");
   checked("proxy fit", "highest_hz", highest_hz, 100.0, 1e6);
   checked("proxy fit", "duration_s", duration_s, 0.05, 20.0);
   checked("proxy fit", "sample_rate_hz", sample_rate_hz, 8000.0, 192000.0);
   search.validate();
 }
 
-ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& target, const ProxyFitOptions& options, Monitor& monitor) {
+ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& target, const ProxyFitOptions& options,
+                         Monitor& monitor) {
   options.validate();
-  if (target.voice.size() < 3) throw InputError("target", "a proxy needs at least 3 partials", std::to_string(target.voice.size()));
+  if (target.voice.size() < 3)
+    throw InputError("target", "a proxy needs at least 3 partials", std::to_string(target.voice.size()));
   if (!(target.voice[0].frequency_hz < 0.4 * options.sample_rate_hz))
-    throw InputError("target", "its lowest partial cannot be heard at this sample rate", klang::to_text(target.voice[0].frequency_hz) + " Hz",
+    throw InputError("target", "its lowest partial cannot be heard at this sample rate",
+                     klang::to_text(target.voice[0].frequency_hz) + " Hz",
                      "below " + klang::to_text(0.4 * options.sample_rate_hz) + " Hz");
   ProxyFitResult result;
   result.n_partials = audible_partials(target.voice, options);
@@ -72,12 +79,15 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
     start = nearest_sample(bank, model);
   }
   if (!std::isfinite(model.rms_cents(start)))
-    throw InputError("target", "has more partials than the bank's shapes", std::to_string(model.n_partials()), "fewer partials");
+    throw InputError("target", "has more partials than the bank's shapes", std::to_string(model.n_partials()),
+                     "fewer partials");
   RayleighDamping damping{target.rayleigh_mass_per_s, target.rayleigh_stiffness_s};
   if (!(damping.mass_per_s + damping.stiffness_s > 0.0)) damping = model.measured_damping(start);
   // A model's own amplitudes hold for the proxy of its own mass; a recording's level is arbitrary, so both are equally loud.
   const Voice unit = model.voice(start, damping);
-  const double gain = target.radiation ? 1.0 : target.moments ? target.voice[0].amplitude / unit[0].amplitude : sound.equal_loudness_gain(unit);
+  const double gain = target.radiation ? 1.0
+                      : target.moments ? target.voice[0].amplitude / unit[0].amplitude
+                                       : sound.equal_loudness_gain(unit);
   result.start = parameters(bank, start, damping, gain);
   result.start_voice = with_gain(unit, gain);
   result.before = sound.errors(result.start_voice);
@@ -102,7 +112,8 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
       result.fitted_voice = voice;
     }
   }
-  if (result.status == ProxyFitStatus::kKept) result.message = "no fit is better in one measure and no worse in all: the start is kept";
+  if (result.status == ProxyFitStatus::kKept)
+    result.message = "no fit is better in one measure and no worse in all: the start is kept";
   return result;
 }
 

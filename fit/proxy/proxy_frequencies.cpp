@@ -7,7 +7,8 @@ namespace klang::fit {
 
 using soundbank::kModeClasses;
 
-ProxyFrequencies::ProxyFrequencies(const soundbank::Soundbank& bank, int count) : bank_(bank), count_(static_cast<std::size_t>(count)) {
+ProxyFrequencies::ProxyFrequencies(const soundbank::Soundbank& bank, int count)
+    : bank_(bank), count_(static_cast<std::size_t>(count)) {
   Eigen::Index rows = 0;
   for (int c = 0; c < kModeClasses; ++c) {
     const Eigen::Index kept = bank.node_frequencies.front()[c].size();
@@ -19,7 +20,8 @@ ProxyFrequencies::ProxyFrequencies(const soundbank::Soundbank& bank, int count) 
   ln_frequency_.resize(rows, static_cast<Eigen::Index>(bank.nodes.size()));
   for (std::size_t n = 0; n < bank.nodes.size(); ++n)
     for (int c = 0; c < kModeClasses; ++c)
-      ln_frequency_.col(static_cast<Eigen::Index>(n)).segment(begin_[c], size_[c]) = bank.node_frequencies[n][c].head(size_[c]).array().log();
+      ln_frequency_.col(static_cast<Eigen::Index>(n)).segment(begin_[c], size_[c]) =
+          bank.node_frequencies[n][c].head(size_[c]).array().log();
 }
 
 void ProxyFrequencies::lowest(const soundbank::ShapePlace& place, std::vector<Line>& lines) const {
@@ -28,7 +30,9 @@ void ProxyFrequencies::lowest(const soundbank::ShapePlace& place, std::vector<Li
   thread_local Eigen::VectorXd values;
   values = weights[0] * ln_frequency_.col(nodes[0]);
   for (int i = 1; i < 6; ++i) values += weights[i] * ln_frequency_.col(nodes[i]);
-  const auto before = [](const Line& a, const Line& b) { return a.ln_frequency != b.ln_frequency ? a.ln_frequency < b.ln_frequency : a.row < b.row; };
+  const auto before = [](const Line& a, const Line& b) {
+    return a.ln_frequency != b.ln_frequency ? a.ln_frequency < b.ln_frequency : a.row < b.row;
+  };
   lines.clear();
   double known = HUGE_VAL;
   for (int c = 0; c < kModeClasses; ++c) {
@@ -45,7 +49,8 @@ void ProxyFrequencies::lowest(const soundbank::ShapePlace& place, std::vector<Li
   while (!lines.empty() && lines.back().ln_frequency > known) lines.pop_back();
 }
 
-void ProxyFrequencies::slopes(const soundbank::ShapePlace& place, const std::vector<Line>& lines, std::vector<std::array<double, 2>>& slopes) const {
+void ProxyFrequencies::slopes(const soundbank::ShapePlace& place, const std::vector<Line>& lines,
+                              std::vector<std::array<double, 2>>& slopes) const {
   const auto& nodes = bank_.triangles[static_cast<std::size_t>(place.triangle)].nodes;
   const auto by_shape = soundbank::node_weight_slopes(bank_, place);
   slopes.assign(lines.size(), {0.0, 0.0});

@@ -20,7 +20,8 @@ class ProxyFrequencies {
   /// The lowest, ascending: the same values as soundbank::proxy_frequencies_hz. Fewer than count where a class might hide one.
   void lowest(const soundbank::ShapePlace& place, std::vector<Line>& lines) const;
   /// Their derivatives with respect to u and v (lines as lowest gives them).
-  void slopes(const soundbank::ShapePlace& place, const std::vector<Line>& lines, std::vector<std::array<double, 2>>& slopes) const;
+  void slopes(const soundbank::ShapePlace& place, const std::vector<Line>& lines,
+              std::vector<std::array<double, 2>>& slopes) const;
 
   const soundbank::Soundbank& bank() const { return bank_; }
 

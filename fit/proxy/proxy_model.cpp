@@ -22,7 +22,8 @@ double radiated_power(const soundbank::Cell& cell, const soundbank::ModeId& id, 
   const soundbank::CellMode* nearest = nullptr;
   for (const soundbank::CellMode& mode : cell.modes) {
     if (mode.id == id) return mode.radiated_power_w;
-    if (!nearest || std::abs(mode.angular_frequency_rad_s - angular_frequency_rad_s) < std::abs(nearest->angular_frequency_rad_s - angular_frequency_rad_s))
+    if (!nearest || std::abs(mode.angular_frequency_rad_s - angular_frequency_rad_s) <
+                        std::abs(nearest->angular_frequency_rad_s - angular_frequency_rad_s))
       nearest = &mode;
   }
   return nearest ? nearest->radiated_power_w : 0.0;
@@ -49,7 +50,9 @@ ProxyModel::ProxyModel(const soundbank::Soundbank& bank, const ProxyTarget& targ
   if (!sounds) throw InputError("bank", "has no sound, but the target has transfer", {}, "a bank built with radiation");
   const double ratio = speed_ / target.radiation->medium.sound_speed_m_s;
   if (!(std::abs(ratio / bank.speed_ratio() - 1.0) <= kSameRatio))
-    throw InputError("bank", "its sound is for another ratio of shear speed to sound speed, " + klang::to_text(bank.speed_ratio()), klang::to_text(ratio), "the same to 1 %");
+    throw InputError(
+        "bank", "its sound is for another ratio of shear speed to sound speed, " + klang::to_text(bank.speed_ratio()),
+        klang::to_text(ratio), "the same to 1 %");
   cells_ = std::make_unique<soundbank::ProxyFinder>(bank);
   // At equal ka and unit modal velocity P = 1/2 rho c sigma int v^2 dS, with v^2 as 1 / density of the solid.
   const acoustics::Medium& gas = target.radiation->medium;
@@ -61,7 +64,8 @@ ProxyPoint ProxyModel::at_axes(const Eigen::Vector3d& axes) const {
   const double depth = -std::log(bank_.thinnest);
   Eigen::Vector3d sorted = axes.cwiseMax(1e-12);
   std::sort(sorted.begin(), sorted.end());
-  const double u = std::clamp(std::log(sorted[0] / sorted[2]), -depth, 0.0), v = std::clamp(std::log(sorted[1] / sorted[2]), u, 0.0);
+  const double u = std::clamp(std::log(sorted[0] / sorted[2]), -depth, 0.0),
+               v = std::clamp(std::log(sorted[1] / sorted[2]), u, 0.0);
   ProxyPoint point;
   point.s = -u / depth;
   point.t = u < 0.0 ? v / u : 0.5;
@@ -128,14 +132,18 @@ Voice ProxyModel::voice(const ProxyPoint& point, const RayleighDamping& damping)
   const soundbank::Cell* cell = nullptr;
   if (cells_) {
     double distance = 0.0;
-    cell = &bank_.cells[static_cast<std::size_t>(cells_->nearest_cell(soundbank::unit_axes(shape_of_square(bank_, point.s, point.t)), distance))];
+    cell = &bank_.cells[static_cast<std::size_t>(
+        cells_->nearest_cell(soundbank::unit_axes(shape_of_square(bank_, point.s, point.t)), distance))];
   }
   Voice voice;
   for (const ProxyFrequencies::Line& line : lines) {
     const double hz = std::exp(line.ln_frequency + ln_speed_ - point.ln_scale), omega = 2.0 * kPi * hz;
     VoicePartial partial{hz, 0.5 * (damping.mass_per_s + damping.stiffness_s * omega * omega), 1.0 / omega};
     if (cell) {
-      const double power = power_factor_ * radiated_power(*cell, line.id, std::exp(line.ln_frequency) * bank_.material.shear_speed_m_s()) / std::exp(point.ln_scale);
+      const double power =
+          power_factor_ *
+          radiated_power(*cell, line.id, std::exp(line.ln_frequency) * bank_.material.shear_speed_m_s()) /
+          std::exp(point.ln_scale);
       partial.amplitude = far_amplitude_pa(power, target_.radiation->medium);
       partial.decay_per_s += power;  // over twice the energy of unit modal velocity, 1 J
     }

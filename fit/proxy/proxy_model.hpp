@@ -11,8 +11,8 @@ namespace klang::fit {
 
 /// Where a search stands.
 struct ProxyPoint {
-  double s = 0.0, t = 0.5;   ///< shape square, 0 to 1 each (shape_of_square)
-  double ln_scale = 0.0;     ///< of |axes| in metres
+  double s = 0.0, t = 0.5;  ///< shape square, 0 to 1 each (shape_of_square)
+  double ln_scale = 0.0;    ///< of |axes| in metres
   /// Damping's mass and stiffness: 0 the start's, 1 the one of the best fit to the target's decays, else in proportion.
   double refitted_mass = 0.0, refitted_stiffness = 0.0;
   /// Level: -1 to 1 times the start's difference of loudness away from equal loudness; empty: the best of a few.

@@ -21,9 +21,15 @@ constexpr std::size_t kParents = 8;  // of each kind
 
 class Search {
  public:
-  Search(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept, double start_gain, const ProxyErrors& before,
-         const ProxySearchOptions& options, Monitor& monitor)
-      : model_(model), target_(target), kept_(kept), start_gain_(start_gain), before_(before), options_(options), monitor_(monitor) {}
+  Search(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept, double start_gain,
+         const ProxyErrors& before, const ProxySearchOptions& options, Monitor& monitor)
+      : model_(model),
+        target_(target),
+        kept_(kept),
+        start_gain_(start_gain),
+        before_(before),
+        options_(options),
+        monitor_(monitor) {}
   ProxySearchResult run();
 
  private:
@@ -52,8 +58,9 @@ ProxyPoint Search::refined(ProxyPoint p, bool keep_lowest) const {
   std::array<double, 2> square{p.s, p.t};
   ceres::Problem problem;
   const auto add = [&](std::vector<double> hz, double weight) {
-    problem.AddResidualBlock(proxy_frequency_cost(model_.first_frequencies(), std::move(hz), model_.shear_speed_m_s()).release(),
-                             new ceres::ScaledLoss(nullptr, weight, ceres::TAKE_OWNERSHIP), square.data(), &p.ln_scale);
+    problem.AddResidualBlock(
+        proxy_frequency_cost(model_.first_frequencies(), std::move(hz), model_.shear_speed_m_s()).release(),
+        new ceres::ScaledLoss(nullptr, weight, ceres::TAKE_OWNERSHIP), square.data(), &p.ln_scale);
   };
   add(model_.target_hz(), 1.0);
   if (keep_lowest) add({model_.target_hz().front()}, 1e4);
@@ -87,7 +94,9 @@ std::vector<Search::Guess> Search::scan() const {
         for (const double ratio : ratios) mean += ratio / static_cast<double>(ratios.size());
         for (int kind = 0; kind < n_kinds; ++kind) {
           Guess guess{{s, t, mean, 1.0, 1.0, {}}, HUGE_VAL};
-          if (kind == 1) guess.point.refitted_mass = guess.point.refitted_stiffness = 0.0;  // what sounds longest and loudest stays as it is
+          if (kind == 1)
+            guess.point.refitted_mass = guess.point.refitted_stiffness =
+                0.0;  // what sounds longest and loudest stays as it is
           if (kind > 0 && !ratios.empty()) {
             const double aligned = ratios[static_cast<std::size_t>((kind - 1) / 2)];
             guess.point.ln_scale = kind % 2 == 1 ? aligned : 0.5 * (aligned + mean);
@@ -97,13 +106,16 @@ std::vector<Search::Guess> Search::scan() const {
         }
       }
   });
-  const auto at = [&](int i, int j, int kind) -> const Guess& { return rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j * n_kinds + kind)]; };
+  const auto at = [&](int i, int j, int kind) -> const Guess& {
+    return rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j * n_kinds + kind)];
+  };
   std::vector<Guess> minima, guesses;
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       bool lowest = std::isfinite(at(i, j, 0).cents);
       for (int a = std::max(i - 1, 0); a <= std::min(i + 1, n - 1); ++a)
-        for (int b = std::max(j - 1, 0); b <= std::min(j + 1, n - 1); ++b) lowest = lowest && at(i, j, 0).cents <= at(a, b, 0).cents;
+        for (int b = std::max(j - 1, 0); b <= std::min(j + 1, n - 1); ++b)
+          lowest = lowest && at(i, j, 0).cents <= at(a, b, 0).cents;
       if (lowest) minima.push_back(at(i, j, 0));
     }
   const auto by_cents = [](const Guess& a, const Guess& b) { return a.cents < b.cents; };
@@ -123,7 +135,8 @@ std::vector<Search::Guess> Search::scan() const {
     guesses.push_back(guess);
     // Kept damping and the best fit to all: each has bodies where only it is admissible.
     guesses.push_back(guess);
-    for (double* refitted : {&guesses.back().point.refitted_mass, &guesses.back().point.refitted_stiffness}) *refitted = 1.0 - *refitted;
+    for (double* refitted : {&guesses.back().point.refitted_mass, &guesses.back().point.refitted_stiffness})
+      *refitted = 1.0 - *refitted;
   };
   for (int kind = 0; kind < n_kinds; ++kind)
     for (int a = 0; a < parts; ++a)
@@ -154,7 +167,8 @@ void Search::hear(const std::vector<Guess>& guesses) {
       found[i].point = guesses[i].point;
       found[i].cents = guesses[i].cents;
       found[i].damping = model_.damping(guesses[i].point, kept_);
-      found[i].level = target_.at_level(model_.voice(guesses[i].point, found[i].damping), before_, guesses[i].point.level, start_gain_);
+      found[i].level = target_.at_level(model_.voice(guesses[i].point, found[i].damping), before_,
+                                        guesses[i].point.level, start_gain_);
       found[i].point.level = found[i].level.level;
     }
   });
@@ -181,14 +195,16 @@ std::vector<Search::Guess> Search::children(int generation) const {
   const double apart = 0.08 * std::pow(0.1, progress);
   std::vector<std::size_t> parents;
   const auto take = [&](const auto& worth) {
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return worth(heard_[a]) < worth(heard_[b]); });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return worth(heard_[a]) < worth(heard_[b]); });
     const std::size_t first = parents.size();
     for (std::size_t k = 0; k < order.size() && parents.size() < first + kParents; ++k) {
       const ProxyPoint& p = heard_[order[k]].point;
-      const bool alone = std::none_of(parents.begin() + static_cast<std::ptrdiff_t>(first), parents.end(), [&](std::size_t other) {
-        const ProxyPoint& q = heard_[other].point;
-        return std::hypot(p.s - q.s, p.t - q.t) < apart && std::abs(p.ln_scale - q.ln_scale) < apart;
-      });
+      const bool alone =
+          std::none_of(parents.begin() + static_cast<std::ptrdiff_t>(first), parents.end(), [&](std::size_t other) {
+            const ProxyPoint& q = heard_[other].point;
+            return std::hypot(p.s - q.s, p.t - q.t) < apart && std::abs(p.ln_scale - q.ln_scale) < apart;
+          });
       if (alone) parents.push_back(order[k]);
     }
   };
@@ -210,11 +226,13 @@ std::vector<Search::Guess> Search::children(int generation) const {
     model_.log_ratios(parent.point.s, parent.point.t, old_ratios);
     model_.log_ratios(child.point.s, child.point.t, ratios);
     if (ratios.empty()) continue;
-    const std::size_t anchor = random.uniform() < 0.5 ? 0 : random.below(static_cast<std::uint32_t>(std::min<std::size_t>(4, ratios.size())));
+    const std::size_t anchor =
+        random.uniform() < 0.5 ? 0 : random.below(static_cast<std::uint32_t>(std::min<std::size_t>(4, ratios.size())));
     child.point.ln_scale += ratios[anchor] - old_ratios[anchor];
     if (random.uniform() < 0.5) child.point.ln_scale += 0.3 * width * random.normal();
     const auto shaken = [&](double& value, double chance, double low, double high) {
-      if (random.uniform() < chance) value = std::clamp(value + 10.0 * width * (high - low) * 0.3 * random.normal(), low, high);
+      if (random.uniform() < chance)
+        value = std::clamp(value + 10.0 * width * (high - low) * 0.3 * random.normal(), low, high);
     };
     shaken(child.point.refitted_mass, 0.3, -0.5, 1.5);
     shaken(child.point.refitted_stiffness, 0.3, -0.5, 1.5);
@@ -236,10 +254,13 @@ ProxySearchResult Search::run() {
   for (std::size_t begin = 0; begin < guesses.size(); begin += batch) {
     monitor_.throw_if_stopped();
     monitor_.progress("proxy fit", 0.3 * static_cast<double>(begin) / static_cast<double>(guesses.size()));
-    hear({guesses.begin() + static_cast<std::ptrdiff_t>(begin), guesses.begin() + static_cast<std::ptrdiff_t>(std::min(begin + batch, guesses.size()))});
+    hear({guesses.begin() + static_cast<std::ptrdiff_t>(begin),
+          guesses.begin() + static_cast<std::ptrdiff_t>(std::min(begin + batch, guesses.size()))});
   }
   // Bodies with few admissible proxies get more.
-  const auto n_generations = [&] { return options_.n_generations * (limit_cents() > kHard * before_.partial_rms_cents ? 3 : 1); };
+  const auto n_generations = [&] {
+    return options_.n_generations * (limit_cents() > kHard * before_.partial_rms_cents ? 3 : 1);
+  };
   for (int generation = 0; generation < n_generations() && !heard_.empty(); ++generation) {
     monitor_.throw_if_stopped();
     monitor_.progress("proxy fit", 0.3 + 0.7 * static_cast<double>(generation) / n_generations());
@@ -254,7 +275,9 @@ ProxySearchResult Search::run() {
 
 void ProxySearchOptions::validate() const {
   const auto check = [](const char* name, int value, int low, int high) {
-    if (value < low || value > high) throw InputError("proxy search", name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
+    if (value < low || value > high)
+      throw InputError("proxy search", name, std::to_string(value),
+                       std::to_string(low) + " to " + std::to_string(high));
   };
   check("grid", grid, 10, 512);
   check("parts", parts, 1, grid);
@@ -263,8 +286,9 @@ void ProxySearchOptions::validate() const {
   check("n_children", n_children, 4, 1000);
 }
 
-ProxySearchResult search_proxy(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept, double start_gain, const ProxyErrors& before,
-                               const ProxySearchOptions& options, Monitor& monitor) {
+ProxySearchResult search_proxy(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept,
+                               double start_gain, const ProxyErrors& before, const ProxySearchOptions& options,
+                               Monitor& monitor) {
   options.validate();
   return Search(model, target, kept, start_gain, before, options, monitor).run();
 }

@@ -17,7 +17,8 @@ constexpr double kInaudibleNeper = 60.0;  // also keeps the samples clear of den
 
 /// All measures in one order, the partials' last.
 std::array<double, 6> measures(const ProxyErrors& e) {
-  return {e.log_spectral_distance_db, e.mel_distance_db, e.third_octave_db, e.loudness_difference_db, e.decay_rms_percent, e.partial_rms_cents};
+  return {e.log_spectral_distance_db, e.mel_distance_db,   e.third_octave_db,
+          e.loudness_difference_db,   e.decay_rms_percent, e.partial_rms_cents};
 }
 
 /// A-weighted energy of partials that do not overlap, lasting for ever; nothing outside the band.
@@ -93,7 +94,10 @@ double excess(const ProxyErrors& now, const ProxyErrors& before) {
 }
 
 TargetSound::TargetSound(Voice target, int n_partials, double duration_s, double sample_rate_hz)
-    : target_(std::move(target)), n_partials_(static_cast<std::size_t>(n_partials)), duration_s_(duration_s), sample_rate_hz_(sample_rate_hz) {
+    : target_(std::move(target)),
+      n_partials_(static_cast<std::size_t>(n_partials)),
+      duration_s_(duration_s),
+      sample_rate_hz_(sample_rate_hz) {
   options_.band.high_hz = std::min(options_.band.high_hz, kUsableRate * sample_rate_hz);
   const audio::Signal sound = voice_sound(target_, duration_s_, sample_rate_hz_);
   frames_ = audio::frame_powers(sound, options_.band, options_);
@@ -139,12 +143,14 @@ ProxyErrors TargetSound::errors(const Voice& proxy) const {
 }
 
 double TargetSound::equal_loudness_gain(const Voice& proxy) const {
-  const audio::BandEnergies energies = audio::band_energies(voice_sound(proxy, duration_s_, sample_rate_hz_), options_.band);
+  const audio::BandEnergies energies =
+      audio::band_energies(voice_sound(proxy, duration_s_, sample_rate_hz_), options_.band);
   if (!(energies.a_weighted > 0.0)) throw InputError("proxy", "silent in the band that is compared");
   return std::sqrt(energies_.a_weighted / energies.a_weighted);
 }
 
-TargetSound::Level TargetSound::at_level(const Voice& proxy, const ProxyErrors& before, std::optional<double> level, double start_gain) const {
+TargetSound::Level TargetSound::at_level(const Voice& proxy, const ProxyErrors& before, std::optional<double> level,
+                                         double start_gain) const {
   constexpr double kHopeless = 0.2;  // ln: the frames alone are a fifth worse
   Level result;
   result.excess = HUGE_VAL;

@@ -22,12 +22,12 @@ audio::Signal voice_sound(const Voice& voice, double duration_s, double sample_r
 
 /// How far a proxy lies from its target; every measure is 0 for the same sound.
 struct ProxyErrors {
-  double partial_rms_cents = 0.0;        ///< of the first partials, rank by rank
+  double partial_rms_cents = 0.0;         ///< of the first partials, rank by rank
   double log_spectral_distance_db = 0.0;  ///< audio::spectral_distance of the two sounds
   double mel_distance_db = 0.0;
   double third_octave_db = 0.0;
-  double loudness_difference_db = 0.0;   ///< A-weighted energy, absolute; no loudness in sones
-  double decay_rms_percent = 0.0;        ///< of the first partials' decays
+  double loudness_difference_db = 0.0;  ///< A-weighted energy, absolute; no loudness in sones
+  double decay_rms_percent = 0.0;       ///< of the first partials' decays
 };
 
 /// No measure of `now` is larger than that of `before` (to 1e-9 relative and absolute).
@@ -52,9 +52,9 @@ class TargetSound {
   struct Level {
     double gain = 1.0;
     double level = 0.0;
-    ProxyErrors errors;   ///< where excess is rough: without the whole sound's energies
+    ProxyErrors errors;  ///< where excess is rough: without the whole sound's energies
     double excess = 0.0;
-    bool rough = false;   ///< the frames alone were so much worse that the rest was not computed
+    bool rough = false;  ///< the frames alone were so much worse that the rest was not computed
   };
   Level at_level(const Voice& proxy, const ProxyErrors& before, std::optional<double> level, double start_gain) const;
 

@@ -9,10 +9,12 @@
 namespace klang::fit {
 
 ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass_per_s, double rayleigh_stiffness_s) {
-  if (model.n_modes() < 3) throw InputError("target", "a proxy needs at least 3 modes", std::to_string(model.n_modes()));
+  if (model.n_modes() < 3)
+    throw InputError("target", "a proxy needs at least 3 modes", std::to_string(model.n_modes()));
   checked("target", "rayleigh_mass_per_s", rayleigh_mass_per_s, 0.0, 1e6);
   checked("target", "rayleigh_stiffness_s", rayleigh_stiffness_s, 0.0, 1.0);
-  if (!(rayleigh_mass_per_s + rayleigh_stiffness_s > 0.0)) throw InputError("target", "a model needs damping to sound", {}, "Rayleigh's two, not both 0");
+  if (!(rayleigh_mass_per_s + rayleigh_stiffness_s > 0.0))
+    throw InputError("target", "a model needs damping to sound", {}, "Rayleigh's two, not both 0");
   ProxyTarget target;
   target.moments = mesh::principal_moments(mesh::mass_properties(model.mesh));
   target.shear_speed_m_s = model.material.shear_speed_m_s();
@@ -20,7 +22,8 @@ ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass
   target.rayleigh_stiffness_s = rayleigh_stiffness_s;
   const double lowest = model.angular_frequency_rad_s[0];
   for (const double omega : model.angular_frequency_rad_s)
-    target.voice.push_back({omega / (2.0 * kPi), 0.5 * (rayleigh_mass_per_s + rayleigh_stiffness_s * omega * omega), lowest / omega});
+    target.voice.push_back(
+        {omega / (2.0 * kPi), 0.5 * (rayleigh_mass_per_s + rayleigh_stiffness_s * omega * omega), lowest / omega});
   return target;
 }
 
@@ -28,7 +31,8 @@ double far_amplitude_pa(double radiated_power_w, const acoustics::Medium& medium
   return std::sqrt(2.0 * medium.density_kg_m3 * medium.sound_speed_m_s * radiated_power_w / (4.0 * kPi));
 }
 
-ProxyTarget target_of_model(const modal::ModalModel& model, const acoustics::TransferModel& transfer, double rayleigh_mass_per_s, double rayleigh_stiffness_s) {
+ProxyTarget target_of_model(const modal::ModalModel& model, const acoustics::TransferModel& transfer,
+                            double rayleigh_mass_per_s, double rayleigh_stiffness_s) {
   ProxyTarget target = target_of_model(model, rayleigh_mass_per_s, rayleigh_stiffness_s);
   std::size_t n = 0;
   while (n < transfer.modes.size() && n < target.voice.size() && transfer.modes[n].mode == static_cast<int>(n)) {
@@ -49,7 +53,8 @@ ProxyTarget target_of_partials(const PartialTable& table) {
     target.voice.push_back({p.frequency_hz, *p.decay_per_s, *p.amplitude});
   }
   if (target.voice.size() < 3)
-    throw InputError(table.origin, "a proxy needs at least 3 partials with decay and amplitude", std::to_string(target.voice.size()));
+    throw InputError(table.origin, "a proxy needs at least 3 partials with decay and amplitude",
+                     std::to_string(target.voice.size()));
   return target;
 }
 

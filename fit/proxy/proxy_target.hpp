@@ -13,7 +13,8 @@ struct ProxyTarget {
   Voice voice;                             ///< by frequency
   std::optional<Eigen::Vector3d> moments;  ///< principal moments over density, of a model
   double shear_speed_m_s = 0.0;            ///< of its material; 0: the bank's
-  double rayleigh_mass_per_s = 0.0, rayleigh_stiffness_s = 0.0;  ///< a model's damping: decay = (mass + stiffness omega^2) / 2
+  double rayleigh_mass_per_s = 0.0,
+         rayleigh_stiffness_s = 0.0;  ///< a model's damping: decay = (mass + stiffness omega^2) / 2
   /// Of a model with transfer: amplitudes are pressures, decays hold the radiation; a proxy is to have both from its bank.
   struct Radiation {
     acoustics::Medium medium;
@@ -29,7 +30,8 @@ ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass
 /// velocity is J^2 / m for every mode): sqrt(2 rho c P / (4 pi)) with the radiated power P; decay plus radiation. Modes up to the first that has
 /// no transfer. The strike's own spectrum takes no part.
 /// @throws InputError for fewer than 3 modes with transfer
-ProxyTarget target_of_model(const modal::ModalModel& model, const acoustics::TransferModel& transfer, double rayleigh_mass_per_s, double rayleigh_stiffness_s);
+ProxyTarget target_of_model(const modal::ModalModel& model, const acoustics::TransferModel& transfer,
+                            double rayleigh_mass_per_s, double rayleigh_stiffness_s);
 /// Pressure amplitude at 1 m of that power [Pa], rms over directions.
 double far_amplitude_pa(double radiated_power_w, const acoustics::Medium& medium);
 /// @throws InputError for partials without decay or amplitude

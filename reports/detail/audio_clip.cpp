@@ -10,8 +10,7 @@ namespace klang::reports::detail {
 namespace {
 
 Eigen::Index clip_length(const audio::Signal& sound, double max_duration_s) {
-  return std::min(sound.n_frames(),
-                  static_cast<Eigen::Index>(std::max(1.0, max_duration_s * sound.sample_rate_hz)));
+  return std::min(sound.n_frames(), static_cast<Eigen::Index>(std::max(1.0, max_duration_s * sound.sample_rate_hz)));
 }
 
 void append_le(std::string& bytes, std::uint32_t value, int n) {

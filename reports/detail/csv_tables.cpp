@@ -29,8 +29,7 @@ std::string row(const First& first, const Rest&... rest) {
 }
 
 std::string estimate_row(const std::string& model, const Estimate& e) {
-  const Number low = e.ci95 ? Number((*e.ci95)[0]) : Number(),
-               high = e.ci95 ? Number((*e.ci95)[1]) : Number();
+  const Number low = e.ci95 ? Number((*e.ci95)[0]) : Number(), high = e.ci95 ? Number((*e.ci95)[1]) : Number();
   std::string text = row(e.name, e.value, e.std, low, high, e.identifiable, e.start_value, e.derived, e.why);
   return model.empty() ? text : cell(model) + "," + text;
 }
@@ -52,8 +51,8 @@ std::vector<std::pair<std::string, std::string>> csv_tables(const ResultData& da
       "matched_mode\n";
   for (const Specimen& specimen : data.specimens) {
     for (const Partial& p : specimen.partials) {
-      partials += row(specimen.name, p.frequency_hz, p.frequency_std_hz, p.decay_per_s, p.decay_std_per_s,
-                      p.amplitude, p.amplitude_std, p.phase_rad, p.phase_std_rad, p.matched_mode);
+      partials += row(specimen.name, p.frequency_hz, p.frequency_std_hz, p.decay_per_s, p.decay_std_per_s, p.amplitude,
+                      p.amplitude_std, p.phase_rad, p.phase_std_rad, p.matched_mode);
     }
   }
   tables.emplace_back("partials.csv", std::move(partials));
@@ -75,8 +74,7 @@ std::vector<std::pair<std::string, std::string>> csv_tables(const ResultData& da
   tables.emplace_back("matches.csv", std::move(matches));
 
   std::string predicted = "specimen,mode_index,frequency_hz,decay_per_s\n";
-  for (const Predicted& p : data.predicted)
-    predicted += row(p.specimen, p.mode_index, p.frequency_hz, p.decay_per_s);
+  for (const Predicted& p : data.predicted) predicted += row(p.specimen, p.mode_index, p.frequency_hz, p.decay_per_s);
   tables.emplace_back("predicted.csv", std::move(predicted));
 
   std::string damping =

@@ -20,8 +20,7 @@
 namespace klang::reports::detail {
 namespace {
 
-constexpr double kSilenceLimitS =
-    90.0;  // a large mesh may take that long between two pictures, a hung driver longer
+constexpr double kSilenceLimitS = 90.0;  // a large mesh may take that long between two pictures, a hung driver longer
 constexpr std::uint64_t kLargestPng = 64u << 20;
 
 /// What the drawing process sends before each picture's bytes.
@@ -90,8 +89,7 @@ Reading read_whole(int fd, void* data, std::size_t n, Monitor& monitor) {
     pollfd waiting{fd, POLLIN, 0};
     const int ready = ::poll(&waiting, 1, 200);
     if (ready <= 0) {
-      if (monitor.stop_requested() ||
-          std::chrono::duration<double>(Clock::now() - last).count() > kSilenceLimitS)
+      if (monitor.stop_requested() || std::chrono::duration<double>(Clock::now() - last).count() > kSilenceLimitS)
         return Reading::kTimeout;
       continue;
     }
@@ -118,9 +116,8 @@ DrawnPictures draw_in_own_process(std::size_t n_requests, const Drawer& drawer, 
   if (display.empty()) {
     const char* users = std::getenv("DISPLAY");
     if (!users || *users == '\0') {
-      result.warning = server.problem() == "no Xvfb"
-                           ? "no display and no Xvfb: " + what + " left out"
-                           : "no display and " + server.problem() + ": " + what + " left out";
+      result.warning = server.problem() == "no Xvfb" ? "no display and no Xvfb: " + what + " left out"
+                                                     : "no display and " + server.problem() + ": " + what + " left out";
       return result;
     }
     display = users;
@@ -170,11 +167,10 @@ DrawnPictures draw_in_own_process(std::size_t n_requests, const Drawer& drawer, 
   monitor.throw_if_stopped();
   const std::size_t left_out = n_requests - n_answers + n_missing;
   if (left_out > 0) {
-    result.warning = state == Reading::kTimeout    ? "drawing took too long: "
-                     : n_answers < n_requests ? "display " + display + " cannot draw: "
-                                                   : source + " missing or not readable: ";
-    result.warning +=
-        (left_out == n_requests ? what : std::to_string(left_out) + " " + what) + " left out";
+    result.warning = state == Reading::kTimeout ? "drawing took too long: "
+                     : n_answers < n_requests   ? "display " + display + " cannot draw: "
+                                                : source + " missing or not readable: ";
+    result.warning += (left_out == n_requests ? what : std::to_string(left_out) + " " + what) + " left out";
   }
   return result;
 }

@@ -32,8 +32,8 @@ std::string series_class(std::string_view prefix, std::size_t index) {
 
 std::string match_words(const Match& match) {
   return match.specimen + ", mode " + std::to_string(match.mode_index) + ": measured " +
-         hertz(match.frequency_hz, match.frequency_std_hz) + ", model " + hertz(match.model_frequency_hz) +
-         ", " + signed_cents(match.deviation_cents) + " cents";
+         hertz(match.frequency_hz, match.frequency_std_hz) + ", model " + hertz(match.model_frequency_hz) + ", " +
+         signed_cents(match.deviation_cents) + " cents";
 }
 
 /// Markers with names in a row; returns nothing to draw when there is one series only.
@@ -69,8 +69,7 @@ SpecimenRows rows_of(const ResultData& data, const Specimen& specimen) {
   for (const Predicted& mode : rows.predicted) {
     const bool heard = std::any_of(rows.predicted.begin(), rows.predicted.end(), [&](const Predicted& other) {
       return matched_modes.count(other.mode_index) && other.frequency_hz < mode.frequency_hz * kTwinRatio &&
-             mode.frequency_hz < other.frequency_hz * kTwinRatio &&
-             std::abs(other.mode_index - mode.mode_index) <= 1;
+             mode.frequency_hz < other.frequency_hz * kTwinRatio && std::abs(other.mode_index - mode.mode_index) <= 1;
     });
     if (!heard) rows.unheard.push_back(mode);
   }
@@ -100,16 +99,14 @@ Svg ladder_figure(const ResultData& data, std::size_t first, std::size_t count) 
   const AxisSpec measured = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.05);
   for (const SpecimenRows& row : rows) {
     for (const Predicted& p : row.predicted) {
-      if (frequencies.empty() ||
-          (p.frequency_hz < 1.35 * measured.high && p.frequency_hz > measured.low / 1.35)) {
+      if (frequencies.empty() || (p.frequency_hz < 1.35 * measured.high && p.frequency_hz > measured.low / 1.35)) {
         frequencies.push_back(p.frequency_hz);
       }
     }
   }
   AxisSpec y = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.05);
-  Svg svg(
-      kPageWidth, kHeight,
-      "Measured and model frequencies of " + names + " side by side; the numbers are listed in the tables.");
+  Svg svg(kPageWidth, kHeight,
+          "Measured and model frequencies of " + names + " side by side; the numbers are listed in the tables.");
   const double plot_width = kPageWidth - kLeft - 10;
   Frame frame(svg, kLeft, kTop, plot_width, kHeight - kTop - kBottom, {"", Scale::kLinear, 0, 1, false}, y);
   for (const Tick& tick : axis_ticks(y, 9)) {
@@ -127,9 +124,8 @@ Svg ladder_figure(const ResultData& data, std::size_t first, std::size_t count) 
   for (std::size_t i = 0; i < count; ++i) {
     const double left = kLeft + indent + column * static_cast<double>(i);
     // Rung - gap - rung - number, in fractions of the column.
-    const double left_start = left + 0.08 * column, left_end = left + 0.34 * column,
-                 right_start = left + 0.44 * column, right_end = left + 0.70 * column,
-                 words = left + 0.74 * column;
+    const double left_start = left + 0.08 * column, left_end = left + 0.34 * column, right_start = left + 0.44 * column,
+                 right_end = left + 0.70 * column, words = left + 0.74 * column;
     svg.text((left_start + right_end) / 2, kTop - 30, label_of(data.specimens[first + i].name), "strong",
              Anchor::kMiddle);
     svg.text((left_start + left_end) / 2, kTop - 13, "measured", "muted tiny", Anchor::kMiddle);
@@ -144,8 +140,7 @@ Svg ladder_figure(const ResultData& data, std::size_t first, std::size_t count) 
     for (const Partial& partial : rows[i].unmatched) {
       if (partial.frequency_hz < y.low || partial.frequency_hz > y.high) continue;
       svg.begin_group(hertz(partial.frequency_hz, partial.frequency_std_hz) + ", no mode");
-      svg.line(left_start, frame.y(partial.frequency_hz), left_end, frame.y(partial.frequency_hz),
-               "alarm dash4");
+      svg.line(left_start, frame.y(partial.frequency_hz), left_end, frame.y(partial.frequency_hz), "alarm dash4");
       svg.end_group();
     }
     std::vector<double> wanted;
@@ -160,9 +155,7 @@ Svg ladder_figure(const ResultData& data, std::size_t first, std::size_t count) 
       svg.line(right_start, model_at, right_end, model_at, "accent");
       if (std::abs(placed[k] - model_at) > 3) svg.line(right_end + 1, model_at, words - 2, placed[k], "grid");
       svg.text(words, placed[k] + 3.5, signed_cents(match.deviation_cents), "tiny");
-      if (roomy)
-        svg.text(words + 36, placed[k] + 3.5, hertz(match.frequency_hz, match.frequency_std_hz),
-                 "muted tiny");
+      if (roomy) svg.text(words + 36, placed[k] + 3.5, hertz(match.frequency_hz, match.frequency_std_hz), "muted tiny");
       svg.end_group();
     }
   }
@@ -185,15 +178,13 @@ std::optional<Svg> residual_figure(const ResultData& data) {
   constexpr double kHeight = 340, kLeft = 66, kTop = 34;
   std::vector<double> frequencies, deviations;
   const auto std_cents = [](const Match& m) {
-    return m.frequency_std_hz && m.frequency_hz > 0
-               ? 1200 / std::log(2.0) * *m.frequency_std_hz / m.frequency_hz
-               : 0.0;
+    return m.frequency_std_hz && m.frequency_hz > 0 ? 1200 / std::log(2.0) * *m.frequency_std_hz / m.frequency_hz : 0.0;
   };
   double largest = 0, sum_sq = 0;
   for (const Match& match : data.matches) {
     frequencies.push_back(match.frequency_hz);
-    largest = std::max(largest, std::abs(match.deviation_cents) +
-                                    std::min(std_cents(match), 2 * std::abs(match.deviation_cents) + 1));
+    largest = std::max(
+        largest, std::abs(match.deviation_cents) + std::min(std_cents(match), 2 * std::abs(match.deviation_cents) + 1));
     sum_sq += match.deviation_cents * match.deviation_cents;
   }
   const double rms = std::sqrt(sum_sq / static_cast<double>(data.matches.size()));
@@ -214,8 +205,8 @@ std::optional<Svg> residual_figure(const ResultData& data) {
         frame.error_bar(match.frequency_hz, match.deviation_cents - spread, match.deviation_cents + spread,
                         series_class("s", s) + " thin");
       }
-      svg.marker(static_cast<int>(s % kSeriesCount), frame.x(match.frequency_hz),
-                 frame.y(match.deviation_cents), 4.5, match_words(match));
+      svg.marker(static_cast<int>(s % kSeriesCount), frame.x(match.frequency_hz), frame.y(match.deviation_cents), 4.5,
+                 match_words(match));
     }
   }
   legend(svg, kLeft, 18, data.specimens);
@@ -238,13 +229,13 @@ std::optional<Svg> decay_figure(const ResultData& data) {
       if (!p.decay_per_s || !(*p.decay_per_s > 0) || !(p.frequency_hz > 0)) continue;
       const bool hollow = data.kind == "fit" && !p.matched_mode;
       const double spread = p.decay_std_per_s.value_or(0);
-      points.push_back({s, p.frequency_hz, *p.decay_per_s, spread, hollow,
-                        (data.specimens[s].name.empty() ? "" : data.specimens[s].name + ", ") +
-                            hertz(p.frequency_hz, p.frequency_std_hz) + ": " +
-                            (spread > 0 ? fixed(*p.decay_per_s, decimals_for(spread)) + " ± " +
-                                              fixed(spread, decimals_for(spread))
-                                        : rounded(*p.decay_per_s)) +
-                            " 1/s" + (hollow ? ", no mode" : "")});
+      points.push_back(
+          {s, p.frequency_hz, *p.decay_per_s, spread, hollow,
+           (data.specimens[s].name.empty() ? "" : data.specimens[s].name + ", ") +
+               hertz(p.frequency_hz, p.frequency_std_hz) + ": " +
+               (spread > 0 ? fixed(*p.decay_per_s, decimals_for(spread)) + " ± " + fixed(spread, decimals_for(spread))
+                           : rounded(*p.decay_per_s)) +
+               " 1/s" + (hollow ? ", no mode" : "")});
       frequencies.push_back(p.frequency_hz);
       decays.push_back(*p.decay_per_s);
     }
@@ -259,8 +250,7 @@ std::optional<Svg> decay_figure(const ResultData& data) {
   const AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.08);
   const AxisSpec y = axis_around("Decay of amplitude [1/s]", Scale::kLog, decays, 0.14);
   std::string models;
-  for (const DampingModel& model : data.damping)
-    models += (models.empty() ? "" : ", ") + damping_words(model.model);
+  for (const DampingModel& model : data.damping) models += (models.empty() ? "" : ", ") + damping_words(model.model);
   Svg svg(kPageWidth, kHeight,
           "Decay rate over frequency on logarithmic axes, measured with error bars" +
               (models.empty() ? std::string(".") : ", and the curves of the damping models " + models + "."));
@@ -304,8 +294,8 @@ std::optional<Svg> decay_figure(const ResultData& data) {
       frame.error_bar(point.frequency_hz, std::max(point.decay_per_s - point.std_per_s, y.low * 1e-3),
                       point.decay_per_s + point.std_per_s, series_class("s", point.series) + " thin");
     }
-    svg.marker(static_cast<int>(point.series % kSeriesCount), frame.x(point.frequency_hz),
-               frame.y(point.decay_per_s), 4.5, point.words, point.hollow);
+    svg.marker(static_cast<int>(point.series % kSeriesCount), frame.x(point.frequency_hz), frame.y(point.decay_per_s),
+               4.5, point.words, point.hollow);
   }
   if (data.specimens.size() > 1) legend(svg, kLeft, 18, data.specimens);
   return svg;
@@ -331,8 +321,7 @@ std::optional<Svg> spectrum_figure(const Specimen& specimen) {
   frame.draw_axes(9, 6, false, true);
   std::vector<std::size_t> loudest(frequencies.size());
   for (std::size_t i = 0; i < loudest.size(); ++i) loudest[i] = i;
-  std::stable_sort(loudest.begin(), loudest.end(),
-                   [&](std::size_t a, std::size_t b) { return levels[a] > levels[b]; });
+  std::stable_sort(loudest.begin(), loudest.end(), [&](std::size_t a, std::size_t b) { return levels[a] > levels[b]; });
   for (std::size_t i = 0; i < frequencies.size(); ++i) {
     svg.line(frame.x(frequencies[i]), frame.bottom(), frame.x(frequencies[i]), frame.y(levels[i]), "accent");
     svg.marker(0, frame.x(frequencies[i]), frame.y(levels[i]), 4,
@@ -359,8 +348,7 @@ std::optional<Svg> modes_figure(const Specimen& specimen) {
   for (const Mode& mode : specimen.modes) frequencies.push_back(mode.frequency_hz);
   const AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.05);
   Svg svg(kPageWidth, kHeight, "Frequencies of the modes on a logarithmic axis.");
-  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48, x,
-              {"", Scale::kLinear, 0, 1, false});
+  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48, x, {"", Scale::kLinear, 0, 1, false});
   for (const Tick& tick : axis_ticks(x, 9)) {
     const double at = frame.x(tick.value);
     svg.line(at, frame.bottom(), at, frame.bottom() + (tick.label.empty() ? 3 : 5), "axis");

@@ -13,9 +13,8 @@ namespace klang::reports::detail {
 struct SpecimenRows {
   std::vector<Match> matches;        ///< by rising measured frequency
   std::vector<Predicted> predicted;  ///< by rising frequency
-  std::vector<Predicted>
-      unheard;  ///< model modes without a partial; the partner of a matched twin is not one
-  std::vector<Partial> unmatched;  ///< partials without a mode
+  std::vector<Predicted> unheard;    ///< model modes without a partial; the partner of a matched twin is not one
+  std::vector<Partial> unmatched;    ///< partials without a mode
 };
 SpecimenRows rows_of(const ResultData& data, const Specimen& specimen);
 

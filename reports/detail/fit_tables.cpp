@@ -13,8 +13,7 @@ std::string name_html(const Quantity& quantity) {
 }
 
 std::string with_unit(const std::string& text, const Quantity& quantity) {
-  return text.empty() || quantity.unit.empty() ? escaped(text)
-                                               : escaped(text) + "\u202f" + escaped(quantity.unit);
+  return text.empty() || quantity.unit.empty() ? escaped(text) : escaped(text) + "\u202f" + escaped(quantity.unit);
 }
 
 std::string plus_minus(const Number& value, const Number& std, int digits) {
@@ -32,15 +31,14 @@ std::string parameter_table(const std::vector<Estimate>& parameters) {
     std::string classes = known ? "" : "open";
     if (noted) classes += classes.empty() ? "pair" : " pair";
     body += "<tr" + (classes.empty() ? "" : " class=\"" + classes + "\"") + ">";
-    body +=
-        tag("th", name_html(text.quantity) + (e.derived ? " <small>(derived)</small>" : ""), "scope=\"row\"");
+    body += tag("th", name_html(text.quantity) + (e.derived ? " <small>(derived)</small>" : ""), "scope=\"row\"");
     const std::string value = text.std.empty() || !known ? text.value : text.value + " ± " + text.std;
     body += number_cell(with_unit(value, text.quantity));
     body += number_cell(known ? escaped(text.interval()) : "—");
-    body += number_cell(
-        e.start_value ? with_unit(rounded(*e.start_value * text.quantity.factor, 5), text.quantity) : "—");
-    body += tag("td", known ? "<span class=\"tag good\">determined</span>"
-                            : "<span class=\"tag fair\">not determined</span>");
+    body +=
+        number_cell(e.start_value ? with_unit(rounded(*e.start_value * text.quantity.factor, 5), text.quantity) : "—");
+    body += tag(
+        "td", known ? "<span class=\"tag good\">determined</span>" : "<span class=\"tag fair\">not determined</span>");
     body += "</tr>\n";
     if (noted) body += "<tr class=\"note\"><td colspan=\"5\">" + escaped(e.why) + "</td></tr>\n";
   }
@@ -57,16 +55,15 @@ std::string correlation_table(const ResultData& data) {
   std::string head = "<th></th>", body;
   for (std::size_t i = 0; i < n; ++i) {
     const Quantity q = quantity(data.correlation_names[i], 1);
-    const std::string words =
-        q.symbol.empty() ? escaped(q.words) : "<span class=\"sym\">" + q.symbol + "</span>";
+    const std::string words = q.symbol.empty() ? escaped(q.words) : "<span class=\"sym\">" + q.symbol + "</span>";
     head += "<th scope=\"col\" class=\"n\">" + words + "</th>";
     body += "<tr>" + tag("th", name_html(q), "scope=\"row\"");
     for (const Number& value : data.correlation[i]) body += number_cell(value ? fixed(*value, 2) : "—");
     body += "</tr>\n";
   }
-  return more("Correlation of the estimates",
-              scrolled("<table><thead><tr>" + head + "</tr></thead><tbody>" + body + "</tbody></table>",
-                       "Correlation matrix"));
+  return more(
+      "Correlation of the estimates",
+      scrolled("<table><thead><tr>" + head + "</tr></thead><tbody>" + body + "</tbody></table>", "Correlation matrix"));
 }
 
 std::string damping_table(const ResultData& data) {
@@ -77,26 +74,24 @@ std::string damping_table(const ResultData& data) {
     std::string values;
     for (const Estimate& e : model.parameters) {
       const ShownEstimate text = shown(e);
-      values += (values.empty() ? "" : "<br>") +
-                (text.quantity.symbol.empty()
-                     ? escaped(text.quantity.words)
-                     : "<span class=\"sym\">" + escaped(text.quantity.symbol) + "</span>") +
-                " = " +
-                (e.identifiable ? escaped(text.value_with_std())
-                                : with_unit(text.value, text.quantity) +
-                                      " <span class=\"tag fair\">not determined</span>");
+      values +=
+          (values.empty() ? "" : "<br>") +
+          (text.quantity.symbol.empty() ? escaped(text.quantity.words)
+                                        : "<span class=\"sym\">" + escaped(text.quantity.symbol) + "</span>") +
+          " = " +
+          (e.identifiable ? escaped(text.value_with_std())
+                          : with_unit(text.value, text.quantity) + " <span class=\"tag fair\">not determined</span>");
     }
     const double weight = std::clamp(model.aicc_weight.value_or(0), 0.0, 1.0);
     body += "<tr" + std::string(model.model == data.damping_model ? " class=\"best\"" : "") + ">" +
             tag("th", escaped(capitalised(damping_words(model.model))), "scope=\"row\"") +
             tag("td", values, "class=\"nw\"") +
-            number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %"
-                                                    : "—") +
+            number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %" : "—") +
             number_cell(model.aicc ? fixed(*model.aicc, 1) : "—") +
             number_cell(model.aicc ? "+" + fixed(*model.aicc - least, 1) : "—") +
             tag("td",
-                model.aicc_weight ? "<span class=\"bar\" style=\"width:" + coordinate(5 * weight) +
-                                        "em\"></span>" + escaped(share(weight))
+                model.aicc_weight ? "<span class=\"bar\" style=\"width:" + coordinate(5 * weight) + "em\"></span>" +
+                                        escaped(share(weight))
                                   : "—",
                 "class=\"nw\"") +
             "</tr>\n";
@@ -114,8 +109,8 @@ std::string damping_table(const ResultData& data) {
 
 std::string match_table(const std::vector<Match>& matches) {
   std::string body;
-  const bool radiates = std::any_of(matches.begin(), matches.end(),
-                                    [](const Match& m) { return m.radiation_decay_per_s.has_value(); });
+  const bool radiates =
+      std::any_of(matches.begin(), matches.end(), [](const Match& m) { return m.radiation_decay_per_s.has_value(); });
   for (const Match& m : matches) {
     body += "<tr>" + number_cell(std::to_string(m.mode_index)) +
             number_cell(escaped(plus_minus(m.frequency_hz, m.frequency_std_hz, 7))) +
@@ -139,9 +134,12 @@ std::string match_table(const std::vector<Match>& matches) {
          "<th class=\"n\" scope=\"col\">Model [Hz]</th><th class=\"n\" scope=\"col\">Cents</th><th "
          "class=\"n\" scope=\"col\">Per cent</th>"
          "<th class=\"n\" scope=\"col\">Decay [1/s]</th><th class=\"n\" scope=\"col\">Model decay "
-         "[1/s]</th>" + std::string(radiates ? "<th class=\"n\" scope=\"col\">Radiated [1/s]</th><th class=\"n\" scope=\"col\">of the measured "
-                     "[%]</th>"
-                   : "") +
+         "[1/s]</th>" +
+         std::string(
+             radiates
+                 ? "<th class=\"n\" scope=\"col\">Radiated [1/s]</th><th class=\"n\" scope=\"col\">of the measured "
+                   "[%]</th>"
+                 : "") +
          "</tr></thead>\n<tbody>" + body + "</tbody></table>";
 }
 
@@ -150,8 +148,7 @@ std::string partial_table(const std::vector<Partial>& partials) {
   for (const Partial& p : partials) {
     body += "<tr>" + number_cell(escaped(plus_minus(p.frequency_hz, p.frequency_std_hz, 7))) +
             number_cell(escaped(plus_minus(p.decay_per_s, p.decay_std_per_s))) +
-            number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3)
-                                                            : "—") +
+            number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3) : "—") +
             number_cell(p.amplitude && *p.amplitude > 0 ? fixed(20 * std::log10(*p.amplitude), 1) : "—") +
             number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—") + "</tr>\n";
   }
@@ -166,8 +163,7 @@ std::string mode_list(const std::vector<Predicted>& modes) {
   std::string text;
   for (const Predicted& mode : modes) {
     text += (text.empty() ? "" : ", ") +
-            ("<span class=\"nobr\">" + std::to_string(mode.mode_index) + " (" +
-             escaped(hertz(mode.frequency_hz))) +
+            ("<span class=\"nobr\">" + std::to_string(mode.mode_index) + " (" + escaped(hertz(mode.frequency_hz))) +
             ")</span>";
   }
   return text;

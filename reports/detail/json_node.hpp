@@ -17,9 +17,7 @@ class Node {
 
   const nlohmann::json& raw() const { return value_; }
   const std::string& place() const { return place_; }
-  bool has(const char* key) const {
-    return value_.is_object() && value_.contains(key) && !value_.at(key).is_null();
-  }
+  bool has(const char* key) const { return value_.is_object() && value_.contains(key) && !value_.at(key).is_null(); }
 
   Node child(const char* key) const {
     static const nlohmann::json nothing;

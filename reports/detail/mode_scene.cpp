@@ -91,8 +91,7 @@ vtkNew<vtkLookupTable> colours(double range, bool signed_values) {
       const double at = i / 255.0 * static_cast<double>(stops.size() - 1);
       const auto k = std::min(static_cast<std::size_t>(at), stops.size() - 2);
       const double t = at - static_cast<double>(k);
-      table->SetTableValue(i, (1 - t) * stops[k][0] + t * stops[k + 1][0],
-                           (1 - t) * stops[k][1] + t * stops[k + 1][1],
+      table->SetTableValue(i, (1 - t) * stops[k][0] + t * stops[k + 1][0], (1 - t) * stops[k][1] + t * stops[k + 1][1],
                            (1 - t) * stops[k][2] + t * stops[k + 1][2], 1.0);
     }
   };
@@ -200,16 +199,14 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   shade->SetName("shade");
   shade->SetNumberOfTuples(n);
   for (vtkIdType i = 0; i < n; ++i) {
-    shade->SetValue(i,
-                    result.tangential ? vector_of(u, i).norm() : vector_of(u, i).dot(vector_of(normal, i)));
+    shade->SetValue(i, result.tangential ? vector_of(u, i).norm() : vector_of(u, i).dot(vector_of(normal, i)));
   }
   surface->GetPointData()->SetScalars(shade);
   surface->GetPointData()->SetActiveVectors("u");
 
   double bounds[6];
   surface->GetBounds(bounds);
-  const double diagonal =
-      Vector3d(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]).norm();
+  const double diagonal = Vector3d(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]).norm();
   const double slope = steepest(surface, u);
   // Clearly bent, never folded: at most a ninth of the size, and slopes of about a third.
   double scale = diagonal / 9 / largest;
@@ -297,8 +294,7 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   const Vector3d centre =
       0.5 * (low.x() + high.x()) * right + 0.5 * (low.y() + high.y()) * up +
       view.towards_camera *
-          view.towards_camera.dot(
-              Vector3d(bounds[0] + bounds[1], bounds[2] + bounds[3], bounds[4] + bounds[5]) / 2);
+          view.towards_camera.dot(Vector3d(bounds[0] + bounds[1], bounds[2] + bounds[3], bounds[4] + bounds[5]) / 2);
   vtkCamera* camera = renderer->GetActiveCamera();
   camera->ParallelProjectionOn();
   camera->SetFocalPoint(centre.x(), centre.y(), centre.z());
@@ -328,8 +324,7 @@ void draw_modes(const std::filesystem::path& modes_file, const std::vector<int>&
   for (const int mode : mode_indices) arrays->EnableArray(array_name(mode).c_str());
   reader->Update();
   vtkUnstructuredGrid* grid = reader->GetOutput();
-  for (std::size_t i = 0; i < mode_indices.size(); ++i)
-    done(i, grid ? draw(grid, mode_indices[i]) : std::nullopt);
+  for (std::size_t i = 0; i < mode_indices.size(); ++i) done(i, grid ? draw(grid, mode_indices[i]) : std::nullopt);
 }
 
 }  // namespace klang::reports::detail

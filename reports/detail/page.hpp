@@ -35,12 +35,12 @@ struct PageParts {
   std::vector<Svg> ladders;
   std::optional<Svg> residuals, decays, spectrum, modes;
   StudyParts study;
-  std::vector<CaptionedFigure> regression;                     ///< spectrum, levels over time, partials
-  std::vector<CaptionedFigure> proxy;                          ///< partials, shape
+  std::vector<CaptionedFigure> regression;                       ///< spectrum, levels over time, partials
+  std::vector<CaptionedFigure> proxy;                            ///< partials, shape
   std::vector<std::pair<std::string, std::string>> proxy_clips;  ///< what it is, WAV
-  std::vector<SpecimenMedia> media;                            ///< as data.specimens
-  std::vector<std::string> warnings;                           ///< of the report itself
-  std::vector<std::pair<std::string, std::string>> downloads;  ///< file beside the page, what it is
+  std::vector<SpecimenMedia> media;                              ///< as data.specimens
+  std::vector<std::string> warnings;                             ///< of the report itself
+  std::vector<std::pair<std::string, std::string>> downloads;    ///< file beside the page, what it is
 };
 
 /// The whole page. The same input gives the same bytes.

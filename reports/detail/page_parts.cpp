@@ -19,8 +19,8 @@ std::string sheet(const Svg& svg) {
          svg.inline_markup() + "</div>";
 }
 std::string scrolled(const std::string& table, const std::string& label) {
-  return "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(label) + "\">" +
-         table + "</div>\n";
+  return "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" + escaped(label) + "\">" + table +
+         "</div>\n";
 }
 std::string more(const std::string& title, const std::string& content) {
   return "<details class=\"more\"><summary>" + title + "</summary>" + content + "</details>\n";
@@ -31,8 +31,8 @@ std::string encoded_path(const std::string& path) {
   static constexpr char kHex[] = "0123456789ABCDEF";
   for (const char c : path) {
     const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '-' || c == '_' || c == '.' || c == '/';
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+                       c == '_' || c == '.' || c == '/';
     if (plain) {
       text += c;
     } else {
@@ -62,8 +62,7 @@ std::string provenance(const ResultData& data) {
   if (!data.inputs.empty()) {
     std::string inputs;
     for (const ProvenanceInput& input : data.inputs) {
-      inputs += "<tr>" + tag("td", escaped(input.path)) +
-                number_cell(input.n_bytes ? fixed(*input.n_bytes, 0) : "—") +
+      inputs += "<tr>" + tag("td", escaped(input.path)) + number_cell(input.n_bytes ? fixed(*input.n_bytes, 0) : "—") +
                 tag("td", escaped(input.sha256), "class=\"hash\"") + "</tr>\n";
     }
     html += scrolled(

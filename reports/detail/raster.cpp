@@ -32,8 +32,7 @@ struct PngWriter {
   ~PngWriter() { png_destroy_write_struct(&png, &info); }
 };
 
-std::string encode(int width, int height, int colour_type, int bytes_a_pixel,
-                   const std::vector<std::uint8_t>& pixels,
+std::string encode(int width, int height, int colour_type, int bytes_a_pixel, const std::vector<std::uint8_t>& pixels,
                    const std::array<std::array<std::uint8_t, 3>, 256>* palette) {
   KLANG_CHECK(width > 0 && height > 0 &&
                   pixels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
@@ -111,8 +110,7 @@ const std::array<std::array<std::uint8_t, 3>, 256>& heat_palette() {
   return palette;
 }
 
-std::string png_bytes(const IndexedImage& image,
-                      const std::array<std::array<std::uint8_t, 3>, 256>& palette) {
+std::string png_bytes(const IndexedImage& image, const std::array<std::array<std::uint8_t, 3>, 256>& palette) {
   return encode(image.width, image.height, PNG_COLOR_TYPE_PALETTE, 1, image.pixels, &palette);
 }
 
@@ -128,8 +126,7 @@ std::string png_of_svg(std::string_view svg, double scale) {
   const std::unique_ptr<RsvgHandle, ObjectFree> handle(
       rsvg_handle_new_from_data(reinterpret_cast<const guint8*>(svg.data()), svg.size(), &error));
   const auto fail = [&](const char* stage) {
-    std::string message =
-        std::string("librsvg: ") + stage + (error ? std::string(": ") + error->message : "");
+    std::string message = std::string("librsvg: ") + stage + (error ? std::string(": ") + error->message : "");
     if (error) g_error_free(error);
     throw NumericalError(message);
   };
@@ -142,8 +139,7 @@ std::string png_of_svg(std::string_view svg, double scale) {
   struct ContextFree {
     void operator()(cairo_t* context) const { cairo_destroy(context); }
   };
-  const int columns = static_cast<int>(std::ceil(width * scale)),
-            rows = static_cast<int>(std::ceil(height * scale));
+  const int columns = static_cast<int>(std::ceil(width * scale)), rows = static_cast<int>(std::ceil(height * scale));
   const std::unique_ptr<cairo_surface_t, SurfaceFree> surface(
       cairo_image_surface_create(CAIRO_FORMAT_RGB24, columns, rows));
   const std::unique_ptr<cairo_t, ContextFree> context(cairo_create(surface.get()));
@@ -154,8 +150,7 @@ std::string png_of_svg(std::string_view svg, double scale) {
     static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
     return CAIRO_STATUS_SUCCESS;
   };
-  if (cairo_surface_write_to_png_stream(surface.get(), append, &bytes) != CAIRO_STATUS_SUCCESS)
-    fail("no PNG");
+  if (cairo_surface_write_to_png_stream(surface.get(), append, &bytes) != CAIRO_STATUS_SUCCESS) fail("no PNG");
   return bytes;
 }
 
@@ -190,20 +185,18 @@ RgbaImage reduced(const RgbaImage& image, int factor) {
       int sum[4] = {0, 0, 0, 0};
       for (int i = 0; i < factor; ++i) {
         for (int j = 0; j < factor; ++j) {
-          const std::uint8_t* p = &image.pixels[(static_cast<std::size_t>(row * factor + i) *
-                                                     static_cast<std::size_t>(image.width) +
-                                                 static_cast<std::size_t>(column * factor + j)) *
-                                                4];
+          const std::uint8_t* p =
+              &image.pixels[(static_cast<std::size_t>(row * factor + i) * static_cast<std::size_t>(image.width) +
+                             static_cast<std::size_t>(column * factor + j)) *
+                            4];
           for (int c = 0; c < 3; ++c) sum[c] += p[c] * p[3];
           sum[3] += p[3];
         }
       }
-      std::uint8_t* q =
-          &result.pixels[(static_cast<std::size_t>(row) * static_cast<std::size_t>(result.width) +
-                          static_cast<std::size_t>(column)) *
-                         4];
-      for (int c = 0; c < 3; ++c)
-        q[c] = static_cast<std::uint8_t>(sum[3] > 0 ? (sum[c] + sum[3] / 2) / sum[3] : 0);
+      std::uint8_t* q = &result.pixels[(static_cast<std::size_t>(row) * static_cast<std::size_t>(result.width) +
+                                        static_cast<std::size_t>(column)) *
+                                       4];
+      for (int c = 0; c < 3; ++c) q[c] = static_cast<std::uint8_t>(sum[3] > 0 ? (sum[c] + sum[3] / 2) / sum[3] : 0);
       q[3] = static_cast<std::uint8_t>((sum[3] + factor * factor / 2) / (factor * factor));
     }
   }

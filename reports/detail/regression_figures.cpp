@@ -74,15 +74,18 @@ Svg regression_spectrum_figure(const RegressionData& data) {
   const double lowest = levels.empty() ? -80 : std::max(*std::min_element(levels.begin(), levels.end()), highest - 100);
   const double floor = 10 * std::floor((lowest - 8) / 10), ceiling = 10 * std::ceil((highest + 6) / 10);
   const AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.08);
-  Svg svg(kWidth, kHeight, "Levels of the partials of the reference and of the sound over frequency, and third-octave levels of both.");
-  Frame frame(svg, kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48, x, {"Level at the strike [dB re full scale]", Scale::kLinear, floor, ceiling});
+  Svg svg(kWidth, kHeight,
+          "Levels of the partials of the reference and of the sound over frequency, and third-octave levels of both.");
+  Frame frame(svg, kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48, x,
+              {"Level at the strike [dB re full scale]", Scale::kLinear, floor, ceiling});
   frame.draw_axes(10, 7);
   for (const bool is_sound : {false, true}) {
     for (const RegressionThird& third : data.thirds) {
       const Number level = is_sound ? third.sound_db : third.reference_db;
       if (!third.difference_db || !level) continue;
       const double edge = std::pow(10.0, 0.05);
-      frame.curve({{third.centre_hz / edge, *level}, {third.centre_hz * edge, *level}}, is_sound ? "s1 mid dash2" : "s0 mid");
+      frame.curve({{third.centre_hz / edge, *level}, {third.centre_hz * edge, *level}},
+                  is_sound ? "s1 mid dash2" : "s0 mid");
     }
   }
   for (const RegressionPartial& p : data.partials) {
@@ -94,7 +97,8 @@ Svg regression_spectrum_figure(const RegressionData& data) {
       const double at = frame.x(side->frequency_hz) + (is_sound ? 3 : -3);
       svg.line(at, frame.y(floor), at, frame.y(level), is_sound ? "s1 thick" : "s0 thick");
       svg.marker(is_sound ? 1 : 0, at, frame.y(level), 4,
-                 std::string(is_sound ? "sound" : "reference") + ": " + hertz(side->frequency_hz, side->frequency_std_hz) + ", " + fixed(level, 1) + " dB",
+                 std::string(is_sound ? "sound" : "reference") + ": " +
+                     hertz(side->frequency_hz, side->frequency_std_hz) + ", " + fixed(level, 1) + " dB",
                  !(p.reference && p.sound));
     }
   }
@@ -102,7 +106,8 @@ Svg regression_spectrum_figure(const RegressionData& data) {
   svg.text(kLeft + 18, kTop - 12, "Reference", "small");
   svg.marker(1, kLeft + 98, kTop - 16, 4, "");
   svg.text(kLeft + 108, kTop - 12, "Sound, at the reference’s level", "small");
-  svg.text(kWidth - kRight, kTop - 12, "lines: mean third-octave levels; hollow: in one only", "muted small", Anchor::kEnd);
+  svg.text(kWidth - kRight, kTop - 12, "lines: mean third-octave levels; hollow: in one only", "muted small",
+           Anchor::kEnd);
   return svg;
 }
 
@@ -113,11 +118,16 @@ std::optional<Svg> regression_partials_figure(const RegressionData& data) {
     if (p.reference && p.sound) frequencies.push_back(p.reference->frequency_hz);
   }
   if (frequencies.empty()) return {};
-  Svg svg(kWidth, kHeight, "Deviation of each partial's frequency in cents and of its decay in per cent, with tolerances.");
+  Svg svg(kWidth, kHeight,
+          "Deviation of each partial's frequency in cents and of its decay in per cent, with tolerances.");
   for (const bool is_decay : {false, true}) {
     const double top = kTop + (is_decay ? kPanel + kGap : 0);
-    const auto deviation = [&](const RegressionPartial& p) { return is_decay ? (p.decay_change ? Number(100 * *p.decay_change) : Number()) : p.cents; };
-    const auto tolerance = [&](const RegressionPartial& p) { return (is_decay ? 100 : 1) * (is_decay ? p.decay_tolerance : p.cents_tolerance).value_or(0); };
+    const auto deviation = [&](const RegressionPartial& p) {
+      return is_decay ? (p.decay_change ? Number(100 * *p.decay_change) : Number()) : p.cents;
+    };
+    const auto tolerance = [&](const RegressionPartial& p) {
+      return (is_decay ? 100 : 1) * (is_decay ? p.decay_tolerance : p.cents_tolerance).value_or(0);
+    };
     // Scaled by the narrow tolerances and the deviations: a partial that nobody knows shall not flatten the rest.
     std::vector<double> tolerances;
     double largest = 0;
@@ -127,11 +137,13 @@ std::optional<Svg> regression_partials_figure(const RegressionData& data) {
       largest = std::max(largest, std::abs(*deviation(p)));
     }
     if (tolerances.empty()) continue;
-    std::nth_element(tolerances.begin(), tolerances.begin() + static_cast<std::ptrdiff_t>(tolerances.size() / 2), tolerances.end());
+    std::nth_element(tolerances.begin(), tolerances.begin() + static_cast<std::ptrdiff_t>(tolerances.size() / 2),
+                     tolerances.end());
     const double range = 1.2 * std::max(largest, 1.5 * tolerances[tolerances.size() / 2]);
     AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.08);
     x.labelled = is_decay;
-    Frame frame(svg, kLeft, top, kWidth - kLeft - kRight, kPanel, x, {is_decay ? "Decay [%]" : "Frequency [cents]", Scale::kLinear, -range, range});
+    Frame frame(svg, kLeft, top, kWidth - kLeft - kRight, kPanel, x,
+                {is_decay ? "Decay [%]" : "Frequency [cents]", Scale::kLinear, -range, range});
     frame.draw_axes(10, 5);
     svg.line(frame.left(), frame.y(0), frame.right(), frame.y(0), "axis");
     for (const RegressionPartial& p : data.partials) {
@@ -140,7 +152,8 @@ std::optional<Svg> regression_partials_figure(const RegressionData& data) {
       frame.error_bar(at, std::max(-allowed, -range), std::min(allowed, range), "rule mid");
       const bool out = std::abs(*deviation(p)) > allowed;
       svg.marker(out ? 1 : 0, frame.x(at), frame.y(*deviation(p)), out ? 6 : 4.5,
-                 hertz(at) + ": " + fixed(*deviation(p), 2) + (is_decay ? " %" : " cents") + ", tolerance " + rounded(allowed, 3) + (p.note.empty() ? "" : "; " + p.note),
+                 hertz(at) + ": " + fixed(*deviation(p), 2) + (is_decay ? " %" : " cents") + ", tolerance " +
+                     rounded(allowed, 3) + (p.note.empty() ? "" : "; " + p.note),
                  !p.note.empty());
     }
   }
@@ -163,7 +176,8 @@ std::optional<Svg> regression_spectrogram_figure(const RegressionData& data) {
   const double step_s = data.times_s.size() > 1 ? data.times_s[1] - data.times_s[0] : 0.01;
   const double last_s = data.times_s.back() - data.times_s.front() + step_s;
   const double half_band = std::sqrt(data.bands_hz[1] / data.bands_hz[0]);
-  const AxisSpec y{"Frequency [kHz]", Scale::kLog, data.bands_hz.front() / half_band / 1000, data.bands_hz.back() * half_band / 1000, true};
+  const AxisSpec y{"Frequency [kHz]", Scale::kLog, data.bands_hz.front() / half_band / 1000,
+                   data.bands_hz.back() * half_band / 1000, true};
   const double panel = (kWidth - kLeft - 2 * kBar - 2 * kGap) / 3;
   Svg svg(kWidth, kHeight, "Levels over time and frequency of the reference and of the sound, and their difference.");
   const auto palette = difference_palette();
@@ -172,14 +186,18 @@ std::optional<Svg> regression_spectrogram_figure(const RegressionData& data) {
     const double left = kLeft + i * (panel + kGap) + (i == 2 ? kBar : 0);
     const auto& shown = i == 0 ? reference : sound;
     const IndexedImage image = image_of(reference, [&](std::size_t band, std::size_t t) {
-      if (i < 2) return static_cast<std::uint8_t>(std::lround(255 * std::clamp((shown[band][t] - low) / (high - low), 0.0, 1.0)));
+      if (i < 2)
+        return static_cast<std::uint8_t>(
+            std::lround(255 * std::clamp((shown[band][t] - low) / (high - low), 0.0, 1.0)));
       const double difference = sound[band][t] - reference[band][t];
       return static_cast<std::uint8_t>(127 + std::lround(127 * std::clamp(difference / kDifferenceDb, -1.0, 1.0)));
     });
-    svg.image(left, kTop, panel, kPlotHeight, data_uri("image/png", png_bytes(image, i == 2 ? palette : heat_palette())));
+    svg.image(left, kTop, panel, kPlotHeight,
+              data_uri("image/png", png_bytes(image, i == 2 ? palette : heat_palette())));
     AxisSpec axis = y;
     axis.labelled = i == 0;
-    Frame frame(svg, left, kTop, panel, kPlotHeight, {"Time from the onset [s]", Scale::kLinear, 0, last_s, true}, axis);
+    Frame frame(svg, left, kTop, panel, kPlotHeight, {"Time from the onset [s]", Scale::kLinear, 0, last_s, true},
+                axis);
     frame.draw_axes(5, 6, false, false);
     svg.text(left, kTop - 12, titles[i], "strong");
   }

@@ -64,12 +64,11 @@ void describe_shape(const Node& node, std::string& words, std::string& kind) {
   const auto rank = [](const auto& entry) {
     return std::find(kOrder.begin(), kOrder.end(), entry.first) - kOrder.begin();
   };
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+  std::stable_sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
   for (const auto& [key, value] : sorted) {
     const Quantity shown_as = quantity(key, value);
-    words += (words.empty() ? "" : ", ") + shown_as.words + " " + rounded(value * shown_as.factor, 5) + " " +
-             shown_as.unit;
+    words +=
+        (words.empty() ? "" : ", ") + shown_as.words + " " + rounded(value * shown_as.factor, 5) + " " + shown_as.unit;
   }
 }
 
@@ -208,8 +207,8 @@ StudySeries read_series(const Node& node) {
 std::vector<StudyClaim> read_claims(const Node& root) {
   std::vector<StudyClaim> claims;
   root.each("claims", [&](const Node& node) {
-    claims.push_back({node.text("name"), node.text("words"), node.number("measured"), node.number("reference"), node.number("tolerance"),
-                      node.boolean("passed").value_or(false), node.text("not_judged")});
+    claims.push_back({node.text("name"), node.text("words"), node.number("measured"), node.number("reference"),
+                      node.number("tolerance"), node.boolean("passed").value_or(false), node.text("not_judged")});
   });
   return claims;
 }
@@ -271,14 +270,16 @@ void read_bubbles(const Node& root, BubbleData& data) {
       row.verdict = node.text("verdict");
       row.track_time_s = node.child("track").numbers("time_s");
       row.track_frequency_hz = node.child("track").numbers("frequency_hz");
-      if (row.track_time_s.size() != row.track_frequency_hz.size()) throw InputError(node.place() + ".track", "lists differ in length");
+      if (row.track_time_s.size() != row.track_frequency_hz.size())
+        throw InputError(node.place() + ".track", "lists differ in length");
       data.rows.push_back(std::move(row));
     });
   }
   const Node theory = root.child("theory"), pitch = root.child("pitch");
   data.theory_frequency_hz = theory.numbers("frequency_hz");
   data.theory_decay_per_s = theory.numbers("decay_per_s");
-  if (data.theory_frequency_hz.size() != data.theory_decay_per_s.size()) throw InputError(theory.place(), "lists differ in length");
+  if (data.theory_frequency_hz.size() != data.theory_decay_per_s.size())
+    throw InputError(theory.place(), "lists differ in length");
   data.pitch_status = pitch.text("status");
   data.pitch_message = pitch.text("message");
   pitch.each("parameters", [&](const Node& node) { data.pitch.push_back(estimate(node)); });
@@ -289,7 +290,8 @@ void read_bubbles(const Node& root, BubbleData& data) {
   });
 }
 
-std::vector<std::vector<double>> read_levels(const Node& node, const char* key, std::size_t n_rows, std::size_t n_columns) {
+std::vector<std::vector<double>> read_levels(const Node& node, const char* key, std::size_t n_rows,
+                                             std::size_t n_columns) {
   std::vector<std::vector<double>> rows;
   node.each(key, [&](const Node& row) {
     if (!row.raw().is_array() || row.raw().size() != n_columns) throw InputError(row.place(), "has the wrong length");
@@ -318,7 +320,8 @@ void read_regression(const Node& root, RegressionData& data) {
     data.partials.push_back(std::move(p));
   });
   root.each("third_octaves", [&](const Node& node) {
-    data.thirds.push_back({node.required("centre_hz"), node.number("reference_db"), node.number("sound_db"), node.number("difference_db"), node.number("tolerance_db")});
+    data.thirds.push_back({node.required("centre_hz"), node.number("reference_db"), node.number("sound_db"),
+                           node.number("difference_db"), node.number("tolerance_db")});
   });
   data.reference_origin = root.text("reference_origin");
   data.reference_takes = root.integer("reference_takes");
@@ -336,16 +339,21 @@ void read_regression(const Node& root, RegressionData& data) {
 
 void read_papers(const Node& root, PapersData& data) {
   root.each("numbers", [&](const Node& node) {
-    data.numbers.push_back({node.text("paper"), node.text("place"), node.text("quantity"), node.text("reference_source"), node.text("tolerance_source"), node.text("note"),
-                            node.text("verdict"), node.number("printed"), node.number("ours"), node.number("reference"), node.number("tolerance")});
+    data.numbers.push_back({node.text("paper"), node.text("place"), node.text("quantity"),
+                            node.text("reference_source"), node.text("tolerance_source"), node.text("note"),
+                            node.text("verdict"), node.number("printed"), node.number("ours"), node.number("reference"),
+                            node.number("tolerance")});
   });
-  root.each("not_computed", [&](const Node& node) { data.gaps.push_back({node.text("paper"), node.text("place"), node.text("reason")}); });
+  root.each("not_computed", [&](const Node& node) {
+    data.gaps.push_back({node.text("paper"), node.text("place"), node.text("reason")});
+  });
 }
 
 std::vector<std::pair<std::string, double>> read_stages(const Node& node) {
   std::vector<std::pair<std::string, double>> stages;
   if (!node.raw().is_object()) return stages;
-  for (const auto& [name, value] : node.raw().items()) stages.emplace_back(name.substr(0, name.rfind("_s")), node.required(name.c_str()));
+  for (const auto& [name, value] : node.raw().items())
+    stages.emplace_back(name.substr(0, name.rfind("_s")), node.required(name.c_str()));
   return stages;
 }
 
@@ -405,7 +413,8 @@ void read_proxy_study(const Node& root, ProxyStudyData& data) {
 
 void read_proxy_fit(const Node& root, ProxyFitData& data) {
   const Node before = root.child("before"), after = root.child("after"), worse = root.child("n_worse");
-  for (const char* name : {"partial_rms_cents", "log_spectral_distance_db", "mel_distance_db", "third_octave_db", "loudness_difference_db", "decay_rms_percent"})
+  for (const char* name : {"partial_rms_cents", "log_spectral_distance_db", "mel_distance_db", "third_octave_db",
+                           "loudness_difference_db", "decay_rms_percent"})
     data.measures.push_back({name, before.required(name), after.required(name), worse.integer(name)});
   const auto read_ellipsoid = [](const Node& node) {
     const std::vector<double> axes = node.numbers("axes");
@@ -421,9 +430,11 @@ void read_proxy_fit(const Node& root, ProxyFitData& data) {
   data.start = read_ellipsoid(root.child("start"));
   data.fitted = read_ellipsoid(root.child("fitted"));
   root.each("partials", [&](const Node& node) {
-    for (const auto& [who, list] : {std::pair{"target", &data.target}, {"before", &data.before}, {"after", &data.after}}) {
+    for (const auto& [who, list] :
+         {std::pair{"target", &data.target}, {"before", &data.before}, {"after", &data.after}}) {
       const std::string prefix = std::string(who) + "_";
-      list->push_back({node.required((prefix + "hz").c_str()), node.required((prefix + "decay_per_s").c_str()), node.required((prefix + "amplitude").c_str())});
+      list->push_back({node.required((prefix + "hz").c_str()), node.required((prefix + "decay_per_s").c_str()),
+                       node.required((prefix + "amplitude").c_str())});
     }
   });
   data.n_fitted = root.integer("n_fitted").value_or(0);
@@ -446,13 +457,15 @@ ResultData read_result(const std::filesystem::path& result_json) {
   if (!parsed.is_object()) throw InputError(place, "not a result file");
   const Node root(parsed, place);
   if (root.integer("schema_version").value_or(0) != 1) {
-    throw InputError(place + ".schema_version", "cannot be read", root.child("schema_version").raw().dump(),
-                     "1");
+    throw InputError(place + ".schema_version", "cannot be read", root.child("schema_version").raw().dump(), "1");
   }
   ResultData data;
   data.kind = root.text("kind");
-  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" && data.kind != "bubbles" && data.kind != "regression" && data.kind != "papers" && data.kind != "proxy_study" && data.kind != "proxy_fit") {
-    throw InputError(place + ".kind", "has no report", data.kind, "fit, analysis, modes, study, bubbles, regression, papers, proxy_study, proxy_fit");
+  if (data.kind != "fit" && data.kind != "analysis" && data.kind != "modes" && data.kind != "study" &&
+      data.kind != "bubbles" && data.kind != "regression" && data.kind != "papers" && data.kind != "proxy_study" &&
+      data.kind != "proxy_fit") {
+    throw InputError(place + ".kind", "has no report", data.kind,
+                     "fit, analysis, modes, study, bubbles, regression, papers, proxy_study, proxy_fit");
   }
   data.name = root.text("name");
   data.status = root.text("status");
@@ -489,7 +502,8 @@ MatchSummary match_summary(const ResultData& data, bool predicted) {
       if (match.specimen != specimen.name) continue;
       ++summary.n_matched;
       sum_sq += match.deviation_cents * match.deviation_cents;
-      if (!summary.worst || std::abs(match.deviation_cents) > std::abs(summary.worst->deviation_cents)) summary.worst = &match;
+      if (!summary.worst || std::abs(match.deviation_cents) > std::abs(summary.worst->deviation_cents))
+        summary.worst = &match;
     }
   }
   summary.n_partials = std::max(summary.n_partials, summary.n_matched);

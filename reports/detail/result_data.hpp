@@ -61,8 +61,7 @@ struct Specimen {
   std::string name;
   std::string shape;  ///< in words: "tube, length 505 mm, outer radius 12.5 mm, wall 1 mm"
   std::string shape_kind;
-  Number mass_kg, rms_deviation_cents, max_deviation_cents, explained_energy, noise_rms, sample_rate_hz,
-      duration_s;
+  Number mass_kg, rms_deviation_cents, max_deviation_cents, explained_energy, noise_rms, sample_rate_hz, duration_s;
   std::optional<int> n_nodes, n_elements, n_channels;
   std::optional<bool> none_missing;
   bool predicted = false;  ///< no part of the fit: a test of it
@@ -174,7 +173,8 @@ struct ProxyPieceRow {
   double lowest_hz = 0;
   int n_modes = 0, n_proxy_modes = 0;
   bool bank_too_short = false, clamped = false;
-  Number lowest_direct_hz, partial_rms_cents, log_spectral_distance_db, mel_distance_db, third_octave_db, loudness_difference_db, direct_s, proxy_s;
+  Number lowest_direct_hz, partial_rms_cents, log_spectral_distance_db, mel_distance_db, third_octave_db,
+      loudness_difference_db, direct_s, proxy_s;
 };
 
 struct ProxyThresholdRow {
@@ -216,7 +216,8 @@ struct ProxyFitData {
 };
 
 struct ResultData {
-  std::string kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression", "papers", "proxy_study", "proxy_fit"
+  std::string
+      kind;  ///< "fit", "analysis", "modes", "study", "bubbles", "regression", "papers", "proxy_study", "proxy_fit"
   std::string name;
   std::string status, message;
   std::string material;  ///< a preset's name, where the file has one

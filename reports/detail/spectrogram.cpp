@@ -41,15 +41,13 @@ Panel analysed(const audio::Signal& sound, const SpectrogramRange& range, int wi
   std::size_t first_frame = 0;
   for (int column = 0; column < width; ++column) {
     // Frames whose centres lie in this column, else the nearest one.
-    while (first_frame + 1 < stft.times_s.size() && stft.times_s[first_frame] < column * column_s)
-      ++first_frame;
+    while (first_frame + 1 < stft.times_s.size() && stft.times_s[first_frame] < column * column_s) ++first_frame;
     std::size_t end_frame = first_frame + 1;
     while (end_frame < stft.times_s.size() && stft.times_s[end_frame] < (column + 1) * column_s) ++end_frame;
     for (int row = 0; row < height; ++row) {
       const double low = edge_hz(height - 1 - row), high = edge_hz(height - row);
       const auto first = static_cast<std::ptrdiff_t>(std::floor(low / bin_hz + 0.5));
-      const auto last =
-          std::max(first, static_cast<std::ptrdiff_t>(std::floor(high / bin_hz - 0.5)));
+      const auto last = std::max(first, static_cast<std::ptrdiff_t>(std::floor(high / bin_hz - 0.5)));
       float power = 0;
       for (std::size_t frame = first_frame; frame < end_frame; ++frame) {
         for (std::ptrdiff_t bin = first; bin <= last && bin < n_bins; ++bin) {
@@ -93,8 +91,7 @@ SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_pa
   SpectrogramRange range;
   range.duration_s = std::clamp(sound.duration_s(), 0.02, 12.0);
   const double nyquist = sound.sample_rate_hz / 2;
-  range.high_hz =
-      highest_partial_hz > 0 ? std::min(1.25 * highest_partial_hz, nyquist) : std::min(nyquist, 20000.0);
+  range.high_hz = highest_partial_hz > 0 ? std::min(1.25 * highest_partial_hz, nyquist) : std::min(nyquist, 20000.0);
   // Up to a round number.
   const double step = std::pow(10.0, std::floor(std::log10(range.high_hz))) / 10;
   range.high_hz = std::min(std::ceil(range.high_hz / step) * step, nyquist);
@@ -104,8 +101,7 @@ SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_pa
 Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
                        const std::vector<double>& strikes_s, const SpectrogramRange& range,
                        const std::string& fitted_words, const Ridges& ridges, const std::string& recorded_words) {
-  constexpr double kWidth = 1080, kHeight = 380, kLeft = 66, kTop = 34, kPlotHeight = 292, kGap = 18,
-                   kBar = 96;
+  constexpr double kWidth = 1080, kHeight = 380, kLeft = 66, kTop = 34, kPlotHeight = 292, kGap = 18, kBar = 96;
   const int n_panels = fitted.n_frames() == 0 ? 1 : 3;
   const double panel_width = (kWidth - kLeft - kBar - kGap * (n_panels - 1)) / n_panels;
   const int columns = n_panels == 1 ? 900 : 440, rows = 400;
@@ -125,26 +121,25 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
     for (const float a : panel.amplitude) loudest = std::max(loudest, a);
   }
   std::vector<float> sorted = panels[0].amplitude;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                   sorted.end());
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
   const double high_db = 10 * std::ceil(level_db(loudest) / 10);
   const double low_db =
       10 * std::floor(std::clamp(level_db(sorted[sorted.size() / 2]), high_db - 100, high_db - 60) / 10);
 
   const std::string compared = n_panels == 3 ? "recorded, fitted and their difference" : "the recording";
   Svg svg(kWidth, kHeight,
-          "Spectrogram of " + name + ": " + compared + ", " + rounded(range.low_hz / 1000, 3) + " to " + rounded(range.high_hz / 1000, 3) +
-              " kHz over " + rounded(range.duration_s, 3) + " s, levels from " + fixed(low_db, 0) + " to " +
-              fixed(high_db, 0) + " dB re full scale.");
+          "Spectrogram of " + name + ": " + compared + ", " + rounded(range.low_hz / 1000, 3) + " to " +
+              rounded(range.high_hz / 1000, 3) + " kHz over " + rounded(range.duration_s, 3) + " s, levels from " +
+              fixed(low_db, 0) + " to " + fixed(high_db, 0) + " dB re full scale.");
   const std::string titles[3] = {recorded_words, fitted_words, "Difference of magnitudes"};
   for (int i = 0; i < n_panels; ++i) {
     const double left = kLeft + i * (panel_width + kGap);
     svg.image(left, kTop, panel_width, kPlotHeight,
-              data_uri("image/png", png_bytes(coloured(panels[static_cast<std::size_t>(i)], low_db, high_db),
-                                              heat_palette())));
-    Frame frame(svg, left, kTop, panel_width, kPlotHeight,
-                {"Time [s]", Scale::kLinear, 0, range.duration_s, true},
-                {"Frequency [kHz]", range.low_hz > 0 ? Scale::kLog : Scale::kLinear, range.low_hz / 1000, range.high_hz / 1000, i == 0});
+              data_uri("image/png",
+                       png_bytes(coloured(panels[static_cast<std::size_t>(i)], low_db, high_db), heat_palette())));
+    Frame frame(svg, left, kTop, panel_width, kPlotHeight, {"Time [s]", Scale::kLinear, 0, range.duration_s, true},
+                {"Frequency [kHz]", range.low_hz > 0 ? Scale::kLog : Scale::kLinear, range.low_hz / 1000,
+                 range.high_hz / 1000, i == 0});
     frame.draw_axes(n_panels == 1 ? 10 : 5, 6, false, false);
     svg.text(left, kTop - 12, titles[i], "strong");
     if (i == 0) {

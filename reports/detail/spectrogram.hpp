@@ -33,6 +33,7 @@ struct Ridges {
 /// a sine that gives it, full scale = 0 dB. Strikes are marked on the time axis.
 Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
                        const std::vector<double>& strikes_s, const SpectrogramRange& range,
-                       const std::string& fitted_words, const Ridges& ridges = {}, const std::string& recorded_words = "Recorded");
+                       const std::string& fitted_words, const Ridges& ridges = {},
+                       const std::string& recorded_words = "Recorded");
 
 }  // namespace klang::reports::detail

@@ -84,12 +84,13 @@ std::string shortened(const std::string& text, std::size_t longest) {
 }
 
 /// A triangle that shows the expected slope, below the finest part of the curves.
-void draw_slope(Svg& svg, const Frame& frame, const AxisSpec& x_axis, const AxisSpec& y_axis, double order, double x_from,
-                double x_to, double y_at) {
+void draw_slope(Svg& svg, const Frame& frame, const AxisSpec& x_axis, const AxisSpec& y_axis, double order,
+                double x_from, double x_to, double y_at) {
   const double rise = std::pow(x_to / x_from, order);
   if (!(y_at > y_axis.low) || !(y_at * rise < y_axis.high) || !(x_from > x_axis.low) || !(x_to < x_axis.high)) return;
-  svg.polyline({{frame.x(x_from), frame.y(y_at)}, {frame.x(x_to), frame.y(y_at)}, {frame.x(x_to), frame.y(y_at * rise)}},
-               "rule", true);
+  svg.polyline(
+      {{frame.x(x_from), frame.y(y_at)}, {frame.x(x_to), frame.y(y_at)}, {frame.x(x_to), frame.y(y_at * rise)}}, "rule",
+      true);
   svg.text(frame.x(x_to) + 5, (frame.y(y_at) + frame.y(y_at * rise)) / 2 + 4, rounded(order, 3), "muted small");
 }
 
@@ -108,7 +109,8 @@ CaptionedFigure convergence_figure(const StudyData& study, const std::vector<std
   const AxisSpec x = axis_around(capitalised(first.step), linear_x ? Scale::kLinear : Scale::kLog, steps, 0.05);
   const AxisSpec y = axis_around("Error", Scale::kLog, errors, 0.07);
   std::string names;
-  for (const std::size_t s : group) names += (names.empty() ? "" : "; ") + study.series[s].title + ", " + order_words(study.series[s]);
+  for (const std::size_t s : group)
+    names += (names.empty() ? "" : "; ") + study.series[s].title + ", " + order_words(study.series[s]);
   Svg svg(kPageWidth, kHeight, "Errors over " + first.step + " on logarithmic scales: " + names + ".");
   Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 50, x, y);
 
@@ -147,33 +149,38 @@ CaptionedFigure convergence_figure(const StudyData& study, const std::vector<std
     double end_step = step_of(series.levels.empty() ? StudyLevel{} : series.levels.back());
     for (const StudyLevel& level : series.levels) {
       if (!level.error || !(*level.error > 0)) continue;
-      const std::string words = series.title + ": error " + rounded(*level.error, 3) + " at " + rounded(step_of(level), 4) +
-                                (level.excluded.empty() || !series.expected_order ? "" : " (" + level.excluded + ", not in the fit)");
+      const std::string words =
+          series.title + ": error " + rounded(*level.error, 3) + " at " + rounded(step_of(level), 4) +
+          (level.excluded.empty() || !series.expected_order ? "" : " (" + level.excluded + ", not in the fit)");
       svg.marker(static_cast<int>(s % kSeriesCount), frame.x(step_of(level)), frame.y(*level.error), 4.5, words,
                  !level.excluded.empty() && series.expected_order.has_value());
       // The label belongs to the end of the curve at the right edge.
       if (!std::isfinite(last) || step_of(level) >= end_step) last = *level.error, end_step = step_of(level);
     }
     if (std::isfinite(last))
-      labels.push_back({frame.y(last), s, shortened(series.title, 38) + "\n" + order_words(series) +
-                                              (series.expected_order ? ", expected " + rounded(*series.expected_order, 3) : "")});
+      labels.push_back({frame.y(last), s,
+                        shortened(series.title, 38) + "\n" + order_words(series) +
+                            (series.expected_order ? ", expected " + rounded(*series.expected_order, 3) : "")});
   }
   if (!linear_x) {
     // One triangle for each expected order, in the free corner below the curves.
     std::vector<double> orders;
     for (const std::size_t s : group) {
       const auto& expected = study.series[s].expected_order;
-      if (expected && *expected > 0 && std::find(orders.begin(), orders.end(), *expected) == orders.end()) orders.push_back(*expected);
+      if (expected && *expected > 0 && std::find(orders.begin(), orders.end(), *expected) == orders.end())
+        orders.push_back(*expected);
     }
     const bool over_h = first.levels.empty() || first.levels.front().h_m.has_value();
     const double width = std::pow(x.high / x.low, 0.13);
     for (std::size_t k = 0; k < orders.size() && over_h; ++k) {
       const double from = x.low * std::pow(x.high / x.low, 0.66 + 0.17 * static_cast<double>(k));
-      draw_slope(svg, frame, x, y, orders[orders.size() - 1 - k], from, from * std::pow(width, 0.7), y.low * std::pow(y.high / y.low, 0.03));
+      draw_slope(svg, frame, x, y, orders[orders.size() - 1 - k], from, from * std::pow(width, 0.7),
+                 y.low * std::pow(y.high / y.low, 0.03));
     }
   }
   draw_labels(svg, frame, std::move(labels), frame.right() + 14);
-  std::string caption = "Dots are levels, lines the least-squares fit, grey wedges its 95 % band; hollow dots are not in the fit.";
+  std::string caption =
+      "Dots are levels, lines the least-squares fit, grey wedges its 95 % band; hollow dots are not in the fit.";
   const bool compared = std::any_of(group.begin(), group.end(), [&](std::size_t s) { return !study.series[s].counts; });
   if (compared) caption += " Dotted lines are shown for comparison and are no part of the verdict.";
   return {std::move(svg), number == 0 ? "convergence" : "convergence-" + std::to_string(number + 1), caption};
@@ -202,9 +209,8 @@ void draw_bar(Svg& svg, double left, double top, double height, const AxisSpec& 
   svg.image(left, top, 14, height, data_uri("image/png", png_bytes(ramp, heat_palette())));
   svg.rect(left, top, 14, height, "axis");
   for (const Tick& tick : axis_ticks(axis, 5)) {
-    const double share = axis.scale == Scale::kLog
-                             ? std::log(tick.value / axis.low) / std::log(axis.high / axis.low)
-                             : (tick.value - axis.low) / (axis.high - axis.low);
+    const double share = axis.scale == Scale::kLog ? std::log(tick.value / axis.low) / std::log(axis.high / axis.low)
+                                                   : (tick.value - axis.low) / (axis.high - axis.low);
     const double at = top + height * (1 - share);
     svg.line(left + 14, at, left + (tick.label.empty() ? 16 : 18), at, "axis");
     svg.text(left + 22, at + 4, tick.label, "muted small");
@@ -247,7 +253,8 @@ std::vector<CaptionedFigure> cost_figures(const StudyData& study) {
     }
   }
   if (costs.size() < 4) return {};
-  const AxisSpec x = axis_around("Unknowns", Scale::kLog, costs, 0.05), y = axis_around("Error", Scale::kLog, errors, 0.07);
+  const AxisSpec x = axis_around("Unknowns", Scale::kLog, costs, 0.05),
+                 y = axis_around("Error", Scale::kLog, errors, 0.07);
   Svg svg(kPageWidth, kHeight, "Error over the number of unknowns of every level, both on logarithmic scales.");
   Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 50, x, y);
   frame.draw_axes(7, 7);
@@ -292,7 +299,8 @@ Svg slice_figure(const StudyField& field, const validate::SliceField& slice) {
     const double lowest = field.floor > 0 ? field.floor : smallest;
     bar = {"", Scale::kLinear, std::max(-60.0, 10 * std::floor(2 * std::log10(lowest / largest))), 0, true};
   } else {
-    bar = {"", Scale::kLog, field.floor > 0 ? std::min(field.floor, largest / 10) : std::max(smallest, largest * 1e-6), largest, true};
+    bar = {"", Scale::kLog, field.floor > 0 ? std::min(field.floor, largest / 10) : std::max(smallest, largest * 1e-6),
+           largest, true};
     if (!(bar.low < bar.high)) bar.low = bar.high / 10;
   }
   const auto share = [&](double value) {

@@ -56,7 +56,8 @@ std::string series_table(const StudyData& study) {
             number_cell(scientific(judged_error(series))) + number_cell(scientific(series.error_tolerance)) + "</tr>\n";
   }
   return scrolled(
-      "<table><thead><tr><th scope=\"col\">Series</th><th scope=\"col\">Verdict</th><th scope=\"col\" class=\"n\">Observed "
+      "<table><thead><tr><th scope=\"col\">Series</th><th scope=\"col\">Verdict</th><th scope=\"col\" "
+      "class=\"n\">Observed "
       "order</th><th scope=\"col\" class=\"n\">95 % interval</th><th scope=\"col\" class=\"n\">Expected</th><th "
       "scope=\"col\" class=\"n\">Levels</th><th scope=\"col\" class=\"n\">Finest error</th><th scope=\"col\" "
       "class=\"n\">Allowed</th></tr></thead>\n<tbody>" +
@@ -65,21 +66,28 @@ std::string series_table(const StudyData& study) {
 }
 
 std::string level_table(const StudySeries& series) {
-  const bool has_h = std::any_of(series.levels.begin(), series.levels.end(), [](const StudyLevel& l) { return l.h_m.has_value(); });
-  const bool has_value = std::any_of(series.levels.begin(), series.levels.end(), [](const StudyLevel& l) { return l.value.has_value(); });
+  const bool has_h =
+      std::any_of(series.levels.begin(), series.levels.end(), [](const StudyLevel& l) { return l.h_m.has_value(); });
+  const bool has_value =
+      std::any_of(series.levels.begin(), series.levels.end(), [](const StudyLevel& l) { return l.value.has_value(); });
   std::string body;
   for (const StudyLevel& level : series.levels) {
     body += "<tr" + std::string(level.excluded.empty() || !series.expected_order ? "" : " class=\"open\"") + ">" +
             number_cell(has_h ? rounded(level.h_m.value_or(0), 4) : rounded(level.n.value_or(0), 7)) +
-            number_cell(level.n_unknowns ? fixed(*level.n_unknowns, 0) : "—") + number_cell(scientific(level.error, 4)) +
+            number_cell(level.n_unknowns ? fixed(*level.n_unknowns, 0) : "—") +
+            number_cell(scientific(level.error, 4)) +
             number_cell(level.pairwise_order ? fixed(*level.pairwise_order, 3) : "—");
     if (has_value) body += number_cell(level.value ? rounded(*level.value, 8) : "—");
-    body += tag("td", !series.expected_order ? "" : level.excluded.empty() ? "in the fit" : escaped(level.excluded)) + "</tr>\n";
+    body += tag("td", !series.expected_order   ? ""
+                      : level.excluded.empty() ? "in the fit"
+                                               : escaped(level.excluded)) +
+            "</tr>\n";
   }
   return scrolled("<table><thead><tr><th scope=\"col\" class=\"n\">" + escaped(capitalised(series.step)) +
-                      "</th><th scope=\"col\" class=\"n\">" + (has_h ? "Unknowns" : "Numbers") + "</th><th scope=\"col\" class=\"n\">Error</th><th "
-                      "scope=\"col\" class=\"n\">Pairwise " + order_noun(series) + "</th>" +
-                      (has_value ? "<th scope=\"col\" class=\"n\">Value</th>" : "") +
+                      "</th><th scope=\"col\" class=\"n\">" + (has_h ? "Unknowns" : "Numbers") +
+                      "</th><th scope=\"col\" class=\"n\">Error</th><th "
+                      "scope=\"col\" class=\"n\">Pairwise " +
+                      order_noun(series) + "</th>" + (has_value ? "<th scope=\"col\" class=\"n\">Value</th>" : "") +
                       "<th scope=\"col\"></th></tr></thead>\n<tbody>" + body + "</tbody></table>",
                   "Levels of " + series.title);
 }
@@ -87,10 +95,12 @@ std::string level_table(const StudySeries& series) {
 std::string series_details(const StudySeries& series, std::size_t index) {
   std::string facts = "Error: " + escaped(series.error) + ". Reference: " + escaped(series.reference) + ".";
   if (series.error_floor && *series.error_floor > 0 && series.kind != "round_off")
-    facts += " Levels at or below " + scientific(series.error_floor) + " (" + escaped(series.floor) + ") are left out of the fit.";
+    facts += " Levels at or below " + scientific(series.error_floor) + " (" + escaped(series.floor) +
+             ") are left out of the fit.";
   if (series.asymptotic && series.expected_order)
-    facts += *series.asymptotic ? " The last two pairwise values agree within 15 %: the asymptotic range is reached."
-                                : " The last two pairwise values still differ by more than 15 %: the asymptotic range is not reached.";
+    facts += *series.asymptotic
+                 ? " The last two pairwise values agree within 15 %: the asymptotic range is reached."
+                 : " The last two pairwise values still differ by more than 15 %: the asymptotic range is not reached.";
   if (series.gci_fine) {
     facts += " Grid convergence index of the value on the three finest levels: " + rounded(100 * *series.gci_fine, 3) +
              " % at apparent order " + fixed(series.gci_order.value_or(0), 2) +
@@ -101,9 +111,9 @@ std::string series_details(const StudySeries& series, std::size_t index) {
     facts += ".";
   }
   return "<details class=\"body\" id=\"series-" + std::to_string(index) + "\"" + (index == 0 ? " open" : "") +
-         "><summary><h3>" + escaped(series.title) + "</h3><span class=\"shape\">" + escaped(series.verdict) + "</span>" +
-         pill(series.passed, series.counts) + "</summary>\n<p class=\"how\"><small>" + facts + "</small></p>\n" +
-         level_table(series) + "</details>\n";
+         "><summary><h3>" + escaped(series.title) + "</h3><span class=\"shape\">" + escaped(series.verdict) +
+         "</span>" + pill(series.passed, series.counts) + "</summary>\n<p class=\"how\"><small>" + facts +
+         "</small></p>\n" + level_table(series) + "</details>\n";
 }
 
 std::string claim_table(const StudyData& study) {
@@ -114,10 +124,12 @@ std::string claim_table(const StudyData& study) {
             number_cell(scientific(claim.tolerance)) + "</tr>\n";
   }
   if (body.empty()) return {};
-  return scrolled("<table><thead><tr><th scope=\"col\">Claim</th><th scope=\"col\">Verdict</th><th scope=\"col\" "
-                  "class=\"n\">Measured</th><th scope=\"col\" class=\"n\">Reference</th><th scope=\"col\" "
-                  "class=\"n\">Tolerance</th></tr></thead>\n<tbody>" + body + "</tbody></table>",
-                  "Claims");
+  return scrolled(
+      "<table><thead><tr><th scope=\"col\">Claim</th><th scope=\"col\">Verdict</th><th scope=\"col\" "
+      "class=\"n\">Measured</th><th scope=\"col\" class=\"n\">Reference</th><th scope=\"col\" "
+      "class=\"n\">Tolerance</th></tr></thead>\n<tbody>" +
+          body + "</tbody></table>",
+      "Claims");
 }
 
 std::string pictures(const StudyParts& parts) {
@@ -151,10 +163,13 @@ std::string study_key_figures(const StudyData& study) {
   if (!study.series.empty()) {
     const StudySeries& main = study.series.front();
     if (main.observed_order && main.expected_order)
-      key(capitalised("observed " + order_noun(main)), fixed(*main.observed_order, 2), "expected " + expected_words(main));
+      key(capitalised("observed " + order_noun(main)), fixed(*main.observed_order, 2),
+          "expected " + expected_words(main));
     key("Finest error", scientific(judged_error(main)), "allowed " + scientific(main.error_tolerance));
-    const auto n_counting = std::count_if(study.series.begin(), study.series.end(), [](const StudySeries& s) { return s.counts; });
-    const auto n_passed = std::count_if(study.series.begin(), study.series.end(), [](const StudySeries& s) { return s.counts && s.passed; });
+    const auto n_counting =
+        std::count_if(study.series.begin(), study.series.end(), [](const StudySeries& s) { return s.counts; });
+    const auto n_passed = std::count_if(study.series.begin(), study.series.end(),
+                                        [](const StudySeries& s) { return s.counts && s.passed; });
     key("Series passed", std::to_string(n_passed), "of " + std::to_string(n_counting));
     double largest = 0;
     for (const StudySeries& series : study.series) {
@@ -164,7 +179,8 @@ std::string study_key_figures(const StudyData& study) {
     }
     if (largest > 0) key("Largest system", fixed(largest, 0), "unknowns");
   }
-  const auto claims_passed = std::count_if(study.claims.begin(), study.claims.end(), [](const StudyClaim& c) { return c.passed; });
+  const auto claims_passed =
+      std::count_if(study.claims.begin(), study.claims.end(), [](const StudyClaim& c) { return c.passed; });
   key("Claims", std::to_string(claims_passed), "of " + std::to_string(study.claims.size()) + " hold");
   return "<dl class=\"keys\">" + html + "</dl>\n";
 }
@@ -184,9 +200,10 @@ std::vector<std::string> study_sentences(const StudyData& study) {
               (main.order_ci95 ? " (95 % interval " + interval_words(main) + ")" : "") + " where " +
               rounded(*main.expected_order, 3) + " is expected, down to <b>" + scientific(judged_error(main)) + "</b>.";
     } else if (!main.expected_order && judged_error(main) && main.levels.front().error) {
-      text += "the error goes from " + scientific(main.levels.front().error) + " to <b>" + scientific(judged_error(main)) + "</b> over its " +
-              std::to_string(main.levels.size()) + " levels" +
-              (main.error_tolerance ? ", " + scientific(main.error_tolerance) + " allowed" : "") + "; no order is claimed.";
+      text += "the error goes from " + scientific(main.levels.front().error) + " to <b>" +
+              scientific(judged_error(main)) + "</b> over its " + std::to_string(main.levels.size()) + " levels" +
+              (main.error_tolerance ? ", " + scientific(main.error_tolerance) + " allowed" : "") +
+              "; no order is claimed.";
     } else {
       text += escaped(main.verdict) + ".";
     }

@@ -14,9 +14,8 @@ namespace klang::reports::detail {
 namespace {
 
 std::string number_word(std::size_t n) {
-  static constexpr std::array<std::string_view, 13> kWords = {"no",   "one",    "two",   "three", "four",
-                                                              "five", "six",    "seven", "eight", "nine",
-                                                              "ten",  "eleven", "twelve"};
+  static constexpr std::array<std::string_view, 13> kWords = {
+      "no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve"};
   return n < kWords.size() ? std::string(kWords[n]) : std::to_string(n);
 }
 
@@ -47,8 +46,8 @@ std::string said(const Estimate& estimate) {
 }
 
 bool elastic(const std::string& name) {
-  return name == "youngs_modulus_pa" || name == "poissons_ratio" || name == "lame_lambda_pa" ||
-         name == "lame_mu_pa" || name == "shear_modulus_pa" || name == "bulk_modulus_pa";
+  return name == "youngs_modulus_pa" || name == "poissons_ratio" || name == "lame_lambda_pa" || name == "lame_mu_pa" ||
+         name == "shear_modulus_pa" || name == "bulk_modulus_pa";
 }
 bool damping(const std::string& name) {
   return name.starts_with("rayleigh_") || name == "loss_factor" || name.starts_with("zener_") ||
@@ -76,8 +75,8 @@ std::string the_specimens(const ResultData& data) {
 void say_material(const ResultData& data, std::vector<std::string>& sentences) {
   std::vector<std::string> found;
   std::vector<std::pair<std::string, std::vector<std::string>>> missing;  // why, and what
-  for (const char* name : {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa",
-                           "bulk_modulus_pa", "lame_lambda_pa"}) {
+  for (const char* name :
+       {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa", "bulk_modulus_pa", "lame_lambda_pa"}) {
     for (const Estimate& parameter : data.parameters) {
       if (parameter.name != name || !parameter.identifiable || !parameter.value) continue;
       if (found.size() < 3) found.push_back(said(parameter));
@@ -92,15 +91,18 @@ void say_material(const ResultData& data, std::vector<std::string>& sentences) {
     const Quantity name = quantity(parameter.name, parameter.value.value_or(1));
     std::string why = parameter.why;
     while (!why.empty() && (why.back() == '.' || why.back() == ' ')) why.pop_back();
-    const std::string words = "the " + escaped(name.words) + (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>");
-    const auto same = std::find_if(missing.begin(), missing.end(), [&](const auto& entry) { return entry.first == why; });
+    const std::string words =
+        "the " + escaped(name.words) + (name.symbol.empty() ? "" : " <span class=\"sym\">" + name.symbol + "</span>");
+    const auto same =
+        std::find_if(missing.begin(), missing.end(), [&](const auto& entry) { return entry.first == why; });
     if (same == missing.end()) {
       missing.push_back({why, {words}});
     } else {
       same->second.push_back(words);
     }
   }
-  const bool plural = std::count_if(data.specimens.begin(), data.specimens.end(), [](const Specimen& s) { return !s.predicted; }) > 1;
+  const bool plural =
+      std::count_if(data.specimens.begin(), data.specimens.end(), [](const Specimen& s) { return !s.predicted; }) > 1;
   if (!found.empty()) {
     sentences.push_back(the_specimens(data) +
                         (data.material.empty() ? "" : ", taken as " + escaped(data.material) + ",") +
@@ -124,13 +126,13 @@ void say_matches(const ResultData& data, bool predicted, std::vector<std::string
     if (specimen.predicted) names += (names.empty() ? "" : ", ") + escaped(specimen.name);
   }
   const std::string lead = predicted ? "A test: <b>" + names + "</b> took no part in the fit. Of " : "Of ";
-  sentences.push_back(
-      lead + counted(summary.n_partials, "measured partial", "measured partials") + ", " +
-      bold(std::to_string(summary.n_matched)) + (summary.n_matched == 1 ? " matches" : " match") +
-      (predicted ? " a mode that the fit predicts" : " a mode of the model") + ", with a root-mean-square deviation of " +
-      bold(rounded(summary.rms_cents, 2) + " cents") + "; the largest is " + escaped(signed_cents(worst.deviation_cents)) +
-      " cents (" + rounded(percent, 2) + " %) at " + escaped(hertz(worst.frequency_hz, worst.frequency_std_hz)) +
-      (data.specimens.size() > 1 ? " of " + escaped(worst.specimen) : "") + ".");
+  sentences.push_back(lead + counted(summary.n_partials, "measured partial", "measured partials") + ", " +
+                      bold(std::to_string(summary.n_matched)) + (summary.n_matched == 1 ? " matches" : " match") +
+                      (predicted ? " a mode that the fit predicts" : " a mode of the model") +
+                      ", with a root-mean-square deviation of " + bold(rounded(summary.rms_cents, 2) + " cents") +
+                      "; the largest is " + escaped(signed_cents(worst.deviation_cents)) + " cents (" +
+                      rounded(percent, 2) + " %) at " + escaped(hertz(worst.frequency_hz, worst.frequency_std_hz)) +
+                      (data.specimens.size() > 1 ? " of " + escaped(worst.specimen) : "") + ".");
 }
 
 void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
@@ -152,8 +154,8 @@ void say_damping(const ResultData& data, std::vector<std::string>& sentences) {
   }
   if (!values.empty()) sentence += ", with " + list_of(values);
   if (best->rms_relative_residual)
-    sentence += "; its decays lie " + rounded(100 * *best->rms_relative_residual, 2) +
-                " % (rms) from the measured ones";
+    sentence +=
+        "; its decays lie " + rounded(100 * *best->rms_relative_residual, 2) + " % (rms) from the measured ones";
   sentences.push_back(sentence + ".");
 }
 
@@ -178,8 +180,7 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
     }
     if (data.status != "converged") {
       sentences.push_back(
-          std::string(
-              "The solver did not converge; the numbers on this page are its last state, not a result.") +
+          std::string("The solver did not converge; the numbers on this page are its last state, not a result.") +
           (data.message.empty() ? "" : " " + escaped(data.message)));
     }
     say_material(data, sentences);
@@ -198,11 +199,10 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
     const auto loudest = std::max_element(
         body.partials.begin(), body.partials.end(),
         [](const Partial& a, const Partial& b) { return a.amplitude.value_or(0) < b.amplitude.value_or(0); });
-    const auto [lowest, highest] = std::minmax_element(
-        body.partials.begin(), body.partials.end(),
-        [](const Partial& a, const Partial& b) { return a.frequency_hz < b.frequency_hz; });
-    std::string sentence =
-        "The recording holds " + bold(counted(body.partials.size(), "partial", "partials"));
+    const auto [lowest, highest] =
+        std::minmax_element(body.partials.begin(), body.partials.end(),
+                            [](const Partial& a, const Partial& b) { return a.frequency_hz < b.frequency_hz; });
+    std::string sentence = "The recording holds " + bold(counted(body.partials.size(), "partial", "partials"));
     if (body.partials.size() > 1)
       sentence += " from " + escaped(hertz(lowest->frequency_hz, lowest->frequency_std_hz)) + " to " +
                   escaped(hertz(highest->frequency_hz, highest->frequency_std_hz));
@@ -220,12 +220,10 @@ std::vector<std::string> summary_sentences(const ResultData& data) {
     return sentences;
   }
   if (!body.modes.empty()) {
-    sentences.push_back("The body has " + bold(counted(body.modes.size(), "elastic mode", "elastic modes")) +
-                        " from " + escaped(hertz(body.modes.front().frequency_hz)) + " to " +
-                        escaped(hertz(body.modes.back().frequency_hz)) +
-                        (body.none_missing.value_or(false)
-                             ? "; a Sturm count proves that none between them is missing."
-                             : "."));
+    sentences.push_back(
+        "The body has " + bold(counted(body.modes.size(), "elastic mode", "elastic modes")) + " from " +
+        escaped(hertz(body.modes.front().frequency_hz)) + " to " + escaped(hertz(body.modes.back().frequency_hz)) +
+        (body.none_missing.value_or(false) ? "; a Sturm count proves that none between them is missing." : "."));
   }
   return sentences;
 }
@@ -241,21 +239,27 @@ Verdict verdict(const ResultData& data) {
     const auto missed = static_cast<std::size_t>(std::count_if(data.study.claims.begin(), data.study.claims.end(),
                                                                [](const StudyClaim& claim) { return !claim.passed; }));
     if (missed > 0) {
-      result.details = std::to_string(missed) + " of " + counted(data.study.claims.size(), "claim", "claims") + " not met";
+      result.details =
+          std::to_string(missed) + " of " + counted(data.study.claims.size(), "claim", "claims") + " not met";
     } else if (!data.study.series.empty()) {
       result.details = data.study.series.front().verdict;
     }
     return result;
   }
   if (data.kind == "proxy_study") return {"Done", "good", counted(data.proxy_study.pieces.size(), "piece", "pieces")};
-  if (data.kind == "papers") return {data.status == "passed" ? "Passed" : "Not passed", data.status == "passed" ? "good" : "bad", data.message};
-  if (data.kind == "proxy_fit") return {data.proxy.improved ? "Improved" : "Start kept", data.proxy.improved ? "good" : "fair", data.message};
+  if (data.kind == "papers")
+    return {data.status == "passed" ? "Passed" : "Not passed", data.status == "passed" ? "good" : "bad", data.message};
+  if (data.kind == "proxy_fit")
+    return {data.proxy.improved ? "Improved" : "Start kept", data.proxy.improved ? "good" : "fair", data.message};
   if (data.kind == "regression") {
-    return {data.status == "passed" ? "Passed" : data.status == "nothing_judged" ? "Nothing could be judged" : "Not passed",
+    return {data.status == "passed"           ? "Passed"
+            : data.status == "nothing_judged" ? "Nothing could be judged"
+                                              : "Not passed",
             data.status == "passed" ? "good" : "bad", data.message};
   }
   if (data.kind == "bubbles") {
-    const auto n = static_cast<std::size_t>(std::count_if(data.bubbles.rows.begin(), data.bubbles.rows.end(), [](const BubbleRow& row) { return row.is_bubble; }));
+    const auto n = static_cast<std::size_t>(std::count_if(data.bubbles.rows.begin(), data.bubbles.rows.end(),
+                                                          [](const BubbleRow& row) { return row.is_bubble; }));
     return {n > 0 ? capitalised(counted(n, "bubble", "bubbles")) : "No bubble", n > 0 ? "good" : "fair", ""};
   }
   if (data.kind == "fit") {
@@ -275,12 +279,13 @@ Verdict verdict(const ResultData& data) {
       return result;
     }
     const MatchSummary summary = match_summary(data, false);
-    result.details = std::to_string(summary.n_matched) + " of " + std::to_string(summary.n_partials) + " partials matched";
+    result.details =
+        std::to_string(summary.n_matched) + " of " + std::to_string(summary.n_partials) + " partials matched";
     if (summary.worst)
       result.details += ", none further than " + rounded(std::abs(summary.worst->deviation_cents), 2) + " cents";
     if (data.n_iterations)
-      result.details += "; " + counted(static_cast<std::size_t>(std::max(0.0, *data.n_iterations)),
-                                       "solver step", "solver steps");
+      result.details +=
+          "; " + counted(static_cast<std::size_t>(std::max(0.0, *data.n_iterations)), "solver step", "solver steps");
     return result;
   }
   const bool good = data.status == "ok" || data.status == "converged" || data.status.empty();

@@ -13,8 +13,8 @@ constexpr std::string_view kThinSpace = "\u202f";
 
 std::string plain_fixed(double value, int decimals) {
   std::array<char, 400> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                 std::chars_format::fixed, std::clamp(decimals, 0, 12));
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::fixed,
+                                 std::clamp(decimals, 0, 12));
   return {buffer.data(), end.ptr};
 }
 
@@ -73,10 +73,16 @@ struct Suffix {
   bool prefixed;
 };
 // Longest first: "_per_s" before "_s".
-constexpr Suffix kSuffixes[] = {
-    {"_n_s_per_m", "N s/m", false}, {"_kg_m3", "kg/m³", false}, {"_per_s", "1/s", false}, {"_cents", "cents", false},
-    {"_rad", "rad", false},     {"_hz", "Hz", true},      {"_kg", "g", true},
-    {"_pa", "Pa", true},        {"_m", "m", true},        {"_s", "s", true}};
+constexpr Suffix kSuffixes[] = {{"_n_s_per_m", "N s/m", false},
+                                {"_kg_m3", "kg/m³", false},
+                                {"_per_s", "1/s", false},
+                                {"_cents", "cents", false},
+                                {"_rad", "rad", false},
+                                {"_hz", "Hz", true},
+                                {"_kg", "g", true},
+                                {"_pa", "Pa", true},
+                                {"_m", "m", true},
+                                {"_s", "s", true}};
 
 /// Engineering prefix that leaves 1 to 1000 before the point.
 void add_prefix(double magnitude, Quantity& quantity) {
@@ -143,8 +149,7 @@ std::string rounded(double value, int digits) {
     return with_true_minus(text);
   }
   const double mantissa = value / std::pow(10.0, exponent);
-  static constexpr std::array<std::string_view, 10> kSuper = {"⁰", "¹", "²", "³", "⁴",
-                                                              "⁵", "⁶", "⁷", "⁸", "⁹"};
+  static constexpr std::array<std::string_view, 10> kSuper = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
   std::string power = exponent < 0 ? "⁻" : "";
   for (const char c : std::to_string(std::abs(exponent))) power += kSuper[static_cast<std::size_t>(c - '0')];
   return rounded(mantissa, digits) + std::string(kThinSpace) + "×" + std::string(kThinSpace) + "10" + power;
@@ -220,9 +225,7 @@ ShownEstimate shown(const Estimate& estimate) {
   const double factor = result.quantity.factor;
   const bool has_std = estimate.std && *estimate.std > 0;
   const int decimals = has_std ? decimals_for(*estimate.std * factor) : -1;
-  const auto text = [&](double si) {
-    return has_std ? fixed(si * factor, decimals) : rounded(si * factor, 5);
-  };
+  const auto text = [&](double si) { return has_std ? fixed(si * factor, decimals) : rounded(si * factor, 5); };
   result.value = estimate.value ? text(value) : "—";
   if (has_std) result.std = text(*estimate.std);
   if (estimate.ci95) {
@@ -251,8 +254,9 @@ std::string damping_words(std::string_view model) {
   if (model == "mass_only") return "mass only";
   if (model == "stiffness_only") return "stiffness only";
   if (model == "zener") return "Zener";
-  for (const auto& [suffix, words] : {std::pair<std::string_view, const char*>{"_and_mount", " and mounts"},
-                                      std::pair<std::string_view, const char*>{"_and_radiation", " beside radiation"}}) {
+  for (const auto& [suffix, words] :
+       {std::pair<std::string_view, const char*>{"_and_mount", " and mounts"},
+        std::pair<std::string_view, const char*>{"_and_radiation", " beside radiation"}}) {
     if (model.size() > suffix.size() && model.ends_with(suffix))
       return damping_words(model.substr(0, model.size() - suffix.size())) + words;
   }
@@ -279,8 +283,8 @@ std::string counted(std::size_t n, std::string_view singular, std::string_view p
 std::string file_stem(std::string_view name) {
   std::string stem;
   for (const char c : name.substr(0, 60)) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '-' || c == '_' || c == '.';
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
     stem += plain ? c : '_';
   }
   while (!stem.empty() && stem.front() == '.') stem.erase(stem.begin());

@@ -53,7 +53,8 @@ TEST(EquivalentSources, OneMonopoleAtTheSourceIsExact) {
 TEST(EquivalentSources, FitAtTheCentreAgreesWithTheIntegral) {
   const double k = 50.0;  // ka = 5
   const SurfaceField field = sphere_with_monopole(k, {0.03, -0.02, 0.05});
-  const EquivalentSources fit = fit_equivalent_sources(field, k, kAir, {Eigen::Vector3d::Zero()}, {.order = 16, .regularisation = 1e-13});
+  const EquivalentSources fit =
+      fit_equivalent_sources(field, k, kAir, {Eigen::Vector3d::Zero()}, {.order = 16, .regularisation = 1e-13});
   const Eigen::VectorXcd integral = multipole_coefficients(field, k, kAir, Eigen::Vector3d::Zero(), 8);
   EXPECT_LE((fit.sources[0].coefficients_pa.head(integral.size()) - integral).norm(), 1e-5 * integral.norm());
 }
@@ -71,7 +72,8 @@ TEST(EquivalentSources, ErrorsFallWithOrderAndAreThoseOfTheFieldOutside) {
     double error = 0.0;
     for (Eigen::Index i = 0; i < rule.weights.size(); ++i) {
       const Eigen::Vector3d s = rule.directions.col(i);
-      error += rule.weights[i] * std::norm(far_field_pa_m(fit.sources, s) - std::polar(1.0, k * s.dot(Eigen::Vector3d(0.03, -0.02, 0.05))));
+      error += rule.weights[i] * std::norm(far_field_pa_m(fit.sources, s) -
+                                           std::polar(1.0, k * s.dot(Eigen::Vector3d(0.03, -0.02, 0.05))));
     }
     EXPECT_LE(std::abs(std::sqrt(error / (4 * kPi)) - before), 1e-6 + 1e-6 * before) << order;
   }
@@ -83,19 +85,23 @@ TEST(EquivalentSources, SeveralPointsServeAnOblongBodyBetterThanOneOfAsManyTerms
   const double k = 60.0;
   SurfaceField field = ellipsoid_points({0.04, 0.05, 0.2}, 40);
   const ExactField one = monopole_field({0.01, 0.0, 0.15}, k), two = monopole_field({0.0, -0.02, -0.14}, k, {0.3, 0.8});
-  set_field(field, [&](const Eigen::Vector3d& x, Eigen::Vector3cd& gradient) {
-    Eigen::Vector3cd other;
-    const Complex p = one(x, gradient) + two(x, other);
-    gradient += other;
-    return p;
-  }, k, kAir);
+  set_field(
+      field,
+      [&](const Eigen::Vector3d& x, Eigen::Vector3cd& gradient) {
+        Eigen::Vector3cd other;
+        const Complex p = one(x, gradient) + two(x, other);
+        gradient += other;
+        return p;
+      },
+      k, kAir);
   const EquivalentSources single = fit_equivalent_sources(field, k, kAir, {Eigen::Vector3d::Zero()}, {.order = 7});
   const std::vector<Eigen::Vector3d> points = inner_points(field, 16);
   ASSERT_EQ(points.size(), 16u);
   const EquivalentSources several = fit_equivalent_sources(field, k, kAir, points, {.order = 1});
   EXPECT_LE(several.far_field_error.value(), 0.3 * single.far_field_error.value());
   // Also better than the integral's multipole cut at order 7, whose far-field error is the root of the lost power.
-  const Multipole cut = {Eigen::Vector3d::Zero(), k, 7, multipole_coefficients(field, k, kAir, Eigen::Vector3d::Zero(), 7)};
+  const Multipole cut = {Eigen::Vector3d::Zero(), k, 7,
+                         multipole_coefficients(field, k, kAir, Eigen::Vector3d::Zero(), 7)};
   const double lost = 1.0 - radiated_power_w(cut, kAir) / surface_power_w(field);
   EXPECT_LE(several.far_field_error.value(), 0.5 * std::sqrt(lost));
 }

@@ -51,7 +51,8 @@ TEST(SphericalHarmonics, AreOrthonormalToOrder60) {
       rows.col(static_cast<Eigen::Index>(j)) += sphere.weights_m2[i] * std::conj(y[basis_index(n, m)]) * y;
     }
   }
-  for (std::size_t j = 0; j < std::size(chosen); ++j) rows(basis_index(chosen[j].first, chosen[j].second), static_cast<Eigen::Index>(j)) -= 1.0;
+  for (std::size_t j = 0; j < std::size(chosen); ++j)
+    rows(basis_index(chosen[j].first, chosen[j].second), static_cast<Eigen::Index>(j)) -= 1.0;
   EXPECT_LE(rows.cwiseAbs().maxCoeff(), 1e-12);
 }
 
@@ -61,8 +62,10 @@ TEST(SphericalHarmonics, AdditionTheoremHoldsAtThePolesAndBesideThem) {
   const SphericalHarmonics harmonics(kOrder);
   Eigen::VectorXcd y(basis_size(kOrder));
   Eigen::MatrixXcd gradients(basis_size(kOrder), 3);
-  for (const Eigen::Vector3d& s : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1e-9, 0, 1).normalized(),
-                                   Eigen::Vector3d(1e-4, 2e-4, -1).normalized(), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0.3, -0.5, 0.2).normalized()}) {
+  for (const Eigen::Vector3d& s :
+       {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1e-9, 0, 1).normalized(),
+        Eigen::Vector3d(1e-4, 2e-4, -1).normalized(), Eigen::Vector3d(1, 0, 0),
+        Eigen::Vector3d(0.3, -0.5, 0.2).normalized()}) {
     harmonics.evaluate(s, y.data(), gradients);
     for (int n = 0; n <= kOrder; ++n) {
       const auto part = y.segment(basis_index(n, -n), 2 * n + 1);
@@ -87,7 +90,8 @@ TEST_P(BasisGradient, LadderEqualsProductRule) {
   Eigen::MatrixX3cd gradients;
   Eigen::MatrixXcd tangent(basis_size(kOrder), 3);
   for (const double r : {0.02, 0.3, 2.0, 7.0}) {
-    for (Eigen::Vector3d s : {random_direction(random), random_direction(random), Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1)}) {
+    for (Eigen::Vector3d s :
+         {random_direction(random), random_direction(random), Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1)}) {
       const double k = 9.0, x = k * r;
       basis.values_and_gradients(GetParam(), k, r * s, values, gradients);
       harmonics.evaluate(s, y.data(), tangent);
@@ -102,7 +106,8 @@ TEST_P(BasisGradient, LadderEqualsProductRule) {
         const double scale = k * (std::abs(slope[un]) + n * std::abs(f[un]) / x) * std::sqrt(2.0 * n + 1.0);
         for (int m = -n; m <= n; ++m) {
           const Eigen::Index i = basis_index(n, m);
-          const Eigen::RowVector3cd exact = k * slope[un] * y[i] * s.transpose().cast<Complex>() + f[un] / r * tangent.row(i);
+          const Eigen::RowVector3cd exact =
+              k * slope[un] * y[i] * s.transpose().cast<Complex>() + f[un] / r * tangent.row(i);
           EXPECT_LE((gradients.row(i) - exact).norm(), 1e-11 * scale) << n << " " << m << " r " << r;
           // scale / k: where f passes through zero, an error of x in its last place is felt through f'.
           EXPECT_LE(std::abs(values[i] - f[un] * y[i]), 1e-14 * (x + 1.0) * scale / k) << n << " " << m << " r " << r;

@@ -55,8 +55,7 @@ struct Errors {
 
 Errors source_errors(const HelmholtzBem& solver, double k, const Vector3d& source) {
   const RadiatingSurface& surface = solver.surface();
-  const BemResult result =
-      solver.solve(frequency_of(k), solver.from_triangles(source_velocity(surface, k, source)));
+  const BemResult result = solver.solve(frequency_of(k), solver.from_triangles(source_velocity(surface, k, source)));
   EXPECT_TRUE(result.usable()) << result.message;
   Eigen::Matrix3Xd points(3, 24);
   for (int i = 0; i < 24; ++i) {

@@ -70,10 +70,10 @@ TEST(Multipole, PaperRuleLosesThePowerThatTheReferenceSays) {
   for (const ReferenceTruncation& row : kReferenceTruncations) {
     const double d = 0.1, k = row.kd / d;
     const Multipole whole{Eigen::Vector3d::Zero(), k, 40, [&] {
-      Eigen::VectorXcd r;
-      HelmholtzBasis(40).values(Wave::kRegular, k, {0.0, 0.6 * d, 0.8 * d}, r);
-      return r.conjugate().eval();
-    }()};
+                            Eigen::VectorXcd r;
+                            HelmholtzBasis(40).values(Wave::kRegular, k, {0.0, 0.6 * d, 0.8 * d}, r);
+                            return r.conjugate().eval();
+                          }()};
     const double all = radiated_power_w(whole, kAir);
     OrderOptions options;
     options.paper_rule = true;
@@ -92,7 +92,8 @@ TEST(Multipole, PaperRuleLosesThePowerThatTheReferenceSays) {
 TEST(Multipole, EllipsoidWithInnerSourcesRadiatesTheExactField) {
   const double k = 40.0;
   SurfaceField field = ellipsoid_points({0.06, 0.09, 0.12}, 60);
-  const ExactField one = monopole_field({0.01, -0.04, 0.05}, k, {1.0, 0.5}), two = monopole_field({-0.02, 0.03, -0.06}, k, {0.0, -1.2});
+  const ExactField one = monopole_field({0.01, -0.04, 0.05}, k, {1.0, 0.5}),
+                   two = monopole_field({-0.02, 0.03, -0.06}, k, {0.0, -1.2});
   const ExactField sum = [&](const Eigen::Vector3d& x, Eigen::Vector3cd& gradient) {
     Eigen::Vector3cd other;
     const Complex p = one(x, gradient) + two(x, other);
@@ -103,7 +104,8 @@ TEST(Multipole, EllipsoidWithInnerSourcesRadiatesTheExactField) {
   OrderOptions options;
   options.fixed_order = 30;
   const Multipole m = multipole_from_surface(field, k, kAir, {0.0, 0.01, 0.0}, options).multipole;
-  for (const Eigen::Vector3d& x : {Eigen::Vector3d(0.3, 0.1, -0.2), Eigen::Vector3d(0.0, 0.0, 0.4), Eigen::Vector3d(-1.0, 2.0, 0.5)}) {
+  for (const Eigen::Vector3d& x :
+       {Eigen::Vector3d(0.3, 0.1, -0.2), Eigen::Vector3d(0.0, 0.0, 0.4), Eigen::Vector3d(-1.0, 2.0, 0.5)}) {
     Eigen::Vector3cd exact_gradient, gradient;
     const Complex exact = sum(x, exact_gradient), p = pressure_pa(m, x, gradient);
     EXPECT_LE(std::abs(p - exact), 1e-8 * std::abs(exact));
@@ -125,7 +127,8 @@ TEST(Multipole, FarFieldPowerIsTheSumOfSquares) {
   const Multipole m = multipole_from_surface(field, k, kAir, Eigen::Vector3d::Zero()).multipole;
   const SurfaceField unit = ellipsoid_points(Eigen::Vector3d::Ones(), 30);
   double power = 0.0;
-  for (Eigen::Index i = 0; i < unit.points_m.cols(); ++i) power += unit.weights_m2[i] * std::norm(far_field_pa_m(m, unit.points_m.col(i)));
+  for (Eigen::Index i = 0; i < unit.points_m.cols(); ++i)
+    power += unit.weights_m2[i] * std::norm(far_field_pa_m(m, unit.points_m.col(i)));
   power /= 2 * kAir.density_kg_m3 * kAir.sound_speed_m_s;
   EXPECT_LE(std::abs(power - radiated_power_w(m, kAir)), 1e-12 * power);
 }

@@ -119,8 +119,8 @@ TEST(Radiate, ModesOfABallMatchTheExactSphere) {
     const SphereCase sphere{mode, kRadius, ka[static_cast<std::size_t>(mode)], 4};
     const std::complex<double> exact = sphere_coefficient_pa(sphere, {});
     EXPECT_LE(std::abs(transfer.multipole.coefficients_pa[mode * (mode + 1)] - exact), 0.01 * std::abs(exact)) << mode;
-    const double power = 2.0 * klang::kPi * kRadius * kRadius / (2 * mode + 1) *
-                         sphere_impedance(mode, sphere.ka, {}).real();
+    const double power =
+        2.0 * klang::kPi * kRadius * kRadius / (2 * mode + 1) * sphere_impedance(mode, sphere.ka, {}).real();
     EXPECT_LE(std::abs(transfer.radiated_power_w / power - 1.0), 0.02) << mode;
     EXPECT_EQ(transfer.decay_radiation_per_s, transfer.radiated_power_w);
     EXPECT_GE(transfer.kept_power_fraction, 0.999);
@@ -145,8 +145,8 @@ TEST(Radiate, StoppedRunGoesOnToTheSameBits) {
   ASSERT_GE(finished.size(), 1u);
   ASSERT_LT(finished.size(), 4u);
   std::set<int> fresh;
-  const RadiateResult rest =
-      radiate(model, options, klang::silent_monitor(), finished, [&](const ModeTransfer& mode) { fresh.insert(mode.mode); });
+  const RadiateResult rest = radiate(model, options, klang::silent_monitor(), finished,
+                                     [&](const ModeTransfer& mode) { fresh.insert(mode.mode); });
   EXPECT_EQ(fresh.size() + finished.size(), 4u);
   ASSERT_EQ(rest.transfer.modes.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i)

@@ -19,7 +19,8 @@ inline void gauss_legendre(int n, Eigen::VectorXd& x, Eigen::VectorXd& w) {
 }
 
 // An ellipsoid with the given half axes and n x 2n points; spectrally exact for smooth fields.
-inline SurfaceField ellipsoid_points(const Eigen::Vector3d& axes_m, int n, const Eigen::Vector3d& centre_m = Eigen::Vector3d::Zero()) {
+inline SurfaceField ellipsoid_points(const Eigen::Vector3d& axes_m, int n,
+                                     const Eigen::Vector3d& centre_m = Eigen::Vector3d::Zero()) {
   Eigen::VectorXd z, w;
   gauss_legendre(n, z, w);
   SurfaceField field;

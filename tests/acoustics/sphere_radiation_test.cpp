@@ -43,7 +43,8 @@ const Row kRows[] = {{0.1, 0, 0.09950371902099892, {14.568032367670732, 0.004827
 TEST(SphereRadiation, ClosedFormsAgreeWithTheReference) {
   const Medium air;
   for (const Row& row : kRows) {
-    const double modulus = std::abs(sphere_impedance(row.degree, row.ka, air)) / (air.density_kg_m3 * air.sound_speed_m_s);
+    const double modulus =
+        std::abs(sphere_impedance(row.degree, row.ka, air)) / (air.density_kg_m3 * air.sound_speed_m_s);
     EXPECT_LE(std::abs(modulus - row.surface_modulus), 1e-12 * row.surface_modulus) << row.ka;
     const Complex coefficient = sphere_coefficient_pa({row.degree, 0.05, row.ka, 10}, air);
     EXPECT_LE(std::abs(coefficient - row.coefficient_pa), 1e-11 * std::abs(row.coefficient_pa)) << row.ka;
@@ -72,8 +73,10 @@ TEST(SphereRadiation, PressureErrorFallsAtOrderTwo) {
     for (const int divisions : {4, 8, 12}) {
       const double error = solved(degree, 1.0, divisions).surface_pressure_relative_error;
       if (before > 0.0) {
-        EXPECT_GE(std::log(before / error) / std::log(divisions / coarser), 1.7) << "degree " << degree << ", " << divisions << " divisions";
-        EXPECT_LE(std::log(before / error) / std::log(divisions / coarser), 2.3) << "degree " << degree << ", " << divisions << " divisions";
+        EXPECT_GE(std::log(before / error) / std::log(divisions / coarser), 1.7)
+            << "degree " << degree << ", " << divisions << " divisions";
+        EXPECT_LE(std::log(before / error) / std::log(divisions / coarser), 2.3)
+            << "degree " << degree << ", " << divisions << " divisions";
       }
       before = error;
       coarser = divisions;

@@ -13,8 +13,9 @@ namespace {
 constexpr int kOrder = 60;
 
 std::vector<double> arguments() {
-  std::vector<double> x = {1e-3, 1e-2, 0.1, 0.5, 0.999999, 1.0, 2.0, 3.141592653589793, 4.493409457909064, 10.0, 20.0, 20.5,
-                           59.0, 59.999, 60.0, 60.001, 61.0, 100.0, 199.9, 200.0};
+  std::vector<double> x = {
+      1e-3,   1e-2, 0.1,    0.5,  0.999999, 1.0,   2.0,  3.141592653589793, 4.493409457909064, 10.0, 20.0, 20.5, 59.0,
+      59.999, 60.0, 60.001, 61.0, 100.0,    199.9, 200.0};
   for (int i = 1; i < 60; ++i) x.push_back(200.0 * i / 60.0 + 0.0173 * i);
   return x;
 }
@@ -39,7 +40,8 @@ TEST(SphericalBessel, YMatchesBoostToOrder60FromArgument1e3To200) {
     for (unsigned n = 0; n <= kOrder; ++n) {
       const double exact = boost::math::sph_neumann(n, x);
       EXPECT_TRUE(std::isfinite(y[n]));
-      EXPECT_LE(std::abs(y[n] - exact), 2e-13 * std::hypot(exact, boost::math::sph_bessel(n, x))) << "n " << n << " x " << x;
+      EXPECT_LE(std::abs(y[n] - exact), 2e-13 * std::hypot(exact, boost::math::sph_bessel(n, x)))
+          << "n " << n << " x " << x;
     }
   }
 }

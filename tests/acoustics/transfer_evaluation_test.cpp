@@ -30,7 +30,8 @@ Eigen::Matrix3Xd listeners(int n, std::uint64_t seed) {
 class Evaluation : public testing::TestWithParam<bool> {};
 
 TEST_P(Evaluation, EqualsTheSumOfMultipolesTo1e12) {
-  const TransferModel model = random_transfer({4, 4, 7, 60, 5, 33, 12, 0, 1, 58, 20, 21, 22, 23, 24, 25, 26, 40}, 41, GetParam());
+  const TransferModel model =
+      random_transfer({4, 4, 7, 60, 5, 33, 12, 0, 1, 58, 20, 21, 22, 23, 24, 25, 26, 40}, 41, GetParam());
   const Eigen::Matrix3Xd x = listeners(23, 42);
   Eigen::MatrixXcd p;
   TransferEvaluator(model).evaluate(x, p);
@@ -74,7 +75,10 @@ TEST(TransferEvaluation, EightThreadsOnOneEvaluatorAgree) {
   evaluator.evaluate(x, expected);
   std::vector<Eigen::MatrixXcd> found(8);
   std::vector<std::thread> threads;
-  for (auto& p : found) threads.emplace_back([&] { for (int i = 0; i < 20; ++i) evaluator.evaluate(x, p); });
+  for (auto& p : found)
+    threads.emplace_back([&] {
+      for (int i = 0; i < 20; ++i) evaluator.evaluate(x, p);
+    });
   for (auto& thread : threads) thread.join();
   for (const auto& p : found) EXPECT_EQ((p - expected).cwiseAbs().maxCoeff(), 0.0);
 }
@@ -85,7 +89,8 @@ TEST(TransferEvaluation, LowModesNearTheBodyStayFinite) {
   model.modes[1].multipole.wavenumber_per_m = 0.37;
   Eigen::MatrixXcd p;
   TransferEvaluator(model).evaluate(model.modes[0].multipole.centre_m + Eigen::Vector3d(0.0, 0.002, 0.0), p);
-  const auto expected = pressure_pa(model.modes[1].multipole, model.modes[0].multipole.centre_m + Eigen::Vector3d(0.0, 0.002, 0.0));
+  const auto expected =
+      pressure_pa(model.modes[1].multipole, model.modes[0].multipole.centre_m + Eigen::Vector3d(0.0, 0.002, 0.0));
   EXPECT_LE(std::abs(p(1, 0) - expected), 1e-12 * std::abs(expected));
 }
 

@@ -56,7 +56,8 @@ TEST(TransferModelFile, DamagedFilesAreInputErrors) {
   write_transfer_model(path, random_transfer({3, 5}, 22));
   const std::string bytes = read_file(path);
   for (const double share : {0.0, 0.1, 0.5, 0.9}) {
-    write_file(broken, std::string_view(bytes).substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
+    write_file(broken,
+               std::string_view(bytes).substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
     EXPECT_THROW(read_transfer_model(broken), InputError) << share;
   }
   // Headers that lie: more points than the file could hold, and another number than its arrays have.

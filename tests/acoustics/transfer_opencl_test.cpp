@@ -47,7 +47,8 @@ Error largest_error(const TransferModel& model, Precision precision, const Eigen
 
 class OpenCl : public testing::TestWithParam<bool> {
  protected:
-  TransferModel model = random_transfer({4, 4, 7, 60, 5, 33, 12, 0, 1, 58, 20, 21, 22, 23, 24, 25, 26, 40}, 61, GetParam());
+  TransferModel model =
+      random_transfer({4, 4, 7, 60, 5, 33, 12, 0, 1, 58, 20, 21, 22, 23, 24, 25, 26, 40}, 61, GetParam());
 };
 INSTANTIATE_TEST_SUITE_P(Centres, OpenCl, testing::Values(true, false));
 
@@ -103,7 +104,8 @@ TEST(OpenClTransfer, UnknownDeviceIsBadInputThatNamesTheKnown) {
 }
 
 TEST(OpenClDevices, AreChosenByIndexAndByPartOfTheName) {
-  const std::vector<OpenClDevice> devices = {{"A", "Quick GPU", "gpu"}, {"Portable Computing Language", "pthread-cpu", "cpu"}};
+  const std::vector<OpenClDevice> devices = {{"A", "Quick GPU", "gpu"},
+                                             {"Portable Computing Language", "pthread-cpu", "cpu"}};
   EXPECT_EQ(chosen_device(devices, ""), 1u);
   EXPECT_EQ(chosen_device(devices, "0"), 0u);
   EXPECT_EQ(chosen_device(devices, "quick"), 0u);

@@ -21,11 +21,14 @@ inline TransferModel random_transfer(const std::vector<int>& orders, std::uint64
     mode.frequency_hz = ka / 0.1 * model.medium.sound_speed_m_s / (2 * kPi);
     mode.multipole.order = orders[i];
     mode.multipole.centre_m = {0.01, -0.02, 0.03};
-    if (!one_centre) mode.multipole.centre_m += 0.01 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    if (!one_centre)
+      mode.multipole.centre_m +=
+          0.01 * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
     mode.multipole.coefficients_pa.resize(basis_size(orders[i]));
     for (int n = 0; n <= orders[i]; ++n) {
       const double size = n > ka ? std::pow(ka / n, n) : 1.0;
-      for (int m = -n; m <= n; ++m) mode.multipole.coefficients_pa[basis_index(n, m)] = {size * random.normal(), size * random.normal()};
+      for (int m = -n; m <= n; ++m)
+        mode.multipole.coefficients_pa[basis_index(n, m)] = {size * random.normal(), size * random.normal()};
     }
     mode.radiated_power_w = random.uniform(0.0, 1.0);
     mode.decay_radiation_per_s = mode.radiated_power_w;

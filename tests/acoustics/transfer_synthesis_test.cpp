@@ -56,7 +56,8 @@ ListenerPath line(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double
 }
 
 TransferSynthesisResult render(const Body& body, const ListenerPath& path, const TransferSynthesisOptions& options) {
-  TransferSynthesisResult result = synthesise_at_ears(body.model, body.transfer, body.decay_per_s, body.strikes, path, options);
+  TransferSynthesisResult result =
+      synthesise_at_ears(body.model, body.transfer, body.decay_per_s, body.strikes, path, options);
   EXPECT_EQ(result.status, TransferSynthesisResult::Status::kDone);
   return result;
 }
@@ -76,12 +77,14 @@ Complex partial(const Eigen::VectorXd& x, double frequency_hz, double decay, Eig
 TEST(TransferSynthesis, OneEarAtRestIsTheModulusTimesOmegaTimesEachMode) {
   const Body body = body_of({300.0, 1234.5, 7000.0}, 5.0, 6);
   const Eigen::Vector3d x(0.7, -0.5, 0.4);
-  const TransferSynthesisResult result = render(body, listener_at(x, {}, {}), {.sample_rate_hz = kRate, .duration_s = 0.5});
+  const TransferSynthesisResult result =
+      render(body, listener_at(x, {}, {}), {.sample_rate_hz = kRate, .duration_s = 0.5});
   Eigen::VectorXd expected = Eigen::VectorXd::Zero(24000);
   for (std::size_t i = 0; i < 3; ++i) {
     const double omega = body.model.angular_frequency_rad_s[static_cast<Eigen::Index>(i)];
     const double gain = std::abs(pressure_pa(body.transfer.modes[i].multipole, x)) * omega;
-    expected += modal::render({{omega, 5.0, gain}}, {{0.0, Eigen::VectorXd::Constant(1, 1.0 + static_cast<double>(i)), 0.0}}, kRate, 24000);
+    expected += modal::render({{omega, 5.0, gain}},
+                              {{0.0, Eigen::VectorXd::Constant(1, 1.0 + static_cast<double>(i)), 0.0}}, kRate, 24000);
   }
   EXPECT_LE((result.sound_pa.samples.col(0) - expected).cwiseAbs().maxCoeff(), 1e-11 * expected.cwiseAbs().maxCoeff());
   EXPECT_EQ(result.n_modes_heard, 3);
@@ -90,21 +93,26 @@ TEST(TransferSynthesis, OneEarAtRestIsTheModulusTimesOmegaTimesEachMode) {
 TEST(TransferSynthesis, DelayShiftsTheSoundByDistanceOverSpeed) {
   Body body = body_of({440.0, 2345.0}, 3.0, 2);
   body.transfer.medium.sound_speed_m_s = 340.0;
-  for (ModeTransfer& mode : body.transfer.modes) mode.multipole.wavenumber_per_m = body.transfer.medium.wavenumber_per_m(mode.frequency_hz);
+  for (ModeTransfer& mode : body.transfer.modes)
+    mode.multipole.wavenumber_per_m = body.transfer.medium.wavenumber_per_m(mode.frequency_hz);
   const ListenerPath path = listener_at({0.0, 0.0, 3.4}, {}, {});  // 10 ms, 480 samples
   TransferSynthesisOptions options{.sample_rate_hz = kRate, .duration_s = 0.3};
   const Eigen::VectorXd now = render(body, path, options).sound_pa.samples;
   options.delay = true;
   const Eigen::VectorXd late = render(body, path, options).sound_pa.samples;
   EXPECT_LE(late.head(480).cwiseAbs().maxCoeff(), 0.0);
-  EXPECT_LE((late.tail(late.size() - 481) - now.segment(1, now.size() - 481)).cwiseAbs().maxCoeff(), 1e-9 * now.cwiseAbs().maxCoeff());
+  EXPECT_LE((late.tail(late.size() - 481) - now.segment(1, now.size() - 481)).cwiseAbs().maxCoeff(),
+            1e-9 * now.cwiseAbs().maxCoeff());
 }
 
 TEST(TransferSynthesis, DelayBetweenSamplesIsExact) {
   const Body body = body_of({5000.0}, 40.0);
   const double r = 1.2345;
-  const Eigen::VectorXd x = render(body, listener_at({r, 0, 0}, {}, {}), {.sample_rate_hz = kRate, .duration_s = 0.1, .delay = true}).sound_pa.samples;
-  const double omega = 2 * kPi * 5000.0, damped = std::sqrt(omega * omega - 1600.0), c = body.transfer.medium.sound_speed_m_s;
+  const Eigen::VectorXd x =
+      render(body, listener_at({r, 0, 0}, {}, {}), {.sample_rate_hz = kRate, .duration_s = 0.1, .delay = true})
+          .sound_pa.samples;
+  const double omega = 2 * kPi * 5000.0, damped = std::sqrt(omega * omega - 1600.0),
+               c = body.transfer.medium.sound_speed_m_s;
   const double gain = std::abs(pressure_pa(body.transfer.modes[0].multipole, {r, 0, 0})) * omega;
   for (Eigen::Index n = 0; n < x.size(); ++n) {
     const double t = static_cast<double>(n) / kRate - r / c;
@@ -127,17 +135,21 @@ TEST(TransferSynthesis, MovingListenerHearsTheDopplerShiftOnlyWithDelay) {
     const double drift_hz = std::arg(second / first) / (2 * kPi * 0.3);
     EXPECT_LE(std::abs(drift_hz), 0.01) << delay;  // 1e-5 of the frequency; the shift is 58 Hz
     // Spherical spreading: r goes from 12.2 to 18.2 m between the middles of the stretches; what was made earlier is louder.
-    EXPECT_LE(std::abs(std::abs(second / first) * 18.2 / 12.2 * (delay ? std::exp(-0.5 * 0.3 * speed / c) : 1.0) - 1.0), 0.01) << delay;
+    EXPECT_LE(std::abs(std::abs(second / first) * 18.2 / 12.2 * (delay ? std::exp(-0.5 * 0.3 * speed / c) : 1.0) - 1.0),
+              0.01)
+        << delay;
   }
 }
 
 TEST(TransferSynthesis, TwoEarsDifferByThePhaseAndSpreadingOfTheirPaths) {
   const Body body = body_of({800.0}, 2.0);
-  const ListenerPath path = listener_at({1.0, 1.0, 0.0}, 0.18, Eigen::Vector3d(3.0, 1.0, 0.0));  // faces +x, body to the left behind
+  const ListenerPath path =
+      listener_at({1.0, 1.0, 0.0}, 0.18, Eigen::Vector3d(3.0, 1.0, 0.0));  // faces +x, body to the left behind
   ASSERT_TRUE(path.stereo());
   EXPECT_LE((path.left_m.col(0) - Eigen::Vector3d(1.0, 1.09, 0.0)).norm(), 1e-12);
   for (const bool delay : {false, true}) {
-    const Eigen::MatrixXd x = render(body, path, {.sample_rate_hz = kRate, .duration_s = 0.5, .delay = delay}).sound_pa.samples;
+    const Eigen::MatrixXd x =
+        render(body, path, {.sample_rate_hz = kRate, .duration_s = 0.5, .delay = delay}).sound_pa.samples;
     ASSERT_EQ(x.cols(), 2);
     const double left = path.left_m.col(0).norm(), right = path.right_m.col(0).norm();
     const double damped_hz = std::sqrt(800.0 * 800.0 - std::pow(2.0 / (2 * kPi), 2));
@@ -156,7 +168,8 @@ TEST(TransferSynthesis, PathAt200HzIsAsGoodAsAtTheSampleRateAlmost) {
   const Eigen::Index n = 400;
   path.time_s = Eigen::VectorXd::LinSpaced(n, 0.0, 1.0);
   path.left_m.resize(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) path.left_m.col(i) << std::cos(3.0 * path.time_s[i]), std::sin(3.0 * path.time_s[i]), 0.2;
+  for (Eigen::Index i = 0; i < n; ++i)
+    path.left_m.col(i) << std::cos(3.0 * path.time_s[i]), std::sin(3.0 * path.time_s[i]), 0.2;
   path.right_m = 1.1 * path.left_m;
   TransferSynthesisOptions options{.sample_rate_hz = kRate, .duration_s = 1.0};
   const Eigen::MatrixXd coarse = render(body, path, options).sound_pa.samples;
@@ -169,8 +182,9 @@ TEST(TransferSynthesis, UnitTransferIsTheSumOfModalCoordinates) {
   const Body body = body_of({300.0, 1234.5}, 5.0, 3);
   const TransferSynthesisResult result =
       render(body, listener_at({1, 0, 0}, {}, {}), {.sample_rate_hz = kRate, .duration_s = 0.2, .unit_transfer = true});
-  Eigen::VectorXd expected = modal::render({{body.model.angular_frequency_rad_s[0], 5.0, 1.0}, {body.model.angular_frequency_rad_s[1], 5.0, 1.0}},
-                                           {{0.0, Eigen::Vector2d(1.0, 2.0), 0.0}}, kRate, 9600);
+  Eigen::VectorXd expected = modal::render(
+      {{body.model.angular_frequency_rad_s[0], 5.0, 1.0}, {body.model.angular_frequency_rad_s[1], 5.0, 1.0}},
+      {{0.0, Eigen::Vector2d(1.0, 2.0), 0.0}}, kRate, 9600);
   EXPECT_LE((result.sound_pa.samples.col(0) - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff());
 }
 
@@ -193,7 +207,8 @@ TEST(TransferSynthesis, SameBitsOnOneAndOnTwoThreadsAndCloseOnOpenCl) {
 TEST(TransferSynthesis, DropsModesThatWouldFoldBackAndCountsThoseWithoutTransfer) {
   Body body = body_of({300.0, 3000.0, 900.0}, 5.0);
   body.transfer.modes.pop_back();
-  const TransferSynthesisResult result = render(body, listener_at({1, 0, 0}, {}, {}), {.sample_rate_hz = 4000.0, .duration_s = 0.1});
+  const TransferSynthesisResult result =
+      render(body, listener_at({1, 0, 0}, {}, {}), {.sample_rate_hz = 4000.0, .duration_s = 0.1});
   EXPECT_EQ(result.n_modes_heard, 1);
   EXPECT_EQ(result.n_modes_too_high, 1);
   EXPECT_EQ(result.n_modes_without_transfer, 1);
@@ -225,8 +240,9 @@ TEST(ListenerPath, DefaultStandsWhereTheStrongestModeIsLoudest) {
 class PathFile : public testing::Test {
  protected:
   ListenerPath read(const std::string& text, std::optional<double> ears_m = {}) {
-    const auto path = std::filesystem::path(testing::TempDir()) /
-                      (std::string("klang-path-") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv");
+    const auto path =
+        std::filesystem::path(testing::TempDir()) /
+        (std::string("klang-path-") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv");
     write_file(path, text);
     return read_listener_path(path, ears_m, Eigen::Vector3d::Zero());
   }

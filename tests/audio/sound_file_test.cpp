@@ -48,8 +48,7 @@ std::string float_wav(const std::vector<float>& samples, std::uint32_t rate, std
   const std::string data(reinterpret_cast<const char*>(samples.data()), 4 * samples.size());
   const std::string format = u16(3) + u16(n_channels) + u32(rate) + u32(rate * 4u * n_channels) +
                              u16(static_cast<std::uint16_t>(4 * n_channels)) + u16(32);
-  const std::string body =
-      "WAVEfmt " + u32(16) + format + "data" + u32(static_cast<std::uint32_t>(data.size())) + data;
+  const std::string body = "WAVEfmt " + u32(16) + format + "data" + u32(static_cast<std::uint32_t>(data.size())) + data;
   return "RIFF" + u32(static_cast<std::uint32_t>(body.size())) + body;
 }
 
@@ -70,10 +69,9 @@ TEST_F(SoundFile, RoundTripErrorIsHalfAStepOfItsFormat) {
     SampleFormat format;
     double tolerance;
   };
-  for (const Case& c :
-       {Case{"a.wav", SampleFormat::kPcm16, 0x1p-16}, Case{"b.wav", SampleFormat::kPcm24, 0x1p-24},
-        Case{"c.wav", SampleFormat::kFloat32, 0x1p-25}, Case{"d.flac", SampleFormat::kPcm16, 0x1p-16},
-        Case{"e.flac", SampleFormat::kPcm24, 0x1p-24}}) {
+  for (const Case& c : {Case{"a.wav", SampleFormat::kPcm16, 0x1p-16}, Case{"b.wav", SampleFormat::kPcm24, 0x1p-24},
+                        Case{"c.wav", SampleFormat::kFloat32, 0x1p-25}, Case{"d.flac", SampleFormat::kPcm16, 0x1p-16},
+                        Case{"e.flac", SampleFormat::kPcm24, 0x1p-24}}) {
     const Signal written = noise(1000, 2, 44100);
     klang::audio::write_sound(folder_ / c.name, written, c.format);
     const Signal read = klang::audio::read_sound(folder_ / c.name);
@@ -142,8 +140,7 @@ TEST_F(SoundFile, NotANumberIsNamedWithFrameAndChannel) {
 
 TEST_F(SoundFile, EmptyForeignZeroRateAndZeroFramesAreRefused) {
   EXPECT_NE(message_of("").find("is empty"), std::string::npos);
-  EXPECT_NE(message_of("not a sound, only some text that goes on").find("not a sound file"),
-            std::string::npos);
+  EXPECT_NE(message_of("not a sound, only some text that goes on").find("not a sound file"), std::string::npos);
   EXPECT_NE(message_of(float_wav({0.1f, 0.2f}, 0, 1)), "accepted");
   EXPECT_NE(message_of(float_wav({}, 48000, 1)), "accepted");
   EXPECT_THROW(klang::audio::read_sound(folder_ / "missing.wav"), InputError);

@@ -28,9 +28,10 @@ Signal tone(double frequency_hz, double amplitude, double rate, double duration_
 
 // IEC 61672-1:2013, table 3, given to 0.1 dB at the exact base-10 frequencies.
 TEST(AWeighting, FollowsTheTableOfTheStandard) {
-  const std::array<double, 34> table = {-70.4, -63.4, -56.7, -50.5, -44.7, -39.4, -34.6, -30.2, -26.2, -22.5, -19.1, -16.1,
-                                        -13.4, -10.9, -8.6,  -6.6,  -4.8,  -3.2,  -1.9,  -0.8,  0.0,   0.6,   1.0,   1.2,
-                                        1.3,   1.2,   1.0,   0.5,   -0.1,  -1.1,  -2.5,  -4.3,  -6.6,  -9.3};
+  const std::array<double, 34> table = {-70.4, -63.4, -56.7, -50.5, -44.7, -39.4, -34.6, -30.2, -26.2,
+                                        -22.5, -19.1, -16.1, -13.4, -10.9, -8.6,  -6.6,  -4.8,  -3.2,
+                                        -1.9,  -0.8,  0.0,   0.6,   1.0,   1.2,   1.3,   1.2,   1.0,
+                                        0.5,   -0.1,  -1.1,  -2.5,  -4.3,  -6.6,  -9.3};
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double frequency_hz = std::pow(10.0, 1.0 + 0.1 * static_cast<double>(i));
     EXPECT_LE(std::abs(klang::audio::a_weighting_db(frequency_hz) - table[i]), 0.0501 + 1e-9) << frequency_hz;

@@ -83,8 +83,7 @@ TEST(SpectralDistance, OneOfTwoTonesLowerShowsInItsBandAlone) {
 TEST(SpectralDistance, IndependentWhiteNoisesLieSevenPointNineDecibelsApart) {
   SpectralDistanceOptions options;
   options.floor_db = -120.0;
-  const SpectralDistance d =
-      klang::audio::spectral_distance(noise(32000.0, 4.0, 1), noise(32000.0, 4.0, 2), options);
+  const SpectralDistance d = klang::audio::spectral_distance(noise(32000.0, 4.0, 1), noise(32000.0, 4.0, 2), options);
   const double expected = 10 / std::log(10.0) * kPi / std::sqrt(3.0);
   EXPECT_LE(std::abs(d.log_spectral_db - expected), 0.1);
   EXPECT_LT(d.mel_db, 0.7 * expected);  // bands of many bins scatter less

@@ -59,7 +59,7 @@ TEST(WriteFile, FullDiskLeavesTheEarlierFileAndNoTemporaries) {
 TEST(OutputDirectory, NothingAppearsWithoutCommitAndOtherFilesStay) {
   const fs::path folder = fresh_folder("out");
   klang::write_file(folder / "mine.txt", "keep");
-  { 
+  {
     klang::OutputDirectory out(folder);
     klang::write_file(out.staging() / "new.txt", "new");
   }
@@ -108,7 +108,10 @@ TEST(ParallelFor, CoversEachIndexOnceAtAnyGrain) {
 }
 
 TEST(ForEachJob, ThrowsTheFailureOfTheLowestIndexThatRan) {
-  EXPECT_THROW(klang::for_each_job(64, [](std::size_t i) { if (i == 0) throw klang::InputError("job 0"); }),
+  EXPECT_THROW(klang::for_each_job(64,
+                                   [](std::size_t i) {
+                                     if (i == 0) throw klang::InputError("job 0");
+                                   }),
                klang::InputError);
 }
 

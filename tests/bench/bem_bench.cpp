@@ -27,20 +27,31 @@ void BM_Bem_one_frequency(benchmark::State& state, int divisions) {
   state.counters["elements"] = 20.0 * divisions * divisions;
   state.counters["peak_GB"] = static_cast<double>(modal::peak_memory_bytes()) / 1e9;
 }
-BENCHMARK_CAPTURE(BM_Bem_one_frequency, elements_320, 4)->Unit(benchmark::kSecond)->UseRealTime()->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(BM_Bem_one_frequency, elements_2000, 10)->Unit(benchmark::kSecond)->UseRealTime()->MeasureProcessCPUTime();
-BENCHMARK_CAPTURE(BM_Bem_one_frequency, elements_10580, 23)->Unit(benchmark::kSecond)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(BM_Bem_one_frequency, elements_320, 4)
+    ->Unit(benchmark::kSecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(BM_Bem_one_frequency, elements_2000, 10)
+    ->Unit(benchmark::kSecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(BM_Bem_one_frequency, elements_10580, 23)
+    ->Unit(benchmark::kSecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 
 // Transfer of a free aluminium plate, all modes from 20 Hz to highest_hz; the modes themselves are not counted. Bar: 80 modes
 // to 8 kHz in 10 min on 2 cores.
-void BM_Transfer_of_plate(benchmark::State& state, double length_m, double width_m, double height_m, double highest_hz) {
+void BM_Transfer_of_plate(benchmark::State& state, double length_m, double width_m, double height_m,
+                          double highest_hz) {
   const mesh::ShapeSpec plate{"box", {{"length_m", length_m}, {"width_m", width_m}, {"height_m", height_m}}, {}};
   mesh::ShapeMeshOptions mesh_options;
   mesh_options.wavelength_m = 0.7 * std::sqrt(1.8 * 5400.0 * height_m / highest_hz);  // bending, with a margin
   const mesh::TetMesh body = mesh::mesh_shape(plate, mesh_options);
   modal::EigenOptions options;
   options.band = {20.0, highest_hz};
-  const auto modes = modal::solve_modes(body, klang::solid::assemble(body), {4.98e10, 2.57e10, 2700, "", ""}, {}, options);
+  const auto modes =
+      modal::solve_modes(body, klang::solid::assemble(body), {4.98e10, 2.57e10, 2700, "", ""}, {}, options);
   if (!modes.usable()) state.SkipWithError(modes.message.c_str());
   for (auto _ : state) {
     const RadiateResult result = radiate(modes.model);
@@ -52,8 +63,12 @@ void BM_Transfer_of_plate(benchmark::State& state, double length_m, double width
   state.counters["peak_GB"] = static_cast<double>(modal::peak_memory_bytes()) / 1e9;
 }
 BENCHMARK_CAPTURE(BM_Transfer_of_plate, small, 0.06, 0.05, 0.003, 8000.0)
-    ->Unit(benchmark::kSecond)->UseRealTime()->MeasureProcessCPUTime();
+    ->Unit(benchmark::kSecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(BM_Transfer_of_plate, modes_80, 0.34, 0.24, 0.003, 8000.0)
-    ->Unit(benchmark::kSecond)->UseRealTime()->MeasureProcessCPUTime();
+    ->Unit(benchmark::kSecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 
 }  // namespace

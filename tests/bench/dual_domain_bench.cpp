@@ -3,11 +3,12 @@
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
-#include "core/bubble/dual_domain/dual_domain.hpp"
 #include "../bubble/dual_domain/liquid_shapes.hpp"
+#include "core/bubble/dual_domain/dual_domain.hpp"
 
-extern "C" void zgels_(const char* trans, const int* m, const int* n, const int* n_rhs, std::complex<double>* a, const int* lda,
-                       std::complex<double>* b, const int* ldb, std::complex<double>* work, const int* n_work, int* info);
+extern "C" void zgels_(const char* trans, const int* m, const int* n, const int* n_rhs, std::complex<double>* a,
+                       const int* lda, std::complex<double>* b, const int* ldb, std::complex<double>* work,
+                       const int* n_work, int* info);
 
 namespace {
 
@@ -61,7 +62,9 @@ void BM_DualDomain_bubble_direct(benchmark::State& state, bool large) {
   options.solver = LeastSquares::kDirect;
   solve(state, large, options);
 }
-void BM_DualDomain_bubble_as_printed(benchmark::State& state, bool large) { solve(state, large, DualDomainOptions::as_printed()); }
+void BM_DualDomain_bubble_as_printed(benchmark::State& state, bool large) {
+  solve(state, large, DualDomainOptions::as_printed());
+}
 void BM_DualDomain_bubble_as_printed_direct(benchmark::State& state, bool large) {
   DualDomainOptions options = DualDomainOptions::as_printed();
   options.solver = LeastSquares::kDirect;
@@ -72,7 +75,8 @@ void BM_DualDomain_bubble_as_printed_direct(benchmark::State& state, bool large)
 void BM_DualDomain_plain_zgels(benchmark::State& state, bool large) {
   const int n_samples = static_cast<int>(problem(large).boundary.samples().size());
   for (auto _ : state) {
-    for (const int n_unknowns : {9 * static_cast<int>(problem(large).points.fluid_m.size()), 9 * static_cast<int>(problem(large).points.air_m.size())}) {
+    for (const int n_unknowns : {9 * static_cast<int>(problem(large).points.fluid_m.size()),
+                                 9 * static_cast<int>(problem(large).points.air_m.size())}) {
       state.PauseTiming();
       const int rows = n_samples + n_unknowns, one = 1;
       std::srand(1);
@@ -91,11 +95,29 @@ void BM_DualDomain_plain_zgels(benchmark::State& state, bool large) {
   state.counters["samples"] = n_samples;
 }
 
-BENCHMARK_CAPTURE(BM_DualDomain_bubble, small, false)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_bubble, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_plain_zgels, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_bubble_direct, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_bubble_as_printed, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(BM_DualDomain_bubble_as_printed_direct, samples_12000, true)->MeasureProcessCPUTime()->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble, small, false)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble, samples_12000, true)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_plain_zgels, samples_12000, true)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble_direct, samples_12000, true)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble_as_printed, samples_12000, true)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_DualDomain_bubble_as_printed_direct, samples_12000, true)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -17,8 +17,8 @@ void BM_Fit_joint(benchmark::State& state) {
   for (int i = 0; i < state.range(0); ++i) {
     klang::fit::Specimen specimen;
     specimen.name = "chime" + std::to_string(i);
-    specimen.shape = klang::mesh::ShapeSpec{
-        "tube", {{"length_m", lengths[i]}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
+    specimen.shape =
+        klang::mesh::ShapeSpec{"tube", {{"length_m", lengths[i]}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
     const auto path = std::filesystem::temp_directory_path() / ("klang-bench-" + specimen.name + ".csv");
     std::ofstream(path) << "frequency_hz\n" << frequencies[i] << '\n';
     specimen.partials = path;
@@ -30,6 +30,12 @@ void BM_Fit_joint(benchmark::State& state) {
     benchmark::DoNotOptimize(result.matches.size());
   }
 }
-BENCHMARK(BM_Fit_joint)->ArgName("chimes")->Arg(1)->Arg(6)->Unit(benchmark::kSecond)->MeasureProcessCPUTime()->UseRealTime();
+BENCHMARK(BM_Fit_joint)
+    ->ArgName("chimes")
+    ->Arg(1)
+    ->Arg(6)
+    ->Unit(benchmark::kSecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 }  // namespace

@@ -21,8 +21,7 @@ void report(benchmark::State& state, const mesh::TetMesh& body, const modal::Eig
 
 // The D3 chime of S02, 20 modes, from its dimensions to proven modes.
 void BM_Tube_mesh_to_result(benchmark::State& state, std::array<int, 3> divisions) {
-  const mesh::ShapeSpec tube{
-      "tube", {{"length_m", 0.505}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
+  const mesh::ShapeSpec tube{"tube", {{"length_m", 0.505}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
   for (auto _ : state) {
     const mesh::TetMesh body = mesh::mesh_shape(tube, mesh::ShapeDivisions{divisions}, 2);
     modal::EigenOptions options;
@@ -35,8 +34,7 @@ void BM_Tube_mesh_to_result(benchmark::State& state, std::array<int, 3> division
 
 // The same by harmonics of its section, shapes sampled to the default mesh: what `klang modes --shape tube` does.
 void BM_Tube_by_harmonics(benchmark::State& state, int count) {
-  const mesh::ShapeSpec tube{
-      "tube", {{"length_m", 0.505}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
+  const mesh::ShapeSpec tube{"tube", {{"length_m", 0.505}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
   for (auto _ : state) {
     const mesh::TetMesh body = mesh::mesh_shape(tube);
     modal::EigenOptions options;
@@ -51,12 +49,8 @@ BENCHMARK_CAPTURE(BM_Tube_by_harmonics, modes_2, 2)->Unit(benchmark::kMillisecon
 BENCHMARK_CAPTURE(BM_Tube_by_harmonics, modes_20, 20)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 BENCHMARK_CAPTURE(BM_Tube_mesh_to_result, 1k_nodes, {12, 8, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_Tube_mesh_to_result, 12k_nodes, {48, 20, 1})
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime();
-BENCHMARK_CAPTURE(BM_Tube_mesh_to_result, 14k_nodes, {48, 24, 1})
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_Tube_mesh_to_result, 12k_nodes, {48, 20, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(BM_Tube_mesh_to_result, 14k_nodes, {48, 24, 1})->Unit(benchmark::kMillisecond)->UseRealTime();
 
 mesh::TetMesh box(int cells) {
   const mesh::ShapeSpec cube{"box", {{"length_m", 0.1}, {"width_m", 0.1}, {"height_m", 0.1}}, {}};
@@ -85,10 +79,7 @@ void BM_Cube_50_modes(benchmark::State& state, int cells) {
   }
 }
 BENCHMARK_CAPTURE(BM_Cube_50_modes, 1k_nodes, 4)->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
-BENCHMARK_CAPTURE(BM_Cube_50_modes, 100k_nodes, 23)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->Iterations(1);
+BENCHMARK_CAPTURE(BM_Cube_50_modes, 100k_nodes, 23)->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
 
 // A plate of the same number of nodes.
 void BM_Plate_50_modes(benchmark::State& state, std::array<int, 3> cells) {

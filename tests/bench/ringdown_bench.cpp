@@ -37,8 +37,8 @@ void identify(benchmark::State& state, const klang::audio::Signal& signal) {
     benchmark::DoNotOptimize(found);
   }
   state.counters["partials"] = static_cast<double>(found);
-  state.counters["times_real_time"] = benchmark::Counter(
-      signal.duration_s() * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  state.counters["times_real_time"] =
+      benchmark::Counter(signal.duration_s() * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
 
 void BM_Ringdown_identify_short(benchmark::State& state) { identify(state, bell(5, 16000, 0.5)); }

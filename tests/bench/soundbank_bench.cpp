@@ -27,7 +27,9 @@ void BM_Soundbank_lookup(benchmark::State& state) {
 BENCHMARK(BM_Soundbank_lookup)->ArgName("bodies")->Arg(10000)->Unit(benchmark::kMillisecond);
 
 void BM_Ellipsoid_modes(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(sb::EllipsoidModes({0.1, 0.6, 1.0}, klang::test::glass(), {static_cast<int>(state.range(0)), 12}));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        sb::EllipsoidModes({0.1, 0.6, 1.0}, klang::test::glass(), {static_cast<int>(state.range(0)), 12}));
 }
 BENCHMARK(BM_Ellipsoid_modes)->ArgName("degree")->Arg(8)->Arg(14)->Unit(benchmark::kMillisecond);
 
@@ -53,10 +55,12 @@ void BM_Shell_kernel(benchmark::State& state) {
   }
   std::vector<double> re(sources.n_padded), im(sources.n_padded);
   for (auto _ : state) {
-    sb::detail::mirrored_normal_derivative(sources, {{0.3, 0.4, 0.5}, {0.6, 0.64, 0.48}}, 3, 40.0, 30.0, re.data(), im.data());
+    sb::detail::mirrored_normal_derivative(sources, {{0.3, 0.4, 0.5}, {0.6, 0.64, 0.48}}, 3, 40.0, 30.0, re.data(),
+                                           im.data());
     benchmark::DoNotOptimize(re.data());
   }
-  state.counters["flop_per_s"] = benchmark::Counter(8.0 * 103.0 * 1024.0 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+  state.counters["flop_per_s"] =
+      benchmark::Counter(8.0 * 103.0 * 1024.0 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
 BENCHMARK(BM_Shell_kernel);
 

@@ -18,7 +18,8 @@ using namespace klang::acoustics;
 TransferModel scene(std::int64_t n_modes) {
   std::vector<int> orders;
   for (std::int64_t i = 0; i < n_modes; ++i) {
-    orders.push_back(static_cast<int>(n_modes == 80 ? 7 + i / 2 + (i < 56 ? 1 : 0) : 2176 * (i + 1) / n_modes - 2176 * i / n_modes));
+    orders.push_back(
+        static_cast<int>(n_modes == 80 ? 7 + i / 2 + (i < 56 ? 1 : 0) : 2176 * (i + 1) / n_modes - 2176 * i / n_modes));
   }
   if (std::accumulate(orders.begin(), orders.end(), 0) != 2176) std::abort();
   return random_transfer(orders, 1);
@@ -46,14 +47,16 @@ void BM_Transfer_cpu(benchmark::State& state) {
   const double n = static_cast<double>(state.iterations()) * static_cast<double>(state.range(1));
   state.SetItemsProcessed(static_cast<std::int64_t>(n));
   state.counters["GFlop"] = evaluator.operations_per_listener() * 1e-9;
-  state.counters["GFlop/s"] = benchmark::Counter(evaluator.operations_per_listener() * n * 1e-9, benchmark::Counter::kIsRate);
+  state.counters["GFlop/s"] =
+      benchmark::Counter(evaluator.operations_per_listener() * n * 1e-9, benchmark::Counter::kIsRate);
 }
 
 // |p| of one mode on a slice of 512 x 512 points, as the pictures ask.
 void BM_Transfer_slice(benchmark::State& state) {
   const TransferEvaluator evaluator(random_transfer({static_cast<int>(state.range(0))}, 1));
   Eigen::Matrix3Xd x(3, 512 * 512);
-  for (Eigen::Index i = 0; i < x.cols(); ++i) x.col(i) << static_cast<double>(i % 512) / 256.0 - 1.0013, static_cast<double>(i / 512) / 256.0 - 1.0017, 0.11;
+  for (Eigen::Index i = 0; i < x.cols(); ++i)
+    x.col(i) << static_cast<double>(i % 512) / 256.0 - 1.0013, static_cast<double>(i / 512) / 256.0 - 1.0017, 0.11;
   Eigen::MatrixXcd p;
   for (auto _ : state) {
     evaluator.evaluate(x, p);
@@ -81,7 +84,8 @@ void BM_Transfer_opencl(benchmark::State& state) {
   }
   const double n = static_cast<double>(state.iterations()) * static_cast<double>(state.range(1));
   state.SetItemsProcessed(static_cast<std::int64_t>(n));
-  state.counters["GFlop/s"] = benchmark::Counter(TransferEvaluator(model).operations_per_listener() * n * 1e-9, benchmark::Counter::kIsRate);
+  state.counters["GFlop/s"] =
+      benchmark::Counter(TransferEvaluator(model).operations_per_listener() * n * 1e-9, benchmark::Counter::kIsRate);
 }
 
 BENCHMARK(BM_Transfer_cpu)

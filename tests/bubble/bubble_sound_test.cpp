@@ -288,9 +288,11 @@ TEST(Scene, BadFilesAndKeysAreNamed) {
   };
   const std::string head = "[[bubble]]\nradius_m = 0.002\n";
   refused("", {"scene.toml", "no bubbles"});
-  refused("[[bubble]]\nradius_m = 9223372036854775807\nposition_m = [0, 0, -0.01]\n", {"radius_m", "9223372036854775808"});
+  refused("[[bubble]]\nradius_m = 9223372036854775807\nposition_m = [0, 0, -0.01]\n",
+          {"radius_m", "9223372036854775808"});
   refused("[[bubble]]\nradius_m = 0.05\nposition_m = [0, 0, -0.001]\n", {"not in the liquid"});
-  refused("[[population]]\ncount = 2.5\ntime_end_s = 1\nbox_low_m = [0, 0, -0.1]\nbox_high_m = [0.1, 0.1, -0.05]\n", {"count", "whole"});
+  refused("[[population]]\ncount = 2.5\ntime_end_s = 1\nbox_low_m = [0, 0, -0.1]\nbox_high_m = [0.1, 0.1, -0.05]\n",
+          {"count", "whole"});
   refused("colour = 3\n", {"scene.toml:1", "colour", "liquid"});
   refused("[[bubble]]\nradius_m = 0\nposition_m = [0,0,-0.01]\n", {"scene.toml:2", "radius_m"});
   refused("[[bubble]]\nradius_m = 1.0\nposition_m = [0,0,-0.01]\n", {"radius_m", "0.05"});

@@ -25,7 +25,8 @@ std::vector<float> ringing(int n_frames, int n_channels, double rate_hz) {
   return samples;
 }
 
-const std::string kTube = "modes --count 1 --shape tube --dims length_m=0.5,outer_radius_m=0.0125,wall_m=0.001 --json m.json ";
+const std::string kTube =
+    "modes --count 1 --shape tube --dims length_m=0.5,outer_radius_m=0.0125,wall_m=0.001 --json m.json ";
 
 }  // namespace
 
@@ -196,7 +197,8 @@ TEST(BadOption, UnknownOptionsAndSubcommandsGiveOneLine) {
 TEST(FullDisk, LeavesExitTwoAndOneLine) {
   const Scratch scratch;
   const auto result = run_klang(
-      "modes --count 1 --element p1 --quiet --shape box --dims length_m=0.1,width_m=0.1,height_m=0.01 --json /dev/full", scratch.path());
+      "modes --count 1 --element p1 --quiet --shape box --dims length_m=0.1,width_m=0.1,height_m=0.01 --json /dev/full",
+      scratch.path());
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(result.err_lines(), 1) << result.err;
   EXPECT_NE(result.err.find("/dev/full"), std::string::npos) << result.err;
@@ -206,8 +208,9 @@ TEST(FullDisk, EarlierResultStaysWhenTheFileSizeIsLimited) {
   const Scratch scratch;
   scratch.write("m.vtu", "earlier");
   // The shell's limit of one 512-byte block stands in for a full disk: writing past it fails.
-  const auto result = run_klang("modes --count 1 --element p1 --shape box --dims length_m=0.1,width_m=0.1,height_m=0.01 -o m.vtu",
-                                scratch.path(), "trap '' XFSZ; ulimit -f 1;");
+  const auto result =
+      run_klang("modes --count 1 --element p1 --shape box --dims length_m=0.1,width_m=0.1,height_m=0.01 -o m.vtu",
+                scratch.path(), "trap '' XFSZ; ulimit -f 1;");
   EXPECT_EQ(result.exit_code, 2) << result.err;
   EXPECT_EQ(scratch.files(), std::vector<std::string>{"m.vtu"});
   EXPECT_EQ(std::filesystem::file_size(scratch.path() / "m.vtu"), 7U);
@@ -279,7 +282,8 @@ TEST(BadTransfer, TooCoarseASurfaceNamesTheElementSizeItNeeds) {
                  "transfer --surface cube.off --velocity-csv v.csv --frequency-hz 4000 --points pts.csv --json p.json",
                  {"too coarse", "0.02144 m"});
   const auto result = run_klang(
-      "transfer --surface cube.off --velocity-csv v.csv --frequency-hz 4000 --points pts.csv --json p.json --allow-coarse",
+      "transfer --surface cube.off --velocity-csv v.csv --frequency-hz 4000 --points pts.csv --json p.json "
+      "--allow-coarse",
       scratch.path());
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_NE(result.err.find("warning"), std::string::npos);
@@ -312,7 +316,8 @@ TEST(BadTransfer, OptionsOutOfRangeAreRefused) {
   expect_refused(scratch, "transfer --sphere dipole --ka 1 --radius-m -1 --json p.json", {"radius_m"});
   expect_refused(scratch, "transfer --sphere dipole --ka 1 --density-kg-m3 0 --json p.json", {"density_kg_m3"});
   expect_refused(scratch, "transfer --surface cube.off --json p.json", {"--velocity-csv"});
-  expect_refused(scratch, "transfer --surface cube.off --velocity-csv v.csv --frequency-hz nan --points pts.csv --json p.json",
+  expect_refused(scratch,
+                 "transfer --surface cube.off --velocity-csv v.csv --frequency-hz nan --points pts.csv --json p.json",
                  {"--frequency-hz"});
   expect_refused(scratch, "transfer nowhere.vtu -o t.vtu", {"nowhere.vtu"});
 }
@@ -323,7 +328,8 @@ TEST(BadBubble, RadiusOutOfRangeIsNamed) {
   expect_refused(scratch, "bubble info --radius-m 1 --json b.json", {"radius_m", "1"});
   expect_refused(scratch, "bubble info --radius-m nan --json b.json", {"radius_m"});
   expect_refused(scratch, "bubble info --radius-m 0.001 --literature poem --json b.json", {"--literature", "poem"});
-  expect_refused(scratch, "bubble info --radius-m 0.001 --surface-tension-n-m -1 --json b.json", {"surface_tension_n_m"});
+  expect_refused(scratch, "bubble info --radius-m 0.001 --surface-tension-n-m -1 --json b.json",
+                 {"surface_tension_n_m"});
   expect_refused(scratch, "bubble", {"subcommand"});
   expect_refused(scratch, "bubble sing", {"sing"});
 }
@@ -351,7 +357,8 @@ TEST(BadBubble, ScenesWithMistakesAreRefusedWithTheirLine) {
 
 TEST(BadDrops, RecipesWithMistakesAreRefusedWithTheirLine) {
   const Scratch scratch;
-  scratch.write("d.toml", "kind = \"drops\"\n[[recording]]\nname = \"a\"\ndrop = [{ onset_s = 0.1, radius_m = 0.0 }]\n");
+  scratch.write("d.toml",
+                "kind = \"drops\"\n[[recording]]\nname = \"a\"\ndrop = [{ onset_s = 0.1, radius_m = 0.0 }]\n");
   expect_refused(scratch, "dataset d.toml -o out", {"d.toml:4", "radius_m"});
   scratch.write("d.toml", "kind = \"drops\"\ncolour = 1\n");
   expect_refused(scratch, "dataset d.toml -o out", {"d.toml:2", "colour"});
@@ -362,9 +369,12 @@ TEST(GoodBubble, SceneAndDropsAreWritten) {
   scratch.write("scene.toml", "[[bubble]]\nradius_m = 0.001\nposition_m = [0, 0, -0.01]\n");
   const auto synth = run_klang("bubble synth scene.toml -o s.wav --json s.json", scratch.path());
   EXPECT_EQ(synth.exit_code, 0) << synth.err;
-  scratch.write("d.toml", "kind = \"drops\"\n[sound]\nduration_s = 0.3\n[[recording]]\nname = \"a\"\ndrop = [{ onset_s = 0.1, radius_m = 0.001 }]\n");
+  scratch.write("d.toml",
+                "kind = \"drops\"\n[sound]\nduration_s = 0.3\n[[recording]]\nname = \"a\"\ndrop = [{ onset_s = 0.1, "
+                "radius_m = 0.001 }]\n");
   const auto drops = run_klang("dataset d.toml -o out", scratch.path());
   EXPECT_EQ(drops.exit_code, 0) << drops.err;
-  const std::vector<std::string> wanted = {"d.toml", "out", "out/a-rise.csv", "out/a.wav", "out/truth.json", "s.json", "s.wav", "scene.toml"};
+  const std::vector<std::string> wanted = {"d.toml",         "out",    "out/a-rise.csv", "out/a.wav",
+                                           "out/truth.json", "s.json", "s.wav",          "scene.toml"};
   EXPECT_EQ(scratch.files(), wanted);
 }

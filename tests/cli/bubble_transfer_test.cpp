@@ -24,8 +24,10 @@ using klang::test::Scratch;
 
 namespace {
 
-const std::string kTank = "bubble transfer --boundary tank.vtp --bubble 0.13,0.10,-0.05 --frequency-hz 1500 --fluid-sources 30 --air-sources 20 "
-                          "--points pts.csv --json t.json ";
+const std::string kTank =
+    "bubble transfer --boundary tank.vtp --bubble 0.13,0.10,-0.05 --frequency-hz 1500 --fluid-sources 30 --air-sources "
+    "20 "
+    "--points pts.csv --json t.json ";
 
 void write_tank(const Scratch& scratch) {
   scratch.write("tank.vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.02)));
@@ -38,11 +40,14 @@ TEST(BubbleTransfer, BallIsHeardAsTheExactTwoWayField) {
   const Scratch scratch;
   scratch.write("ball.vtp", test::vtp_text(test::ball(0.05, 10)));
   scratch.write("pts.csv", "0.5,0,0\n0,-0.3,0.4\n");
-  const auto run = run_klang("bubble transfer --boundary ball.vtp --bubble 0,0,0 --frequency-hz 1500 --radius-m 0.002 --fluid-sources 60 "
-                             "--air-sources 60 --points pts.csv --seed 1 --json t.json", scratch.path());
+  const auto run = run_klang(
+      "bubble transfer --boundary ball.vtp --bubble 0,0,0 --frequency-hz 1500 --radius-m 0.002 --fluid-sources 60 "
+      "--air-sources 60 --points pts.csv --seed 1 --json t.json",
+      scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json t = read_json(scratch.path() / "t.json");
-  const test::Complex exact(-8.46648322272779e-05, 7.732643034122478e-05);  // reference/fluid.json: concentric_two_way_exact, S = 1
+  const test::Complex exact(-8.46648322272779e-05,
+                            7.732643034122478e-05);  // reference/fluid.json: concentric_two_way_exact, S = 1
   const double strength = 4.0 * kPi * 1000.0 * std::pow(2.0 * kPi * 1500.0 * 0.002, 2);
   ASSERT_EQ(t["pressure"].size(), 2U);
   for (const auto& p : t["pressure"])
@@ -56,8 +61,12 @@ TEST(BubbleTransfer, DefaultRadiusRingsAtTheFrequency) {
   const Scratch scratch;
   scratch.write("ball.vtp", test::vtp_text(test::ball(0.05, 6)));
   scratch.write("pts.csv", "0.5,0,0\n");
-  ASSERT_EQ(run_klang("bubble transfer --boundary ball.vtp --bubble 0,0,0 --frequency-hz 3286 --fluid-sources 10 --air-sources 10 --points pts.csv "
-                      "--json t.json", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("bubble transfer --boundary ball.vtp --bubble 0,0,0 --frequency-hz 3286 --fluid-sources 10 "
+                      "--air-sources 10 --points pts.csv "
+                      "--json t.json",
+                      scratch.path())
+                .exit_code,
+            0);
   EXPECT_NEAR(read_json(scratch.path() / "t.json")["radius_m"].get<double>(), 0.001, 5e-6);
 }
 
@@ -93,7 +102,8 @@ TEST(BubbleTransfer, SameSeedSameBytesOtherSeedOtherSources) {
     EXPECT_EQ(run_klang(kTank + more, scratch.path()).exit_code, 0);
     return read_json(scratch.path() / "t.json")["pressure"];
   };
-  const auto one = pressure("--seed 1 --threads 1"), two = pressure("--seed 1 --threads 2"), other = pressure("--seed 2");
+  const auto one = pressure("--seed 1 --threads 1"), two = pressure("--seed 1 --threads 2"),
+             other = pressure("--seed 2");
   EXPECT_EQ(one, two);
   EXPECT_NE(one, other);
 }
@@ -102,8 +112,9 @@ TEST(BubbleTransfer, PaperLeavesTheDensityRatioOut) {
   const Scratch scratch;
   scratch.write("ball.vtp", test::vtp_text(test::ball(0.05, 6)));
   scratch.write("pts.csv", "0.5,0,0\n");
-  const std::string command = "bubble transfer --boundary ball.vtp --bubble 0,0,0.01 --frequency-hz 1000 --radius-m 0.003 --fluid-sources 10 "
-                              "--air-sources 10 --points pts.csv --json t.json ";
+  const std::string command =
+      "bubble transfer --boundary ball.vtp --bubble 0,0,0.01 --frequency-hz 1000 --radius-m 0.003 --fluid-sources 10 "
+      "--air-sources 10 --points pts.csv --json t.json ";
   ASSERT_EQ(run_klang(command, scratch.path()).exit_code, 0);
   const auto right = read_json(scratch.path() / "t.json")["pressure"][0];
   ASSERT_EQ(run_klang(command + "--literature paper", scratch.path()).exit_code, 0);
@@ -117,13 +128,14 @@ TEST(BubbleTransfer, ObjGroupsNameTheRegions) {
   const bubble::BoundaryMesh tank = test::tank({0.30, 0.22, 0.15}, 0.03);
   std::string obj;
   for (Eigen::Index i = 0; i < tank.surface.vertices_m.rows(); ++i)
-    obj += "v " + std::to_string(tank.surface.vertices_m(i, 0)) + " " + std::to_string(tank.surface.vertices_m(i, 1)) + " " +
-           std::to_string(tank.surface.vertices_m(i, 2)) + "\n";
+    obj += "v " + std::to_string(tank.surface.vertices_m(i, 0)) + " " + std::to_string(tank.surface.vertices_m(i, 1)) +
+           " " + std::to_string(tank.surface.vertices_m(i, 2)) + "\n";
   for (Eigen::Index t = 0; t < tank.surface.triangles.rows(); ++t) {
     if (t == 0 || tank.region[static_cast<std::size_t>(t)] != tank.region[static_cast<std::size_t>(t) - 1])
       obj += "g region_" + std::to_string(tank.region[static_cast<std::size_t>(t)]) + "\n";
-    obj += "f " + std::to_string(tank.surface.triangles(t, 0) + 1) + " " + std::to_string(tank.surface.triangles(t, 1) + 1) + " " +
-           std::to_string(tank.surface.triangles(t, 2) + 1) + "\n";
+    obj += "f " + std::to_string(tank.surface.triangles(t, 0) + 1) + " " +
+           std::to_string(tank.surface.triangles(t, 1) + 1) + " " + std::to_string(tank.surface.triangles(t, 2) + 1) +
+           "\n";
   }
   scratch.write("tank.obj", obj);
   scratch.write("tank.vtp", test::vtp_text(tank));
@@ -131,12 +143,14 @@ TEST(BubbleTransfer, ObjGroupsNameTheRegions) {
   nlohmann::json pressure[2];
   for (int i = 0; i < 2; ++i) {
     const auto run = run_klang(std::string("bubble transfer --boundary tank.") + (i == 0 ? "obj" : "vtp") +
-                                   " --bubble 0.13,0.10,-0.05 --frequency-hz 1500 --fluid-sources 10 --air-sources 10 --points pts.csv --json t.json",
+                                   " --bubble 0.13,0.10,-0.05 --frequency-hz 1500 --fluid-sources 10 --air-sources 10 "
+                                   "--points pts.csv --json t.json",
                                scratch.path());
     ASSERT_EQ(run.exit_code, 0) << run.err;
     pressure[i] = read_json(scratch.path() / "t.json")["pressure"][0];
   }
-  EXPECT_NEAR(pressure[0]["re"].get<double>(), pressure[1]["re"].get<double>(), 1e-3 * std::abs(pressure[1]["re"].get<double>()));
+  EXPECT_NEAR(pressure[0]["re"].get<double>(), pressure[1]["re"].get<double>(),
+              1e-3 * std::abs(pressure[1]["re"].get<double>()));
 }
 
 TEST(BubbleTransfer, SeriesWritesATransferOfGrowingStepsThatFreezesOutside) {
@@ -146,8 +160,11 @@ TEST(BubbleTransfer, SeriesWritesATransferOfGrowingStepsThatFreezesOutside) {
   scratch.write("pts.csv", "0.1,0.1,0.5\n");
   scratch.write("path.csv", "time_s,x_m,y_m,z_m\n0,0.13,0.1,-0.04\n0.01,0.13,0.1,0.01\n");
   const auto series = [&](const std::string& decay_per_s) {
-    const auto run = run_klang("bubble transfer --boundary tank_###.vtp --frame-step-s 0.001 --path path.csv --frequency-hz 2000 --decay-per-s " + decay_per_s +
-                               " --fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv --json t.json", scratch.path());
+    const auto run = run_klang(
+        "bubble transfer --boundary tank_###.vtp --frame-step-s 0.001 --path path.csv --frequency-hz 2000 "
+        "--decay-per-s " +
+            decay_per_s + " --fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv --json t.json",
+        scratch.path());
     EXPECT_EQ(run.exit_code, 0) << run.err;
     return read_json(scratch.path() / "t.json");
   };
@@ -196,7 +213,8 @@ TEST(BubbleTransfer, BadInputIsNamed) {
   expect_refused(scratch, with("pts.csv", "inside.csv"), {"point 0", "inside the liquid"});
   bubble::BoundaryMesh turned = test::tank({0.30, 0.22, 0.15}, 0.05);
   for (Eigen::Index t = 0; t < turned.surface.triangles.rows(); ++t)
-    if (turned.region[static_cast<std::size_t>(t)] == 0) std::swap(turned.surface.triangles(t, 1), turned.surface.triangles(t, 2));
+    if (turned.region[static_cast<std::size_t>(t)] == 0)
+      std::swap(turned.surface.triangles(t, 1), turned.surface.triangles(t, 2));
   scratch.write("turned.vtp", test::vtp_text(turned));
   expect_refused(scratch, with("tank.vtp", "turned.vtp"), {"turned.vtp", "inconsistent normals"});
   scratch.write("nameless.vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.05), "colour"));
@@ -208,12 +226,15 @@ TEST(BubbleTransfer, BadInputIsNamed) {
 TEST(BubbleTransfer, SeriesWithAMissingFrameIsRefused) {
   const Scratch scratch;
   write_tank(scratch);
-  for (const int i : {0, 1, 3}) scratch.write("tank_000" + std::to_string(i) + ".vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.05)));
-  const std::string command = "bubble transfer --boundary tank_####.vtp --frame-step-s 0.001 --bubble 0.13,0.1,-0.05 --frequency-hz 1500 "
-                              "--fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv";
+  for (const int i : {0, 1, 3})
+    scratch.write("tank_000" + std::to_string(i) + ".vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.05)));
+  const std::string command =
+      "bubble transfer --boundary tank_####.vtp --frame-step-s 0.001 --bubble 0.13,0.1,-0.05 --frequency-hz 1500 "
+      "--fluid-sources 10 --air-sources 10 --points pts.csv -o z.csv";
   expect_refused(scratch, command, {"missing", "tank_0002.vtp"});
-  scratch.write("tanks.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"tank_0000.vtp\"/>"
-                             "<DataSet timestep=\"1\" file=\"tank_0007.vtp\"/></Collection></VTKFile>");
+  scratch.write("tanks.pvd",
+                "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"tank_0000.vtp\"/>"
+                "<DataSet timestep=\"1\" file=\"tank_0007.vtp\"/></Collection></VTKFile>");
   std::string collection = command;
   collection.replace(collection.find("tank_####.vtp"), 13, "tanks.pvd");
   expect_refused(scratch, collection, {"missing", "tank_0007.vtp"});

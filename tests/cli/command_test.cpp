@@ -39,9 +39,12 @@ TEST(KlangModes, ReferenceTubesTetrahedraMatchTheRitzSolutionWithin200Ppm) {
 
 TEST(KlangModes, TubeGoesByHarmonicsUnlessAMeshOrASupportIsAskedFor) {
   const Scratch scratch;
-  const std::string tube = "modes --shape tube --dims length_m=0.1,outer_radius_m=0.0125,wall_m=0.002 --count 2 --json m.json ";
-  for (const auto& [options, method] : {std::pair{"", "harmonics"}, {"--method tetrahedra", "tetrahedra"},
-                                        {"--max-edge-m 0.02", "tetrahedra"}, {"--support clamped:z=-0.05", "tetrahedra"}}) {
+  const std::string tube =
+      "modes --shape tube --dims length_m=0.1,outer_radius_m=0.0125,wall_m=0.002 --count 2 --json m.json ";
+  for (const auto& [options, method] : {std::pair{"", "harmonics"},
+                                        {"--method tetrahedra", "tetrahedra"},
+                                        {"--max-edge-m 0.02", "tetrahedra"},
+                                        {"--support clamped:z=-0.05", "tetrahedra"}}) {
     ASSERT_EQ(run_klang(tube + options, scratch.path()).exit_code, 0) << options;
     EXPECT_EQ(read_json(scratch.path() / "m.json")["method"], method) << options;
   }
@@ -52,7 +55,8 @@ TEST(KlangModes, TubeGoesByHarmonicsUnlessAMeshOrASupportIsAskedFor) {
 
 TEST(KlangModes, SameRunGivesTheSameFrequenciesOnAnyNumberOfThreads) {
   const Scratch scratch;
-  const std::string run = "modes --shape tube --dims length_m=0.3,outer_radius_m=0.0125,wall_m=0.001 --material aluminium --count 6 ";
+  const std::string run =
+      "modes --shape tube --dims length_m=0.3,outer_radius_m=0.0125,wall_m=0.001 --material aluminium --count 6 ";
   ASSERT_EQ(run_klang(run + "--threads 1 --json a.json", scratch.path()).exit_code, 0);
   ASSERT_EQ(run_klang(run + "--threads 2 --json b.json", scratch.path()).exit_code, 0);
   const json a = read_json(scratch.path() / "a.json"), b = read_json(scratch.path() / "b.json");
@@ -64,12 +68,18 @@ TEST(KlangModes, SameRunGivesTheSameFrequenciesOnAnyNumberOfThreads) {
 
 TEST(KlangBubbleFit, SyntheticTapGivesItsBubblesAndPitchConstants) {
   const Scratch scratch;
-  ASSERT_EQ(run_klang(std::string("dataset ") + KLANG_SOURCE_DIR + "/datasets-synthetic/recipes/drops.toml -o made --seed 3", scratch.path()).exit_code, 0);
-  const auto run = run_klang("bubble fit made/tap.wav --rise made/tap-rise.csv --phi0-m -0.01 --json d.json -o out", scratch.path());
+  ASSERT_EQ(
+      run_klang(std::string("dataset ") + KLANG_SOURCE_DIR + "/datasets-synthetic/recipes/drops.toml -o made --seed 3",
+                scratch.path())
+          .exit_code,
+      0);
+  const auto run =
+      run_klang("bubble fit made/tap.wav --rise made/tap-rise.csv --phi0-m -0.01 --json d.json -o out", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json fit = read_json(scratch.path() / "d.json");
   ASSERT_EQ(fit["bubbles"].size(), 3u);
-  const double radius_m[] = {0.0012, 0.0018, 0.0026}, onset_s[] = {0.1, 0.5, 1.0};  // datasets-synthetic/recipes/drops.toml
+  const double radius_m[] = {0.0012, 0.0018, 0.0026},
+               onset_s[] = {0.1, 0.5, 1.0};  // datasets-synthetic/recipes/drops.toml
   for (std::size_t i = 0; i < 3; ++i) {
     const json& bubble = fit["bubbles"][i];
     EXPECT_LE(std::abs(bubble["radius_m"].get<double>() / radius_m[i] - 1.0), 0.01);
@@ -88,9 +98,14 @@ TEST(KlangBubbleFit, SyntheticTapGivesItsBubblesAndPitchConstants) {
 
 TEST(KlangBubbleFit, BadInputIsRefusedInOneLine) {
   const Scratch scratch;
-  ASSERT_EQ(run_klang(std::string("dataset ") + KLANG_SOURCE_DIR + "/datasets-synthetic/recipes/drops.toml -o made --seed 3", scratch.path()).exit_code, 0);
-  for (const char* bad : {"gone.wav", "made/tap.wav --rise gone.csv", "made/tap.wav --phi0-m 0.01", "made/tap.wav --band-hz 5000:200",
-                          "made/tap.wav --min-snr-db 3", "made/tap.wav --thermal warm", "made/truth.json"}) {
+  ASSERT_EQ(
+      run_klang(std::string("dataset ") + KLANG_SOURCE_DIR + "/datasets-synthetic/recipes/drops.toml -o made --seed 3",
+                scratch.path())
+          .exit_code,
+      0);
+  for (const char* bad :
+       {"gone.wav", "made/tap.wav --rise gone.csv", "made/tap.wav --phi0-m 0.01", "made/tap.wav --band-hz 5000:200",
+        "made/tap.wav --min-snr-db 3", "made/tap.wav --thermal warm", "made/truth.json"}) {
     const auto run = run_klang(std::string("bubble fit ") + bad + " -o out", scratch.path());
     EXPECT_EQ(run.exit_code, 2) << bad;
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
@@ -101,8 +116,14 @@ TEST(KlangBubbleFit, BadInputIsRefusedInOneLine) {
 TEST(KlangSynth, StrikeOfATubeSoundsAtItsModes) {
   const Scratch scratch;
   ASSERT_EQ(run_klang("modes --shape tube --dims length_m=0.3,outer_radius_m=0.0125,wall_m=0.001 --material aluminium "
-                      "--count 6 -o tube.vtu", scratch.path()).exit_code, 0);
-  ASSERT_EQ(run_klang("synth tube.vtu -o tube.wav --rayleigh-mass-per-s 8 --duration-s 1.5 --json s.json", scratch.path()).exit_code, 0);
+                      "--count 6 -o tube.vtu",
+                      scratch.path())
+                .exit_code,
+            0);
+  ASSERT_EQ(
+      run_klang("synth tube.vtu -o tube.wav --rayleigh-mass-per-s 8 --duration-s 1.5 --json s.json", scratch.path())
+          .exit_code,
+      0);
   ASSERT_EQ(run_klang("analyze tube.wav --json a.json", scratch.path()).exit_code, 0);
   const json synth = read_json(scratch.path() / "s.json"), analysis = read_json(scratch.path() / "a.json");
   ASSERT_GE(analysis["partials"].size(), 1U);
@@ -170,8 +191,9 @@ TEST(KlangConverge, OnlyRunsTheSeriesThatIsAskedFor) {
 
 TEST(KlangConverge, BadInputIsOneLineAndLeavesNothing) {
   const Scratch scratch;
-  for (const char* arguments : {"converge fluid -o out", "converge fem --levels 2 -o out", "converge fem --only x -o out",
-                                "converge fem", "converge synthesis -o /proc/nowhere/out"}) {
+  for (const char* arguments :
+       {"converge fluid -o out", "converge fem --levels 2 -o out", "converge fem --only x -o out", "converge fem",
+        "converge synthesis -o /proc/nowhere/out"}) {
     const auto result = run_klang(arguments, scratch.path());
     EXPECT_EQ(result.exit_code, 2) << arguments;
     EXPECT_EQ(result.err_lines(), 1) << result.err;
@@ -188,7 +210,8 @@ TEST(KlangConverge, ControlCEndsWith130AndNothingWritten) {
 
 TEST(KlangTransfer, SphereMatchesTheReferenceAndHasTheKeysOfTheContract) {
   const Scratch scratch;
-  const auto result = run_klang("transfer --sphere dipole --radius-m 0.05 --ka 1 --elements 500 --json s.json", scratch.path());
+  const auto result =
+      run_klang("transfer --sphere dipole --radius-m 0.05 --ka 1 --elements 500 --json s.json", scratch.path());
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json sphere = read_json(scratch.path() / "s.json");
   EXPECT_LE(sphere["surface_pressure_relative_error"].get<double>(), 0.01);
@@ -202,7 +225,10 @@ TEST(KlangTransfer, SphereMatchesTheReferenceAndHasTheKeysOfTheContract) {
 
 TEST(KlangTransfer, ModalModelGivesAnEntryForEveryMode) {
   const Scratch scratch;
-  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.1,width_m=0.03,height_m=0.01 --count 2 -o m.vtu", scratch.path()).exit_code, 0);
+  ASSERT_EQ(
+      run_klang("modes --shape box --dims length_m=0.1,width_m=0.03,height_m=0.01 --count 2 -o m.vtu", scratch.path())
+          .exit_code,
+      0);
   const auto result = run_klang("transfer m.vtu -o t.vtu --json t.json", scratch.path());
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json transfer = read_json(scratch.path() / "t.json");
@@ -222,7 +248,8 @@ TEST(KlangTransfer, ModalModelGivesAnEntryForEveryMode) {
 
 TEST(KlangHelp, EverySubcommandHasAnExample) {
   const Scratch scratch;
-  for (const char* name : {"mesh", "modes", "analyze", "converge", "fit", "tune", "synth", "transfer", "regress make", "regress check", "dataset", "report", "doctor"}) {
+  for (const char* name : {"mesh", "modes", "analyze", "converge", "fit", "tune", "synth", "transfer", "regress make",
+                           "regress check", "dataset", "report", "doctor"}) {
     const auto help = run_klang(std::string(name) + " --help", scratch.path());
     EXPECT_EQ(help.exit_code, 0) << name;
     EXPECT_NE(help.out.find("Example"), std::string::npos) << name;
@@ -251,9 +278,9 @@ TEST(KlangInterrupt, TwoSignalsInARowTidyUpAsOneDoes) {
 
 TEST(KlangInterrupt, ControlCEndsWith130AndNothingWritten) {
   const Scratch scratch;
-  const auto result = run_klang(
-      "modes --shape box --dims length_m=0.3,width_m=0.3,height_m=0.02 --refine 3 --count 50 --json m.json", scratch.path(),
-      "timeout --preserve-status -s INT 1");
+  const auto result =
+      run_klang("modes --shape box --dims length_m=0.3,width_m=0.3,height_m=0.02 --refine 3 --count 50 --json m.json",
+                scratch.path(), "timeout --preserve-status -s INT 1");
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_TRUE(scratch.files().empty());
 }

@@ -12,7 +12,8 @@ inline void expect_refused(const Scratch& scratch, const std::string& arguments,
   const auto result = run_klang(arguments, scratch.path(), environment);
   EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
   EXPECT_EQ(result.err_lines(), 1) << result.err;
-  for (const std::string& word : words) EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
+  for (const std::string& word : words)
+    EXPECT_NE(result.err.find(word), std::string::npos) << word << " in: " << result.err;
   EXPECT_EQ(scratch.files(), before);
 }
 

@@ -13,7 +13,8 @@ struct RunResult {
 };
 
 /// Runs the klang of this build with a shell-quoted argument text, in folder; environment: extra assignments in front.
-RunResult run_klang(const std::string& arguments, const std::filesystem::path& folder, const std::string& environment = {});
+RunResult run_klang(const std::string& arguments, const std::filesystem::path& folder,
+                    const std::string& environment = {});
 
 /// An empty folder of its own, removed at the end.
 class Scratch {

@@ -16,7 +16,8 @@ using klang::test::Scratch;
 
 namespace {
 
-const std::string kBuild = "proxy build --no-radiation --thinnest 0.6 --tolerance 0.05 --degree 8 --check-shapes 20 --quiet -o a.bank ";
+const std::string kBuild =
+    "proxy build --no-radiation --thinnest 0.6 --tolerance 0.05 --degree 8 --check-shapes 20 --quiet -o a.bank ";
 
 }  // namespace
 
@@ -29,7 +30,9 @@ TEST(KlangProxy, BuiltBankTellsItsErrorAndFindsTheProxy) {
   EXPECT_LE(info["max_interpolation_error"].get<double>(), 0.05);
   EXPECT_EQ(info["bytes"].get<std::size_t>(), std::filesystem::file_size(scratch.path() / "a.bank"));
   // A ball of glass of 50 mm radius: omega a / c_s = 2.501... at nu = 0.2 too (its lowest mode is a torsion).
-  ASSERT_EQ(run_klang("proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 25096 --json l.json", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 25096 --json l.json", scratch.path())
+                .exit_code,
+            0);
   const nlohmann::json found = read_json(scratch.path() / "l.json");
   for (const double axis : found["axes"]) EXPECT_LE(std::abs(axis - std::sqrt(1.0 / 3.0)), 1e-12);
   EXPECT_LE(std::abs(found["axes_m"][0].get<double>() / 0.05 - 1.0), 1e-3);
@@ -40,8 +43,12 @@ TEST(KlangProxy, BuiltBankTellsItsErrorAndFindsTheProxy) {
 TEST(KlangProxy, FitTellsErrorsBeforeAndAfter) {
   const Scratch scratch;
   ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
-  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 --no-mesh-error --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
-                      "--count 8 -o box.vtu", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 "
+                      "--no-mesh-error --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
+                      "--count 8 -o box.vtu",
+                      scratch.path())
+                .exit_code,
+            0);
   const auto run = run_klang("proxy fit a.bank box.vtu -o out --duration-s 0.1 --generations 1", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json fit = read_json(scratch.path() / "out/fit.json");
@@ -51,8 +58,12 @@ TEST(KlangProxy, FitTellsErrorsBeforeAndAfter) {
   EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/after.wav"));
   EXPECT_TRUE(std::filesystem::exists(scratch.path() / "out/report.html"));
   EXPECT_FALSE(fit["radiation"].get<bool>());
-  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 --no-mesh-error --material youngs_modulus_pa=6.2e10,poissons_ratio=0.3,density_kg_m3=2600 "
-                      "--count 3 -o other.vtu", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 "
+                      "--no-mesh-error --material youngs_modulus_pa=6.2e10,poissons_ratio=0.3,density_kg_m3=2600 "
+                      "--count 3 -o other.vtu",
+                      scratch.path())
+                .exit_code,
+            0);
   expect_refused(scratch, "proxy fit a.bank other.vtu -o out2", {"another Poisson's ratio"});
 }
 
@@ -60,17 +71,28 @@ TEST(KlangProxy, FitTellsErrorsBeforeAndAfter) {
 TEST(KlangProxy, RecordingIsFittedWithoutItsModel) {
   const Scratch scratch;
   ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
-  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 --material youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
-                      "--count 8 -o box.vtu", scratch.path()).exit_code, 0);
-  ASSERT_EQ(run_klang("synth box.vtu -o box.wav --strike time_s=0.05,x_m=0.08,y_m=0.065,z_m=0.05,fx_n_s=0.02,fy_n_s=0.03,fz_n_s=0.05,contact_s=1e-5 "
-                      "--rayleigh-mass-per-s 10 --rayleigh-stiffness-s 1e-8 --duration-s 0.6 --quiet", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("modes --shape box --dims length_m=0.16,width_m=0.13,height_m=0.1 --max-edge-m 0.05 --material "
+                      "youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 "
+                      "--count 8 -o box.vtu",
+                      scratch.path())
+                .exit_code,
+            0);
+  ASSERT_EQ(run_klang("synth box.vtu -o box.wav --strike "
+                      "time_s=0.05,x_m=0.08,y_m=0.065,z_m=0.05,fx_n_s=0.02,fy_n_s=0.03,fz_n_s=0.05,contact_s=1e-5 "
+                      "--rayleigh-mass-per-s 10 --rayleigh-stiffness-s 1e-8 --duration-s 0.6 --quiet",
+                      scratch.path())
+                .exit_code,
+            0);
   const auto run = run_klang("proxy fit a.bank box.wav -o out --duration-s 0.1 --generations 1", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json fit = read_json(scratch.path() / "out/fit.json");
   EXPECT_EQ(fit["target_kind"], "recording");
   EXPECT_LE(fit["before"]["loudness_difference_db"].get<double>(), 1e-9);
-  for (const auto& [key, value] : fit["before"].items()) EXPECT_LE(fit["after"][key].get<double>(), value.get<double>() * (1.0 + 1e-9) + 1e-9) << key;
-  EXPECT_LE(std::abs(fit["partials"][0]["before_hz"].get<double>() / fit["partials"][0]["target_hz"].get<double>() - 1.0), 1e-9);
+  for (const auto& [key, value] : fit["before"].items())
+    EXPECT_LE(fit["after"][key].get<double>(), value.get<double>() * (1.0 + 1e-9) + 1e-9) << key;
+  EXPECT_LE(
+      std::abs(fit["partials"][0]["before_hz"].get<double>() / fit["partials"][0]["target_hz"].get<double>() - 1.0),
+      1e-9);
   EXPECT_LE(std::abs(fit["start"]["rayleigh_mass_per_s"].get<double>() - 10.0), 3.0);
   expect_refused(scratch, "proxy fit a.bank box.wav --transfer box.vtu -o out2", {"not of a recording"});
 }
@@ -78,10 +100,12 @@ TEST(KlangProxy, RecordingIsFittedWithoutItsModel) {
 TEST(KlangProxy, BadInputIsRefused) {
   const Scratch scratch;
   ASSERT_EQ(run_klang(kBuild, scratch.path()).exit_code, 0);
-  expect_refused(scratch, "proxy lookup a.bank --inertia 3,1,1 --lowest-frequency-hz 500 --json l.json", {"no body has these moments"});
+  expect_refused(scratch, "proxy lookup a.bank --inertia 3,1,1 --lowest-frequency-hz 500 --json l.json",
+                 {"no body has these moments"});
   expect_refused(scratch, "proxy lookup a.bank --inertia 1,1 --lowest-frequency-hz 500", {"--inertia"});
   expect_refused(scratch, "proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 0", {"lowest-frequency-hz"});
-  expect_refused(scratch, "proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 500 --poissons-ratio 0.3", {"another Poisson's ratio"});
+  expect_refused(scratch, "proxy lookup a.bank --inertia 1,1,1 --lowest-frequency-hz 500 --poissons-ratio 0.3",
+                 {"another Poisson's ratio"});
   expect_refused(scratch, "proxy build --poissons-ratio 0.6 -o b.bank", {"poissons_ratio"});
   expect_refused(scratch, "proxy build --tolerance 0 -o b.bank", {"tolerance"});
   const std::string bytes = klang::read_file(scratch.path() / "a.bank");

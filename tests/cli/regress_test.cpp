@@ -60,7 +60,8 @@ TEST_F(KlangRegress, SameObjectPassesAndWritesPageAndJUnit) {
   EXPECT_LE(std::abs(result["gain_db"].get<double>() - 20 * std::log10(0.4)), 0.1);
   EXPECT_LE(result["log_spectral_distance_db"].get<double>(), 1.0);
   EXPECT_EQ(result["partials"].size(), 3u);
-  for (const char* file : {"out/report.html", "out/junit.xml", "out/figures/levels.png", "out/figures/spectrum.png", "out/figures/partials.png"})
+  for (const char* file : {"out/report.html", "out/junit.xml", "out/figures/levels.png", "out/figures/spectrum.png",
+                           "out/figures/partials.png"})
     EXPECT_TRUE(std::filesystem::exists(scratch_.path() / file)) << file;
   EXPECT_EQ(run_klang("report out/regression.json", scratch_.path()).exit_code, 0);
 }
@@ -76,10 +77,14 @@ TEST_F(KlangRegress, ShiftOfThreeCentsIsExitOneAndAFailureInJUnit) {
 }
 
 TEST_F(KlangRegress, ModelAgainstItsOwnSoundPassesAndAStifferOneDoesNot) {
-  const std::string bar = "modes --shape box --dims length_m=0.2,width_m=0.03,height_m=0.006 --count 4 --max-edge-m 0.015 -q ";
+  const std::string bar =
+      "modes --shape box --dims length_m=0.2,width_m=0.03,height_m=0.006 --count 4 --max-edge-m 0.015 -q ";
   const std::string damping = " --rayleigh-stiffness-s 1e-7 --rayleigh-mass-per-s 4 ";
   ASSERT_EQ(run_klang(bar + "--material steel -o bar.vtu", scratch_.path()).exit_code, 0);
-  ASSERT_EQ(run_klang(bar + "--material lame_lambda_pa=1.16e11,lame_mu_pa=8.05e10,density_kg_m3=7850 -o other.vtu", scratch_.path()).exit_code, 0);
+  ASSERT_EQ(run_klang(bar + "--material lame_lambda_pa=1.16e11,lame_mu_pa=8.05e10,density_kg_m3=7850 -o other.vtu",
+                      scratch_.path())
+                .exit_code,
+            0);
   ASSERT_EQ(run_klang("synth bar.vtu -o bar.wav --duration-s 1.5 -q" + damping, scratch_.path()).exit_code, 0);
   ASSERT_EQ(run_klang("regress make bar.vtu -o bar.json -q" + damping, scratch_.path()).exit_code, 0);
   EXPECT_EQ(run_klang("regress check bar.json bar.wav -q", scratch_.path()).exit_code, 0);
@@ -99,9 +104,10 @@ TEST_F(KlangRegress, BadInputIsOneLineAndLeavesNothing) {
   scratch_.write("silent.wav", klang::test::wav_bytes(std::vector<float>(8000, 0.0f), 1, 16000));
   const auto before = scratch_.files();
   for (const char* arguments :
-       {"check newer.json a.wav -o out", "check empty.json a.wav -o out", "check cut.json a.wav -o out", "check a.wav a.wav -o out",
-        "check gone.json a.wav -o out", "check ref.json silent.wav -o out", "check ref.json gone.wav -o out", "make silent.wav -o x.json",
-        "make gone.wav -o x.json", "make a.wav", "check ref.json a.wav --false-alarm-rate 2 -o out", "check ref.json a.wav --band-hz 9:1 -o out",
+       {"check newer.json a.wav -o out", "check empty.json a.wav -o out", "check cut.json a.wav -o out",
+        "check a.wav a.wav -o out", "check gone.json a.wav -o out", "check ref.json silent.wav -o out",
+        "check ref.json gone.wav -o out", "make silent.wav -o x.json", "make gone.wav -o x.json", "make a.wav",
+        "check ref.json a.wav --false-alarm-rate 2 -o out", "check ref.json a.wav --band-hz 9:1 -o out",
         "make a.wav -o /proc/nowhere/x.json"}) {
     const auto run = run_klang(std::string("regress ") + arguments, scratch_.path());
     EXPECT_EQ(run.exit_code, 2) << arguments << run.out;
@@ -127,8 +133,10 @@ TEST(KlangValidate, PapersPassesAndWritesItsPage) {
   EXPECT_EQ(papers, read_json(scratch.path() / "out/papers.json"));
   EXPECT_EQ(papers["status"], "passed");
   EXPECT_GE(papers["numbers"].size(), 80u);
-  for (const char* key : {"printed", "ours", "reference", "tolerance", "tolerance_source", "verdict"}) EXPECT_TRUE(papers["numbers"][0].contains(key)) << key;
-  for (const char* file : {"out/report.html", "out/junit.xml", "p.md"}) EXPECT_TRUE(std::filesystem::exists(scratch.path() / file)) << file;
+  for (const char* key : {"printed", "ours", "reference", "tolerance", "tolerance_source", "verdict"})
+    EXPECT_TRUE(papers["numbers"][0].contains(key)) << key;
+  for (const char* file : {"out/report.html", "out/junit.xml", "p.md"})
+    EXPECT_TRUE(std::filesystem::exists(scratch.path() / file)) << file;
   EXPECT_EQ(run_klang("report out/papers.json", scratch.path()).exit_code, 0);
   const auto help = run_klang("validate papers --help", scratch.path());
   EXPECT_NE(help.out.find("Examples"), std::string::npos);

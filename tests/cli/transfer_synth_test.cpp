@@ -23,7 +23,10 @@ namespace {
 class KlangSynthTransfer : public testing::Test {
  protected:
   void SetUp() override {
-    const auto run = run_klang("modes --element p1 --shape box --dims length_m=0.1,width_m=0.08,height_m=0.05 --material aluminium --count 4 -o m.vtu", scratch.path());
+    const auto run = run_klang(
+        "modes --element p1 --shape box --dims length_m=0.1,width_m=0.08,height_m=0.05 --material aluminium --count 4 "
+        "-o m.vtu",
+        scratch.path());
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const modal::ModalModel model = modal::read_modal_model(scratch.path() / "m.vtu");
     acoustics::TransferModel transfer;
@@ -50,7 +53,8 @@ class KlangSynthTransfer : public testing::Test {
 };
 
 TEST_F(KlangSynthTransfer, OneEarWithoutAListenerStandsOnTheAxisOfTheDipole) {
-  const auto run = run_klang("synth m.vtu -o a.wav --transfer t.vtu --duration-s 0.2 --loss-factor 1e-3 --json a.json", scratch.path());
+  const auto run = run_klang("synth m.vtu -o a.wav --transfer t.vtu --duration-s 0.2 --loss-factor 1e-3 --json a.json",
+                             scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json result = read_json(scratch.path() / "a.json");
   const auto at = result["transfer"]["listener_at_start_m"];
@@ -64,7 +68,10 @@ TEST_F(KlangSynthTransfer, OneEarWithoutAListenerStandsOnTheAxisOfTheDipole) {
 
 TEST_F(KlangSynthTransfer, PathWithTwoEarsAndDelayIsStereoAndStartsLate) {
   scratch.write("walk.csv", "time_s,x_m,y_m,z_m\n0,0,0,3.43\n1,0,2,3.43\n");
-  const auto run = run_klang("synth m.vtu -o a.wav --transfer t.vtu --listener walk.csv --ears-m 0.17 --delay --duration-s 0.2 --loss-factor 1e-3 --json a.json", scratch.path());
+  const auto run = run_klang(
+      "synth m.vtu -o a.wav --transfer t.vtu --listener walk.csv --ears-m 0.17 --delay --duration-s 0.2 --loss-factor "
+      "1e-3 --json a.json",
+      scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const audio::Signal sound = audio::read_sound(scratch.path() / "a.wav");
   ASSERT_EQ(sound.n_channels(), 2);
@@ -74,14 +81,24 @@ TEST_F(KlangSynthTransfer, PathWithTwoEarsAndDelayIsStereoAndStartsLate) {
 }
 
 TEST_F(KlangSynthTransfer, RadiationDampingAddsToTheDecays) {
-  ASSERT_EQ(run_klang("synth m.vtu -o a.wav --transfer t.vtu --rayleigh-mass-per-s 4 --radiation-damping --duration-s 0.1 --json a.json", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("synth m.vtu -o a.wav --transfer t.vtu --rayleigh-mass-per-s 4 --radiation-damping --duration-s "
+                      "0.1 --json a.json",
+                      scratch.path())
+                .exit_code,
+            0);
   EXPECT_LE(std::abs(read_json(scratch.path() / "a.json")["modes"][0]["decay_per_s"].get<double>() - 4.0), 1e-12);
 }
 
 TEST_F(KlangSynthTransfer, UnitTransferAndOpenClRun) {
-  ASSERT_EQ(run_klang("synth m.vtu -o u.wav --transfer t.vtu --unit-transfer --duration-s 0.1", scratch.path()).exit_code, 0);
-  ASSERT_EQ(run_klang("synth m.vtu -o c.wav --transfer t.vtu --duration-s 0.1 --loss-factor 1e-3", scratch.path()).exit_code, 0);
-  const auto run = run_klang("synth m.vtu -o d.wav --transfer t.vtu --device default --precision single --duration-s 0.1 --loss-factor 1e-3 --json d.json", scratch.path());
+  ASSERT_EQ(
+      run_klang("synth m.vtu -o u.wav --transfer t.vtu --unit-transfer --duration-s 0.1", scratch.path()).exit_code, 0);
+  ASSERT_EQ(
+      run_klang("synth m.vtu -o c.wav --transfer t.vtu --duration-s 0.1 --loss-factor 1e-3", scratch.path()).exit_code,
+      0);
+  const auto run = run_klang(
+      "synth m.vtu -o d.wav --transfer t.vtu --device default --precision single --duration-s 0.1 --loss-factor 1e-3 "
+      "--json d.json",
+      scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(read_json(scratch.path() / "d.json")["transfer"]["device"], "processor");
   const audio::Signal c = audio::read_sound(scratch.path() / "c.wav"), d = audio::read_sound(scratch.path() / "d.wav");
@@ -89,7 +106,8 @@ TEST_F(KlangSynthTransfer, UnitTransferAndOpenClRun) {
 }
 
 TEST_F(KlangSynthTransfer, WithoutAnOpenClDeviceSaysSoInOneLineAndGoesOn) {
-  const auto run = run_klang("synth m.vtu -o d.wav --transfer t.vtu --device default --duration-s 0.1 --json d.json", scratch.path(), "OCL_ICD_VENDORS=.");
+  const auto run = run_klang("synth m.vtu -o d.wav --transfer t.vtu --device default --duration-s 0.1 --json d.json",
+                             scratch.path(), "OCL_ICD_VENDORS=.");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err_lines(), 1) << run.err;
   EXPECT_EQ(read_json(scratch.path() / "d.json")["transfer"]["device"], "processor");

@@ -20,10 +20,12 @@ namespace {
 double largest_height_m(const mesh::SurfaceMesh& surface) {
   double highest = -1.0;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
-    const Eigen::Vector3d a = surface.vertices_m.row(surface.triangles(t, 0)), b = surface.vertices_m.row(surface.triangles(t, 1)),
+    const Eigen::Vector3d a = surface.vertices_m.row(surface.triangles(t, 0)),
+                          b = surface.vertices_m.row(surface.triangles(t, 1)),
                           c = surface.vertices_m.row(surface.triangles(t, 2));
     const Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
-    for (Eigen::Index v = 0; v < surface.vertices_m.rows(); ++v) highest = std::max(highest, normal.dot(surface.vertices_m.row(v).transpose() - a));
+    for (Eigen::Index v = 0; v < surface.vertices_m.rows(); ++v)
+      highest = std::max(highest, normal.dot(surface.vertices_m.row(v).transpose() - a));
   }
   return highest;
 }
@@ -62,7 +64,8 @@ TEST(Debris, CracksLeanUnlessTheTiltIsZero) {
     double most = 0.0;
     for (const DebrisPiece& piece : slab_shards(options))
       for (Eigen::Index t = 0; t < piece.surface.triangles.rows(); ++t) {
-        const Eigen::Vector3d a = piece.surface.vertices_m.row(piece.surface.triangles(t, 0)), b = piece.surface.vertices_m.row(piece.surface.triangles(t, 1)),
+        const Eigen::Vector3d a = piece.surface.vertices_m.row(piece.surface.triangles(t, 0)),
+                              b = piece.surface.vertices_m.row(piece.surface.triangles(t, 1)),
                               c = piece.surface.vertices_m.row(piece.surface.triangles(t, 2));
         const double z = std::abs((b - a).cross(c - a).normalized().z());
         if (z < 0.9) most = std::max(most, std::asin(z));  // a crack or a side of the slab, not its top or bottom
@@ -100,7 +103,8 @@ TEST(Debris, NoShardHasAnEdgeShorterThanATwentiethOfTheThickness) {
       for (Eigen::Index t = 0; t < piece.surface.triangles.rows(); ++t)
         for (int c = 0; c < 3; ++c)
           shortest = std::min(shortest, (piece.surface.vertices_m.row(piece.surface.triangles(t, c)) -
-                                         piece.surface.vertices_m.row(piece.surface.triangles(t, (c + 1) % 3))).norm());
+                                         piece.surface.vertices_m.row(piece.surface.triangles(t, (c + 1) % 3)))
+                                            .norm());
     EXPECT_GE(shortest, 0.05 * options.slab_m[2]) << seed;
   }
 }

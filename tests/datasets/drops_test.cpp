@@ -159,8 +159,10 @@ TEST(Drops, BadRecipesAreNamed) {
   refused(recipe("{ onset_s = 0.1, radius_m = 0.001, colour = 1 }"), {"colour"});
   refused(recipe("{ onset_s = 0.1, radius_m = 0.00008 }"), {"sample rate"});
   refused("kind = \"drops\"\n", {"no recordings"});
-  refused("kind = \"drops\"\n[[recording]]\nname = \"a-1\"\ndrop = [{ onset_s = 0.1, radius_m = 0.001 }]\n"
-          "[[random]]\nname = \"a\"\ndrops = 2\n", {"file name", "a-1"});
+  refused(
+      "kind = \"drops\"\n[[recording]]\nname = \"a-1\"\ndrop = [{ onset_s = 0.1, radius_m = 0.001 }]\n"
+      "[[random]]\nname = \"a\"\ndrops = 2\n",
+      {"file name", "a-1"});
   refused("kind = \"drops\"\n[[random]]\nname = \"a\"\ndrops = 100\nshortest_gap_s = 0.1\n", {"drops", "fit"});
 }
 

@@ -80,8 +80,8 @@ TEST(Recipe, PartialsOfABarAreTheRitzFrequenciesWithRayleighDecay) {
 }
 
 TEST(Recipe, SameSeedGivesSameBitsOnAnyNumberOfThreads) {
-  const std::string text = bar_recipe(
-      "[noise]\nsnr_db = 30\ncolour = \"pink\"\n[room]\nrt60_s = 0.2\n[mains]\namplitude = 0.01\n");
+  const std::string text =
+      bar_recipe("[noise]\nsnr_db = 30\ncolour = \"pink\"\n[room]\nrt60_s = 0.2\n[mains]\namplitude = 0.01\n");
   set_thread_count(1);
   const Dataset one = make_dataset_from_text(text, "bar", 5);
   set_thread_count(0);
@@ -136,24 +136,20 @@ TEST(Disturbances, RoomTailHasItsLevelAndDecay) {
   const Eigen::VectorXd tail = room_tail(click, 48000.0, 0.4, -12.0, random);
   EXPECT_NEAR(10.0 * std::log10(tail.squaredNorm() / 4.0), -12.0, 0.01);
   EXPECT_LE(tail.head(100).cwiseAbs().maxCoeff(), 1e-12);
-  const double early = tail.segment(100, 4800).squaredNorm(),
-               late = tail.segment(100 + 9600, 4800).squaredNorm();
+  const double early = tail.segment(100, 4800).squaredNorm(), late = tail.segment(100 + 9600, 4800).squaredNorm();
   EXPECT_NEAR(10.0 * std::log10(early / late), 30.0, 1.0);  // 0.2 s of 0.4 s: half of 60 dB
 }
 
 TEST(Recipe, HumOffsetAndClippingAreAsAsked) {
   const Dataset plain = make_dataset_from_text(bar_recipe(), "bar", 1);
-  const Dataset d =
-      make_dataset_from_text(bar_recipe("[mains]\namplitude = 0.02\nfrequency_hz = 60\nharmonics = 1\n",
-                                        "duration_s = 0.5\ndc_offset = 0.1"),
-                             "bar", 1);
-  const Eigen::VectorXd added =
-      d.recordings[0].signal.samples.col(0) - plain.recordings[0].signal.samples.col(0);
+  const Dataset d = make_dataset_from_text(
+      bar_recipe("[mains]\namplitude = 0.02\nfrequency_hz = 60\nharmonics = 1\n", "duration_s = 0.5\ndc_offset = 0.1"),
+      "bar", 1);
+  const Eigen::VectorXd added = d.recordings[0].signal.samples.col(0) - plain.recordings[0].signal.samples.col(0);
   EXPECT_NEAR(added.mean(), 0.1, 1e-12);  // 30 whole periods
   EXPECT_NEAR((added.array() - 0.1).matrix().norm() / std::sqrt(24000.0), 0.02 / std::sqrt(2.0), 1e-9);
 
-  const Dataset clipped =
-      make_dataset_from_text(bar_recipe("", "duration_s = 0.5\nclip_level = 0.2"), "bar", 1);
+  const Dataset clipped = make_dataset_from_text(bar_recipe("", "duration_s = 0.5\nclip_level = 0.2"), "bar", 1);
   const auto& samples = clipped.recordings[0].signal.samples;
   EXPECT_EQ(samples.cwiseAbs().maxCoeff(), 0.2);
   EXPECT_EQ(samples.col(0), plain.recordings[0].signal.samples.col(0).cwiseMax(-0.2).cwiseMin(0.2));
@@ -197,17 +193,16 @@ TEST(Recipe, DampingModelsFollowTheirFormulas) {
   const double omega = 2 * kPi * 1500.0;
   EXPECT_DOUBLE_EQ(with("model = \"loss_factor\"\nloss_factor = 2e-3").decay_per_s(omega), 1e-3 * omega);
   const double x = omega * 1e-4;
-  EXPECT_DOUBLE_EQ(
-      with("model = \"zener\"\nzener_strength = 1e-2\nzener_relaxation_time_s = 1e-4").decay_per_s(omega),
-      0.5e-2 * omega * x / (1 + x * x));
-  EXPECT_THROW(
-      with("model = \"zener\"\nzener_strength = 1e-2\nzener_relaxation_time_s = 1e-4\nloss_factor = 1e-3"),
-      InputError);
+  EXPECT_DOUBLE_EQ(with("model = \"zener\"\nzener_strength = 1e-2\nzener_relaxation_time_s = 1e-4").decay_per_s(omega),
+                   0.5e-2 * omega * x / (1 + x * x));
+  EXPECT_THROW(with("model = \"zener\"\nzener_strength = 1e-2\nzener_relaxation_time_s = 1e-4\nloss_factor = 1e-3"),
+               InputError);
 }
 
 TEST(Recipe, MountsDampTheModesThatMoveThem) {
   const auto plain = make_dataset_from_text(bar_recipe(), "r.toml", 1);
-  const std::string mount = "mount = [{ at = [0.0, 0.0, 1.0], direction = [0.0, 0.0, 2.0], damping_n_s_per_m = 2.0 }]\n";
+  const std::string mount =
+      "mount = [{ at = [0.0, 0.0, 1.0], direction = [0.0, 0.0, 2.0], damping_n_s_per_m = 2.0 }]\n";
   const auto mounted = make_dataset_from_text(bar_recipe() + mount, "r.toml", 1);
   const auto &a = plain.recordings[0], &b = mounted.recordings[0];
   ASSERT_EQ(a.frequency_hz.size(), b.frequency_hz.size());
@@ -230,9 +225,8 @@ TEST(Recipe, TruthHoldsMaterialPartialsAndProvenance) {
   EXPECT_EQ(specimen["partials"][0]["frequency_hz"], d.recordings[0].frequency_hz[0]);
   EXPECT_NEAR(specimen["mass_kg"], 0.15 * 0.02 * 0.008 * 2700.0, 1e-12);
   EXPECT_EQ(specimen["channels"].size(), 2u);
-  EXPECT_NEAR(
-      specimen["channels"][0]["noise_rms"].get<double>() / specimen["channels"][0]["sound_rms"].get<double>(),
-      0.01, 1e-12);
+  EXPECT_NEAR(specimen["channels"][0]["noise_rms"].get<double>() / specimen["channels"][0]["sound_rms"].get<double>(),
+              0.01, 1e-12);
 }
 
 TEST(BodyModes, ZeroDetuningTakesAwayTheSplitOfAMesh) {
@@ -267,8 +261,7 @@ std::string message_of(const std::string& toml) {
 }
 
 TEST(RecipeParser, MistakesAreNamedWithLineAndKey) {
-  EXPECT_NE(message_of(bar_recipe("[noise]\nsnr = 3\n")).find("r.toml:13: noise.snr: unknown key"),
-            std::string::npos)
+  EXPECT_NE(message_of(bar_recipe("[noise]\nsnr = 3\n")).find("r.toml:13: noise.snr: unknown key"), std::string::npos)
       << message_of(bar_recipe("[noise]\nsnr = 3\n"));
   EXPECT_NE(message_of(bar_recipe("[noise]\nsnr_db = \"loud\"\n")).find("noise.snr_db: must be a number"),
             std::string::npos);
@@ -341,8 +334,7 @@ TEST(Tables, ChimesCsvAndJsonAgree) {
     EXPECT_EQ(std::stod(values[3]), chime["measured_length_m"].get<double>());
     EXPECT_EQ(std::stod(values[4]), chime["measured_frequency_hz"].get<double>());
     const auto partials = read_file(kFolder / "tables" / ("s02_chime_" + values[1] + ".csv"));
-    EXPECT_EQ(std::stod(partials.substr(partials.find('\n') + 1)),
-              chime["measured_frequency_hz"].get<double>());
+    EXPECT_EQ(std::stod(partials.substr(partials.find('\n') + 1)), chime["measured_frequency_hz"].get<double>());
   }
   EXPECT_EQ(row, 6u);
 }

@@ -26,11 +26,11 @@ double hertz(const Eigen::VectorXd& omega, Eigen::Index i) { return omega[i] / (
 
 TEST(RitzBox, TileFrequenciesMatchReferenceWithinOnePpm) {
   // reference/free_solids.json: ceramic_tile_100x100x8.f_Hz (their own convergence: up to 3e-7)
-  const std::array<double, 20> f_hz = {
-      2672.914462333648,  3924.049201190637,  4472.488132973063,  6648.325659608077,  6648.3256601532885,
-      11193.565276399544, 11193.56527650146,  11750.340104747655, 12862.62362593311,  13786.58083845066,
-      18659.734843032234, 18659.73484329457,  20625.74752179741,  20819.665573803944, 21167.037476567402,
-      21464.686139380585, 21464.686139416845, 22722.49515236548,  22722.49515240333,  23669.053416174822};
+  const std::array<double, 20> f_hz = {2672.914462333648,  3924.049201190637,  4472.488132973063,  6648.325659608077,
+                                       6648.3256601532885, 11193.565276399544, 11193.56527650146,  11750.340104747655,
+                                       12862.62362593311,  13786.58083845066,  18659.734843032234, 18659.73484329457,
+                                       20625.74752179741,  20819.665573803944, 21167.037476567402, 21464.686139380585,
+                                       21464.686139416845, 22722.49515236548,  22722.49515240333,  23669.053416174822};
   const RitzBox box({0.1, 0.1, 0.008}, kCeramic, {{22, 22, 7}, 24000.0});
   ASSERT_GE(box.n_modes(), 20);
   for (Eigen::Index i = 0; i < 20; ++i) {
@@ -41,11 +41,11 @@ TEST(RitzBox, TileFrequenciesMatchReferenceWithinOnePpm) {
 
 TEST(RitzBox, BlockFrequenciesMatchReferenceWithinOnePpm) {
   // reference/free_solids.json: aluminium_block_30x40x50.f_Hz
-  const std::array<double, 20> f_hz = {
-      26439.731509438734, 34721.54113923813,  38712.030995520116, 43305.6291623288,   46550.2135399402,
-      47031.19198808217,  49313.687190078876, 49629.46646834014,  49866.003085277785, 52859.10015338861,
-      54973.75124454294,  55964.86252981227,  56339.75189868073,  61081.24199672348,  61487.06749422619,
-      66820.9917430422,   68043.92852890606,  69701.7900155409,   71023.64310216272,  72472.96436528301};
+  const std::array<double, 20> f_hz = {26439.731509438734, 34721.54113923813, 38712.030995520116, 43305.6291623288,
+                                       46550.2135399402,   47031.19198808217, 49313.687190078876, 49629.46646834014,
+                                       49866.003085277785, 52859.10015338861, 54973.75124454294,  55964.86252981227,
+                                       56339.75189868073,  61081.24199672348, 61487.06749422619,  66820.9917430422,
+                                       68043.92852890606,  69701.7900155409,  71023.64310216272,  72472.96436528301};
   const RitzBox box({0.03, 0.04, 0.05}, kAluminium, {{13, 13, 13}, 73000.0});
   ASSERT_GE(box.n_modes(), 20);
   for (Eigen::Index i = 0; i < 20; ++i) {
@@ -92,8 +92,7 @@ struct TubeMode {
   int n;
 };
 
-void expect_spectrum(double length_m, const std::vector<TubeMode>& reference,
-                     const std::vector<double>& bending_hz) {
+void expect_spectrum(double length_m, const std::vector<TubeMode>& reference, const std::vector<double>& bending_hz) {
   const RitzTube tube(length_m, 0.0125, 0.001, kAluminium);
   Eigen::Index at = 0;
   for (const TubeMode& r : reference) {
@@ -110,40 +109,36 @@ void expect_spectrum(double length_m, const std::vector<TubeMode>& reference,
   std::size_t found = 0;  // ritz3d_bending
   for (Eigen::Index i = 0; i < tube.n_modes() && found < bending_hz.size(); ++i) {
     if (tube.label(i).circumferential != 1 || tube.label(i).orientation != 0) continue;
-    EXPECT_LE(std::abs(hertz(tube.angular_frequency_rad_s(), i) / bending_hz[found] - 1.0), 1e-6)
-        << bending_hz[found];
+    EXPECT_LE(std::abs(hertz(tube.angular_frequency_rad_s(), i) / bending_hz[found] - 1.0), 1e-6) << bending_hz[found];
     ++found;
   }
   EXPECT_EQ(found, bending_hz.size());
 }
 
 TEST(RitzTube, LongChimeMatchesReferenceBendingWithinOnePpmAndBoundsTheRest) {
-  expect_spectrum(
-      0.505,
-      {{587.8830488924305, 1}, {1575.1159445167118, 1}, {2969.5313079533753, 1}, {3054.6630092326773, 0},
-       {4541.236421337498, 2}, {4542.491071048956, 2},  {4563.309602672677, 2},  {4614.710402844106, 2},
-       {4681.101826206471, 1}, {4731.422882986504, 2},  {4952.866661460093, 2},  {4980.1132042107165, 0},
-       {5315.595117363848, 2}, {5842.381684015741, 2},  {6109.326014669061, 0},  {6538.231437277868, 2},
-       {6630.651855272899, 1}, {7392.959301200008, 2},  {8388.101730974806, 2},  {8750.000443005873, 1}},
-      {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376, 6630.651833302586,
-       8750.000412714602});
+  expect_spectrum(0.505,
+                  {{587.8830488924305, 1}, {1575.1159445167118, 1}, {2969.5313079533753, 1}, {3054.6630092326773, 0},
+                   {4541.236421337498, 2}, {4542.491071048956, 2},  {4563.309602672677, 2},  {4614.710402844106, 2},
+                   {4681.101826206471, 1}, {4731.422882986504, 2},  {4952.866661460093, 2},  {4980.1132042107165, 0},
+                   {5315.595117363848, 2}, {5842.381684015741, 2},  {6109.326014669061, 0},  {6538.231437277868, 2},
+                   {6630.651855272899, 1}, {7392.959301200008, 2},  {8388.101730974806, 2},  {8750.000443005873, 1}},
+                  {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376, 6630.651833302586,
+                   8750.000412714602});
 }
 
 TEST(RitzTube, ShortChimeMatchesReferenceBendingWithinOnePpmAndBoundsTheRest) {
-  expect_spectrum(
-      0.353,
-      {{1185.467288845055, 1},  {3095.01922405325, 1},   {4369.9853248840955, 0}, {4540.405980224599, 2},
-       {4544.386768419263, 2},  {4592.764738147764, 2},  {4749.228635911155, 2},  {5125.884486522278, 2},
-       {5657.745292482065, 1},  {5816.689544428483, 2},  {6851.327302967115, 2},  {7122.228704755238, 0},
-       {8197.904362926985, 2},  {8635.767638946794, 1},  {8739.970650714824, 0},  {9797.360552711172, 2},
-       {11588.673952498602, 2}, {11857.598959371506, 1}, {12753.539932266918, 3}, {12755.891700290342, 3}},
-      {1185.4672628861772, 3095.019228731142, 5657.745289217874, 8635.76762217711, 11857.598902895208,
-       15199.348080467476});
+  expect_spectrum(0.353,
+                  {{1185.467288845055, 1},  {3095.01922405325, 1},   {4369.9853248840955, 0}, {4540.405980224599, 2},
+                   {4544.386768419263, 2},  {4592.764738147764, 2},  {4749.228635911155, 2},  {5125.884486522278, 2},
+                   {5657.745292482065, 1},  {5816.689544428483, 2},  {6851.327302967115, 2},  {7122.228704755238, 0},
+                   {8197.904362926985, 2},  {8635.767638946794, 1},  {8739.970650714824, 0},  {9797.360552711172, 2},
+                   {11588.673952498602, 2}, {11857.598959371506, 1}, {12753.539932266918, 3}, {12755.891700290342, 3}},
+                  {1185.4672628861772, 3095.019228731142, 5657.745289217874, 8635.76762217711, 11857.598902895208,
+                   15199.348080467476});
 }
 
 TEST(RitzTube, DefaultOrdersOfAChimeAreConvergedToTwoPpm) {
-  const RitzTube standard(0.505, 0.0125, 0.001, kAluminium),
-      finer(0.505, 0.0125, 0.001, kAluminium, {110, 5, 20000.0});
+  const RitzTube standard(0.505, 0.0125, 0.001, kAluminium), finer(0.505, 0.0125, 0.001, kAluminium, {110, 5, 20000.0});
   ASSERT_GE(standard.n_modes(), 60);
   ASSERT_EQ(standard.n_modes(), finer.n_modes());
   for (Eigen::Index i = 0; i < standard.n_modes(); ++i) {
@@ -160,8 +155,7 @@ TEST(RitzTube, TorsionMatchesTheClosedForm) {
   for (Eigen::Index i = 0; i < tube.n_modes() && k < 4; ++i) {
     if (!tube.label(i).torsion) continue;
     ++k;
-    EXPECT_NEAR(hertz(tube.angular_frequency_rad_s(), i) / (k * kAluminium.shear_speed_m_s() / 0.8), 1.0,
-                1e-9);
+    EXPECT_NEAR(hertz(tube.angular_frequency_rad_s(), i) / (k * kAluminium.shear_speed_m_s() / 0.8), 1.0, 1e-9);
   }
   EXPECT_EQ(k, 4);
 }
@@ -177,8 +171,7 @@ TEST(RitzTube, ShapesAreMassOrthonormalAndBothOrientationsDiffer) {
     for (Eigen::Index j = 0; j < 18; ++j) {
       for (int k = 0; k < n_angles; ++k) {
         const double t = 2.0 * kPi * k / n_angles;
-        const Eigen::MatrixXd u =
-            tube.shapes_at({r.points[i] * std::cos(t), r.points[i] * std::sin(t), z.points[j]});
+        const Eigen::MatrixXd u = tube.shapes_at({r.points[i] * std::cos(t), r.points[i] * std::sin(t), z.points[j]});
         mass += 2700.0 * r.points[i] * r.weights[i] * z.weights[j] * 2.0 * kPi / n_angles * u.transpose() * u;
       }
     }

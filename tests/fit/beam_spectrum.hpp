@@ -15,8 +15,13 @@ class BeamSpectrum : public fit::SpectrumModel {
  public:
   BeamSpectrum(double length_m, double gyration_m, bool pairs, double torsion_visibility, bool length_is_free = false,
                int n_bending = 8, double torsion_factor = 1.0)
-      : length_(length_m), gyration_(gyration_m), pairs_(pairs), length_free_(length_is_free), n_bending_(n_bending),
-        torsion_visibility_(torsion_visibility), torsion_factor_(torsion_factor) {}
+      : length_(length_m),
+        gyration_(gyration_m),
+        pairs_(pairs),
+        length_free_(length_is_free),
+        n_bending_(n_bending),
+        torsion_visibility_(torsion_visibility),
+        torsion_factor_(torsion_factor) {}
 
   Eigen::Index n_modes() const override { return n_bending_ * (pairs_ ? 2 : 1) + kTorsion; }
   fit::Spectrum spectrum(const fit::SpectrumPoint& point) const override {

@@ -52,7 +52,8 @@ TEST(BubblePitch, ConstantsComeOutWithinTenPercentAndTheirIntervalsCover) {
     ASSERT_TRUE(k.determined && eta.determined);
     EXPECT_LE(std::abs(*k.value / drops[0].k_per_m - 1.0), 0.1) << seed;
     EXPECT_LE(std::abs(*eta.value / drops[0].eta - 1.0), 0.1) << seed;
-    n_covered += (*k.low95 <= drops[0].k_per_m && drops[0].k_per_m <= *k.high95) + (*eta.low95 <= drops[0].eta && drops[0].eta <= *eta.high95);
+    n_covered += (*k.low95 <= drops[0].k_per_m && drops[0].k_per_m <= *k.high95) +
+                 (*eta.low95 <= drops[0].eta && drops[0].eta <= *eta.high95);
     for (const double ratio : fit.chi_square_per_datum) EXPECT_LE(ratio, 1.5) << seed;
   }
   // Of twelve 95 % intervals three or more miss with probability 0.02.
@@ -62,9 +63,11 @@ TEST(BubblePitch, ConstantsComeOutWithinTenPercentAndTheirIntervalsCover) {
 TEST(BubblePitch, WithoutPhi0OnlyTheTwoCombinationsAreGiven) {
   const auto drops = three_drops();
   const BubbleSearchOptions search;
-  const auto fit = fit_pitch(find_bubbles(tests::drop_sound(drops, 0.65, 44100.0, 30.0, 1), search), rises_of(drops), search);
+  const auto fit =
+      fit_pitch(find_bubbles(tests::drop_sound(drops, 0.65, 44100.0, 30.0, 1), search), rises_of(drops), search);
   ASSERT_EQ(fit.status, PitchStatus::kFitted);
-  for (const PitchNumber& number : fit.parameters) EXPECT_FALSE(number.determined || number.value.has_value()) << number.name;
+  for (const PitchNumber& number : fit.parameters)
+    EXPECT_FALSE(number.determined || number.value.has_value()) << number.name;
   EXPECT_LE(std::abs(*named(fit.identifiable, "eta / |phi0| [1/m]").value / 124.0 - 1.0), 0.1);
   EXPECT_LE(std::abs(*named(fit.identifiable, "k_delta * exp(eta) [1/m]").value / (72.95 * std::exp(1.24)) - 1.0), 0.1);
 }
@@ -74,7 +77,8 @@ TEST(BubblePitch, SoundAloneGivesEachBubblesRateAndNoConstants) {
   const BubbleSearchOptions search;
   const auto fit = fit_pitch(find_bubbles(tests::drop_sound(drops, 0.65, 44100.0, 30.0, 1), search), {}, search);
   EXPECT_EQ(fit.status, PitchStatus::kSoundOnly);
-  for (const PitchNumber& number : fit.parameters) EXPECT_FALSE(number.determined || number.value.has_value()) << number.name;
+  for (const PitchNumber& number : fit.parameters)
+    EXPECT_FALSE(number.determined || number.value.has_value()) << number.name;
   ASSERT_GE(fit.identifiable.size(), 3u);
   const Drop& last = drops.back();
   const double q = last.eta / last.phi0_m, rate = last.k_per_m * last.speed_m_s * std::exp(last.eta - q * last.depth_m);
@@ -108,8 +112,9 @@ TEST(BubblePitch, RiseFilesAreReadAndBadOnesNamed) {
   EXPECT_EQ(read_rises(path).size(), 2u);
   std::ofstream(path) << "onset_s,time_s,phi_m\n0.1,0,-0.01\n0.1,0.01,-0.008\n0.5,0,-0.012\n0.5,0.01,-0.01\n";
   EXPECT_EQ(read_rises(path)[1].phi_m[1], -0.01);
-  for (const char* bad : {"", "onset,phi\n", "onset_s,phi_m,speed_m_s\n0.1,0.01,0.2\n", "onset_s,phi_m,speed_m_s\n0.1,nan,0.2\n",
-                          "onset_s,time_s,phi_m\n0.1,0,-0.01\n", "onset_s,time_s,phi_m\n0.1,0,-0.01\n0.1,0,-0.01\n"}) {
+  for (const char* bad :
+       {"", "onset,phi\n", "onset_s,phi_m,speed_m_s\n0.1,0.01,0.2\n", "onset_s,phi_m,speed_m_s\n0.1,nan,0.2\n",
+        "onset_s,time_s,phi_m\n0.1,0,-0.01\n", "onset_s,time_s,phi_m\n0.1,0,-0.01\n0.1,0,-0.01\n"}) {
     std::ofstream(path) << bad;
     EXPECT_THROW(read_rises(path), InputError) << bad;
   }

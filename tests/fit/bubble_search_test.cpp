@@ -16,7 +16,8 @@ using tests::Drop;
 const FoundBubble* nearest(const BubbleSearchResult& result, const Drop& drop) {
   const FoundBubble* best = nullptr;
   const auto distance = [&](const FoundBubble& b) {
-    return std::abs(b.chirp.onset_s - drop.onset_s) / 0.002 + std::abs(b.chirp.log_frequency - std::log(drop.frequency_hz(0.0))) / 0.05;
+    return std::abs(b.chirp.onset_s - drop.onset_s) / 0.002 +
+           std::abs(b.chirp.log_frequency - std::log(drop.frequency_hz(0.0))) / 0.05;
   };
   for (const FoundBubble& bubble : result.found)
     if (!best || distance(bubble) < distance(*best)) best = &bubble;
@@ -32,7 +33,8 @@ void expect_found(const BubbleSearchResult& result, const std::vector<Drop>& dro
     EXPECT_LE(std::abs(bubble.radius_m / drop.radius_m - 1.0), 0.01) << drop.radius_m;
     EXPECT_LE(std::abs(std::exp(bubble.chirp.log_decay) / beta - 1.0), 0.10) << drop.radius_m;
     EXPECT_EQ(bubble.verdict, BubbleVerdict::kBubble) << drop.radius_m;
-    EXPECT_LE(std::abs(bubble.radius_m - drop.radius_m), 4.0 * bubble.radius_std_m.value_or(0.0) + 1e-4 * drop.radius_m) << drop.radius_m;
+    EXPECT_LE(std::abs(bubble.radius_m - drop.radius_m), 4.0 * bubble.radius_std_m.value_or(0.0) + 1e-4 * drop.radius_m)
+        << drop.radius_m;
     for (double since = 0.0; since < std::min(2.0 / beta, bubble.end_s - bubble.chirp.onset_s); since += 0.1 / beta) {
       const double at = since + drop.onset_s - bubble.chirp.onset_s;
       if (at < 0.0) continue;
@@ -99,7 +101,8 @@ TEST(BubbleSearch, ATilesPartialIsCalledNoBubble) {
   }
   const auto result = find_bubbles(tile);
   ASSERT_GE(result.found.size(), 1u);
-  for (const FoundBubble& bubble : result.found) EXPECT_FALSE(bubble.is_bubble()) << std::exp(bubble.chirp.log_frequency);
+  for (const FoundBubble& bubble : result.found)
+    EXPECT_FALSE(bubble.is_bubble()) << std::exp(bubble.chirp.log_frequency);
 }
 
 TEST(BubbleSearch, RadiusOfAFrequencyInvertsTheOscillator) {
@@ -107,7 +110,8 @@ TEST(BubbleSearch, RadiusOfAFrequencyInvertsTheOscillator) {
     Drop drop;
     drop.radius_m = radius;
     const double hz = drop.frequency_hz(0.0);
-    EXPECT_LE(std::abs(radius_of_frequency_m(hz, {}, klang::bubble::BubbleTheory::kLeighton) / radius - 1.0), 1e-9) << radius;
+    EXPECT_LE(std::abs(radius_of_frequency_m(hz, {}, klang::bubble::BubbleTheory::kLeighton) / radius - 1.0), 1e-9)
+        << radius;
   }
 }
 
@@ -126,14 +130,23 @@ TEST(ChirpCost, GradientMatchesDifferences) {
   const Drop drop;
   const audio::Signal sound = tests::drop_sound({drop}, 0.15, 44100.0, 30.0, 1);
   const Eigen::VectorXd samples = sound.samples.col(0);
-  const auto window = std::make_shared<const ChirpWindow>(samples.segment(1000, 4000).eval(), 44100.0, 1000, samples.size(), 500.0, 5000.0, noise_spectrum(samples, 44100.0));
+  const auto window =
+      std::make_shared<const ChirpWindow>(samples.segment(1000, 4000).eval(), 44100.0, 1000, samples.size(), 500.0,
+                                          5000.0, noise_spectrum(samples, 44100.0));
   const auto exponential = std::make_shared<const ExponentialPitch>();
-  const auto depth = std::make_shared<const DepthPitch>([](double t) { return 0.012 - 0.2 * t; }, [](double) { return 0.2; });
+  const auto depth =
+      std::make_shared<const DepthPitch>([](double t) { return 0.012 - 0.2 * t; }, [](double) { return 0.2; });
   const std::vector<double> own1 = {50.0123, 7.4, 4.8, 0.5, 0.3}, own2 = {55.3071, 7.6, 5.0, -0.2, 0.4};
   // Two bubbles, each of its own pitch; two that share it; along a depth.
-  tests::expect_gradient(*make_chirp_cost(window, {ChirpLaw{exponential, 1.5, 1.5, 0.0, 0.004}, ChirpLaw{exponential, 1.5, 1.5, 0.0, {}}}, {0, 1}), {{1.2, 2.0}, {0.7, 1e-7}, own1, own2}, 1e-5, 1e-5);
-  tests::expect_gradient(*make_chirp_cost(window, {ChirpLaw{exponential, 1.5, 1.5, 0.0, {}}, {exponential, -0.5, 2.0, 800.0, {}}}, {0, 0}), {{1.2, -2.0}, own1, own2}, 1e-5, 1e-5);
-  tests::expect_gradient(*make_chirp_cost(window, {ChirpLaw{depth, 1.5, 1.5, 0.0, {}}}, {0}), {{0.7, 4.8}, own1}, 1e-5, 1e-5);
+  tests::expect_gradient(
+      *make_chirp_cost(window, {ChirpLaw{exponential, 1.5, 1.5, 0.0, 0.004}, ChirpLaw{exponential, 1.5, 1.5, 0.0, {}}},
+                       {0, 1}),
+      {{1.2, 2.0}, {0.7, 1e-7}, own1, own2}, 1e-5, 1e-5);
+  tests::expect_gradient(
+      *make_chirp_cost(window, {ChirpLaw{exponential, 1.5, 1.5, 0.0, {}}, {exponential, -0.5, 2.0, 800.0, {}}}, {0, 0}),
+      {{1.2, -2.0}, own1, own2}, 1e-5, 1e-5);
+  tests::expect_gradient(*make_chirp_cost(window, {ChirpLaw{depth, 1.5, 1.5, 0.0, {}}}, {0}), {{0.7, 4.8}, own1}, 1e-5,
+                         1e-5);
 }
 
 }  // namespace

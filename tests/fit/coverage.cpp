@@ -42,7 +42,8 @@ void judge(const std::vector<FitParameter>& parameters, const std::vector<Truth>
   for (const FitParameter& parameter : parameters) {
     for (std::size_t k = 0; k < truths.size(); ++k) {
       if (parameter.name != truths[k].name) continue;
-      result.held[k] = parameter.ci95 && (*parameter.ci95)[0] <= truths[k].value && truths[k].value <= (*parameter.ci95)[1];
+      result.held[k] =
+          parameter.ci95 && (*parameter.ci95)[0] <= truths[k].value && truths[k].value <= (*parameter.ci95)[1];
       const double error = std::abs(parameter.value / truths[k].value - 1.0);
       if (parameter.name == "youngs_modulus_pa") result.youngs_error = error;
       if (parameter.name.starts_with("rayleigh_")) result.rayleigh_error = std::max(result.rayleigh_error, error);
@@ -55,7 +56,8 @@ void judge(const std::vector<FitParameter>& parameters, const std::vector<Truth>
 Coverage interval_coverage(const std::string& recipe_toml, int n_seeds, std::uint64_t first_seed, double highest_hz) {
   const datasets::Recipe recipe = datasets::parse_recipe(recipe_toml, "recipe", {});
   FitProblem problem;
-  problem.material = solid::from_youngs_modulus(1.04 * recipe.material.youngs_modulus_pa(), 0.31, recipe.material.density_kg_m3);
+  problem.material =
+      solid::from_youngs_modulus(1.04 * recipe.material.youngs_modulus_pa(), 0.31, recipe.material.density_kg_m3);
   problem.parameters = {"lame_lambda_pa", "lame_mu_pa"};
   for (const auto& specimen : recipe.specimens) {
     problem.specimens.emplace_back();

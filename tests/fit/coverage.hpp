@@ -8,7 +8,7 @@ namespace klang::fit::test {
 /// How often 95 % intervals hold the truth, over sounds of tubes that a Ritz series made.
 struct Coverage {
   int n_sounds = 0;
-  std::vector<std::pair<std::string, int>> held;  ///< E, lambda, mu, the two Rayleigh numbers: times held
+  std::vector<std::pair<std::string, int>> held;                ///< E, lambda, mu, the two Rayleigh numbers: times held
   double worst_youngs_error = 0.0, worst_rayleigh_error = 0.0;  ///< relative
 };
 

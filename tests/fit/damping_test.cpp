@@ -18,11 +18,16 @@ std::vector<double> frequencies() {
 double truth(DampingKind kind, double frequency_hz) {
   const double omega = 2.0 * kPi * frequency_hz;
   switch (kind) {
-    case DampingKind::kRayleigh: return 0.5 * (1e-7 * omega * omega + 3.0);
-    case DampingKind::kLossFactor: return 0.5 * 4e-4 * omega;
-    case DampingKind::kMassOnly: return 0.5 * 6.0;
-    case DampingKind::kStiffnessOnly: return 0.5 * 2e-7 * omega * omega;
-    case DampingKind::kZener: return 0.5 * 2e-3 * omega * omega * 6e-5 / (1.0 + std::pow(omega * 6e-5, 2));
+    case DampingKind::kRayleigh:
+      return 0.5 * (1e-7 * omega * omega + 3.0);
+    case DampingKind::kLossFactor:
+      return 0.5 * 4e-4 * omega;
+    case DampingKind::kMassOnly:
+      return 0.5 * 6.0;
+    case DampingKind::kStiffnessOnly:
+      return 0.5 * 2e-7 * omega * omega;
+    case DampingKind::kZener:
+      return 0.5 * 2e-3 * omega * omega * 6e-5 / (1.0 + std::pow(omega * 6e-5, 2));
   }
   return 0.0;
 }
@@ -196,9 +201,10 @@ TEST(Damping, DerivativesBesideRadiationAndMountsMatchDifferences) {
         const double h = 1e-4 * p[j];
         high[j] += h;
         low[j] -= h;
-        const double slope = (log_total_decay(DampingKind::kRayleigh, high.data(), 2e4, radiation, mount, unused.data()) -
-                              log_total_decay(DampingKind::kRayleigh, low.data(), 2e4, radiation, mount, unused.data())) /
-                             (2.0 * h);
+        const double slope =
+            (log_total_decay(DampingKind::kRayleigh, high.data(), 2e4, radiation, mount, unused.data()) -
+             log_total_decay(DampingKind::kRayleigh, low.data(), 2e4, radiation, mount, unused.data())) /
+            (2.0 * h);
         EXPECT_LE(std::abs(gradient[j] / slope - 1.0), 1e-4) << "parameter " << j;
       }
     }

@@ -17,7 +17,8 @@ struct Worst {
 };
 
 double along(const std::vector<double>& x, const std::vector<double>& y, double at) {
-  const auto i = std::clamp<std::size_t>(static_cast<std::size_t>(std::upper_bound(x.begin(), x.end(), at) - x.begin()), 1, x.size() - 1);
+  const auto i = std::clamp<std::size_t>(static_cast<std::size_t>(std::upper_bound(x.begin(), x.end(), at) - x.begin()),
+                                         1, x.size() - 1);
   const double t = (at - x[i - 1]) / (x[i] - x[i - 1]);
   return y[i - 1] + t * (y[i] - y[i - 1]);
 }
@@ -30,11 +31,15 @@ void compare(const BubbleSearchResult& result, const json& truth, Worst& worst) 
   ASSERT_EQ(bubbles.size(), truth["bubbles"].size()) << truth["name"];
   for (const json& drop : truth["bubbles"]) {
     const double onset = drop["onset_s"], radius = drop["radius_m"];
-    const auto distance = [&](const FoundBubble* b) { return std::abs(b->chirp.onset_s - onset) + 0.01 * std::abs(b->radius_m / radius - 1.0); };
-    const FoundBubble& b = **std::min_element(bubbles.begin(), bubbles.end(), [&](auto* p, auto* q) { return distance(p) < distance(q); });
+    const auto distance = [&](const FoundBubble* b) {
+      return std::abs(b->chirp.onset_s - onset) + 0.01 * std::abs(b->radius_m / radius - 1.0);
+    };
+    const FoundBubble& b =
+        **std::min_element(bubbles.begin(), bubbles.end(), [&](auto* p, auto* q) { return distance(p) < distance(q); });
     worst.onset_s = std::max(worst.onset_s, std::abs(b.chirp.onset_s - onset));
     worst.radius = std::max(worst.radius, std::abs(b.radius_m / radius - 1.0));
-    worst.decay = std::max(worst.decay, std::abs(std::exp(b.chirp.log_decay) / drop["decay_per_s"].get<double>() - 1.0));
+    worst.decay =
+        std::max(worst.decay, std::abs(std::exp(b.chirp.log_decay) / drop["decay_per_s"].get<double>() - 1.0));
     ++worst.n;
     worst.n_covered += std::abs(b.radius_m - radius) <= 1.96 * b.radius_std_m.value();
     const std::vector<double> times = drop["track"]["time_s"], hz = drop["track"]["frequency_hz"];
@@ -59,9 +64,12 @@ Worst worst_of(const std::string& recipe, unsigned seed, double& seconds) {
 }
 
 std::string recipe(int recordings, int drops, double gap_s, double duration_s) {
-  return "kind = \"drops\"\nname = \"test\"\n[sound]\nsample_rate_hz = 44100\nduration_s = " + std::to_string(duration_s) + "\n[pitch]\nmodel = \"harmonic_fluids\"\nphi0_m = -0.01\n"
-         "[noise]\nsnr_db = 30\n[[random]]\nname = \"drip\"\nrecordings = " + std::to_string(recordings) + "\ndrops = " +
-         std::to_string(drops) + "\nshortest_gap_s = " + std::to_string(gap_s) + "\n";
+  return "kind = \"drops\"\nname = \"test\"\n[sound]\nsample_rate_hz = 44100\nduration_s = " +
+         std::to_string(duration_s) +
+         "\n[pitch]\nmodel = \"harmonic_fluids\"\nphi0_m = -0.01\n"
+         "[noise]\nsnr_db = 30\n[[random]]\nname = \"drip\"\nrecordings = " +
+         std::to_string(recordings) + "\ndrops = " + std::to_string(drops) +
+         "\nshortest_gap_s = " + std::to_string(gap_s) + "\n";
 }
 
 void expect_within_the_bars(const Worst& worst) {

@@ -28,14 +28,16 @@ struct Drop {
            std::exp(log_ratio(since_s));
   }
   double decay_per_s(double since_s) const {
-    return bubble::bubble_damping(bubble::BubbleMedium{}, bubble::BubbleTheory::kLeighton, radius_m, omega(since_s)).decay_per_s;
+    return bubble::bubble_damping(bubble::BubbleMedium{}, bubble::BubbleTheory::kLeighton, radius_m, omega(since_s))
+        .decay_per_s;
   }
 };
 
 /// The drops' sound: q'' + 2 beta q' + omega^2 q = 0 after a blow, by Runge and Kutta's rule in eight steps a sample; pressure
 /// omega^2 q under the soft attack of HF eq. (39); white noise snr_db below the power of the first e-folding of the weakest
 /// drop's envelope.
-inline audio::Signal drop_sound(const std::vector<Drop>& drops, double duration_s, double rate, double snr_db, unsigned seed) {
+inline audio::Signal drop_sound(const std::vector<Drop>& drops, double duration_s, double rate, double snr_db,
+                                unsigned seed) {
   audio::Signal signal;
   signal.sample_rate_hz = rate;
   signal.origin = "synthetic drops";

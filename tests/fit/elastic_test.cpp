@@ -2,10 +2,10 @@
 
 #include <ceres/cost_function.h>
 
+#include "beam_spectrum.hpp"
 #include "core/base/random.hpp"
 #include "fit/identifiability.hpp"
 #include "fit/joint_match.hpp"
-#include "beam_spectrum.hpp"
 #include "gradient_checker.hpp"
 
 namespace klang::fit {
@@ -23,7 +23,8 @@ FitProblem problem_of(const solid::Material& start, std::vector<std::string> par
   for (std::size_t i = 0; i < n_specimens; ++i) {
     Specimen specimen;
     specimen.name = "T" + std::to_string(i);
-    specimen.shape = mesh::ShapeSpec{"tube", {{"length_m", kLengths[i]}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
+    specimen.shape =
+        mesh::ShapeSpec{"tube", {{"length_m", kLengths[i]}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
     problem.specimens.push_back(std::move(specimen));
   }
   return problem;
@@ -79,10 +80,8 @@ TEST(ElasticFit, DerivativesOfTheResidualsMatchDifferences) {
     std::vector<std::string> parameters;
     std::vector<double> x;
   };
-  for (const Case& c : {Case{{"lame_lambda_pa", "lame_mu_pa"}, {0.1, 0.3}},
-                        Case{{"lame_mu_pa"}, {0.1}},
-                        Case{{"lame_lambda_pa"}, {1.5}},
-                        Case{{"poissons_ratio"}, {0.25}},
+  for (const Case& c : {Case{{"lame_lambda_pa", "lame_mu_pa"}, {0.1, 0.3}}, Case{{"lame_mu_pa"}, {0.1}},
+                        Case{{"lame_lambda_pa"}, {1.5}}, Case{{"poissons_ratio"}, {0.25}},
                         Case{{"youngs_modulus_pa", "density_kg_m3", "T0.length_m"}, {0.1, 0.05, 0.01}}}) {
     FitProblem problem = problem_of(scaled(0.9, 0.3), c.parameters, 1);
     problem.priors["youngs_modulus_pa"] = {7e10, 1e9};
@@ -90,8 +89,8 @@ TEST(ElasticFit, DerivativesOfTheResidualsMatchDifferences) {
     ASSERT_EQ(space.size(), static_cast<Eigen::Index>(c.x.size()));
     const bool length = c.parameters.size() == 3;
     const SpectrumModels models = {std::make_shared<BeamSpectrum>(kLengths[0], 0.0085, true, 1.0, length)};
-    std::vector<ElasticDatum> data = {{0, {0, 1}, std::log(590.0), 0}, {0, {4}, std::log(3000.0), 0},
-                                      {0, {6}, std::log(3100.0), 0}};
+    std::vector<ElasticDatum> data = {
+        {0, {0, 1}, std::log(590.0), 0}, {0, {4}, std::log(3000.0), 0}, {0, {6}, std::log(3100.0), 0}};
     const Eigen::VectorXd total = Eigen::VectorXd::Constant(3, 1e-3), leash = Eigen::VectorXd::Ones(space.size());
     const auto cost = elastic_cost(space, models, data, total, leash, problem.priors);
     tests::expect_gradient(*cost, {c.x}, 1e-6);
@@ -99,9 +98,10 @@ TEST(ElasticFit, DerivativesOfTheResidualsMatchDifferences) {
 }
 
 TEST(ElasticFit, QuantityGradientsMatchDifferences) {
-  for (const std::vector<std::string>& parameters :
-       {std::vector<std::string>{"lame_lambda_pa", "lame_mu_pa"}, {"lame_mu_pa"}, {"lame_lambda_pa"},
-        {"youngs_modulus_pa", "density_kg_m3"}}) {
+  for (const std::vector<std::string>& parameters : {std::vector<std::string>{"lame_lambda_pa", "lame_mu_pa"},
+                                                     {"lame_mu_pa"},
+                                                     {"lame_lambda_pa"},
+                                                     {"youngs_modulus_pa", "density_kg_m3"}}) {
     const FitProblem problem = problem_of(scaled(1.0, 0.3), parameters, 1);
     const ParameterSpace space(problem);
     const Eigen::VectorXd x = space.start() + Eigen::VectorXd::Constant(space.size(), 0.03);

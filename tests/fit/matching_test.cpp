@@ -79,9 +79,9 @@ TEST(Lines, EqualFrequenciesBecomeOneLine) {
 TEST(Matching, BendingPartialsFindTheirPairsAndAStrangerStaysAlone) {
   // 10 cents flat; 2000 Hz is a rattle; the third bending pair is split by 6 Hz; the torsion is not heard.
   const double flat = std::exp2(-10.0 / 1200.0);
-  const auto match = match_partials(
-      table_of({587.883 * flat, 1575.116 * flat, 2000.0, 2966.5 * flat, 2972.5 * flat, 4681.101 * flat}),
-      tube_lines(), 0.0, {25.0, 60.0, 40.0});
+  const auto match =
+      match_partials(table_of({587.883 * flat, 1575.116 * flat, 2000.0, 2966.5 * flat, 2972.5 * flat, 4681.101 * flat}),
+                     tube_lines(), 0.0, {25.0, 60.0, 40.0});
   ASSERT_EQ(match.line_of_partial.size(), 6u);
   EXPECT_EQ(match.line_of_partial[0], 0);
   EXPECT_EQ(match.line_of_partial[1], 1);

@@ -37,8 +37,7 @@ std::string json_message(const std::string& text) {
 
 TEST(PartialCsv, BlankCellsAreNotMeasuredAndRowsComeBackInOrder) {
   const PartialTable table = parse_partial_csv(
-      "# made by hand\r\nfrequency_hz, decay_per_s ,frequency_std_hz\r\n1490.5,,0.01\r\n\r\n587,1.5,\r\n",
-      "d3.csv");
+      "# made by hand\r\nfrequency_hz, decay_per_s ,frequency_std_hz\r\n1490.5,,0.01\r\n\r\n587,1.5,\r\n", "d3.csv");
   ASSERT_EQ(table.partials.size(), 2u);
   EXPECT_EQ(table.partials[0].frequency_hz, 587.0);
   EXPECT_EQ(table.partials[0].decay_per_s, 1.5);
@@ -83,8 +82,7 @@ TEST(PartialJson, ErrorsNameTheEntry) {
   EXPECT_NE(json_message("{}").find("partials"), std::string::npos);
   EXPECT_NE(json_message(R"({"partials": 3})").find("not a list"), std::string::npos);
   EXPECT_NE(json_message(R"([{"frequency_hz": 1}, 2])").find("partials[1]"), std::string::npos);
-  EXPECT_NE(json_message(R"([{"frequency_hz": "440"}])").find("partials[0]: frequency_hz"),
-            std::string::npos);
+  EXPECT_NE(json_message(R"([{"frequency_hz": "440"}])").find("partials[0]: frequency_hz"), std::string::npos);
   EXPECT_NE(json_message(R"([{"frequency_hz": -440}])").find("-440"), std::string::npos);
   EXPECT_NE(json_message(R"([{"decay_per_s": 1}])").find("missing"), std::string::npos);
   EXPECT_NE(json_message("[]").find("no partials"), std::string::npos);

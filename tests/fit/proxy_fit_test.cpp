@@ -7,9 +7,9 @@
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/parallel.hpp"
-#include "core/soundbank/proxy.hpp"
 #include "core/mesh/shape.hpp"
 #include "core/modal/eigen_solver.hpp"
+#include "core/soundbank/proxy.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 #include "fit/proxy/proxy_fit.hpp"
 #include "gradient_checker.hpp"
@@ -39,7 +39,8 @@ fit::ProxyTarget ellipsoid_target(const Eigen::Vector3d& axes, double scale_m, i
 TEST(ProxyCost, GradientsAreTheDifferences) {
   const soundbank::Soundbank& bank = test::small_bank();
   const fit::ProxyFrequencies frequencies(bank, 4);
-  const auto cost = fit::proxy_frequency_cost(frequencies, {9000.0, 9500.0, 11000.0, 12500.0}, bank.material.shear_speed_m_s());
+  const auto cost =
+      fit::proxy_frequency_cost(frequencies, {9000.0, 9500.0, 11000.0, 12500.0}, bank.material.shear_speed_m_s());
   tests::expect_gradient(*cost, {{0.613, 0.377}, {-1.2}}, 1e-5, 1e-5);
 }
 
@@ -80,7 +81,8 @@ TEST(ProxyFit, OfThreeBoxesNoMeasureIsWorseAndThePartialsAreNearer) {
   for (const Eigen::Vector3d& edges : {Eigen::Vector3d(0.16, 0.13, 0.10), {0.16, 0.11, 0.09}, {0.15, 0.10, 0.09}}) {
     mesh::ShapeMeshOptions coarse;
     coarse.max_edge_m = 0.05;
-    const mesh::TetMesh box = mesh::mesh_shape({"box", {{"length_m", edges[0]}, {"width_m", edges[1]}, {"height_m", edges[2]}}, {}}, coarse);
+    const mesh::TetMesh box =
+        mesh::mesh_shape({"box", {{"length_m", edges[0]}, {"width_m", edges[1]}, {"height_m", edges[2]}}, {}}, coarse);
     modal::EigenOptions eigen;
     eigen.count = 8;
     eigen.prove_none_missing = false;
@@ -91,13 +93,15 @@ TEST(ProxyFit, OfThreeBoxesNoMeasureIsWorseAndThePartialsAreNearer) {
     options.n_partials = 8;
     options.search.n_scan = 200;
     options.search.n_generations = 3;
-    const fit::ProxyFitResult result = fit::fit_proxy(test::small_bank(), fit::target_of_model(modes.model, 10.0, 1e-7), options);
+    const fit::ProxyFitResult result =
+        fit::fit_proxy(test::small_bank(), fit::target_of_model(modes.model, 10.0, 1e-7), options);
     SCOPED_TRACE(edges[0]);
     EXPECT_TRUE(fit::no_worse(result.after, result.before));
     EXPECT_EQ(result.status, fit::ProxyFitStatus::kImproved);
     EXPECT_LT(result.after.partial_rms_cents, result.before.partial_rms_cents);
     EXPECT_LE(result.least_cents, result.after.partial_rms_cents * (1.0 + 1e-9));
-    RecordProperty("before_and_after_cents", std::to_string(result.before.partial_rms_cents) + " " + std::to_string(result.after.partial_rms_cents));
+    RecordProperty("before_and_after_cents", std::to_string(result.before.partial_rms_cents) + " " +
+                                                 std::to_string(result.after.partial_rms_cents));
   }
 }
 
@@ -111,7 +115,8 @@ TEST(ProxyFit, PartialsThatCannotBeHeardDoNotCountButThreeAlwaysDo) {
   const fit::ProxyFitResult found = fit::fit_proxy(test::small_bank(), target, options);
   EXPECT_EQ(found.n_partials, 5);
   target.voice[6].frequency_hz *= 1.05;
-  EXPECT_EQ(fit::fit_proxy(test::small_bank(), target, options).before.partial_rms_cents, found.before.partial_rms_cents);
+  EXPECT_EQ(fit::fit_proxy(test::small_bank(), target, options).before.partial_rms_cents,
+            found.before.partial_rms_cents);
   options.highest_hz = 100.0;
   EXPECT_EQ(fit::fit_proxy(test::small_bank(), target, options).n_partials, 3);
 }
@@ -171,7 +176,8 @@ TEST(ProxyModel, RadiationIsTheCellsScaled) {
 }
 
 TEST(ProxyFit, UltrasoundIsRefused) {
-  EXPECT_THROW(fit::fit_proxy(test::small_bank(), ellipsoid_target(soundbank::unit_axes({-0.3, -0.1}), 0.01, 8)), InputError);
+  EXPECT_THROW(fit::fit_proxy(test::small_bank(), ellipsoid_target(soundbank::unit_axes({-0.3, -0.1}), 0.01, 8)),
+               InputError);
 }
 
 TEST(ProxyErrors, GainAndShiftAreWhatTheyAre) {

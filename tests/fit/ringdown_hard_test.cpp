@@ -38,8 +38,8 @@ void expect_bar(const klang::fit::RingdownResult& result, double frequency_hz = 
 
 TEST(RingdownHard, APairThatBeatsEveryThreeSecondsIsSplit) {
   for (const std::uint64_t seed : {1, 2, 3}) {
-    const auto result = identify_ringdown(
-        ringing({{800, 0.7, 0.1, 0.2}, {800.3, 0.9, 0.07, 1.4}}, 16000, 6, 1e-3, seed, 0.05));
+    const auto result =
+        identify_ringdown(ringing({{800, 0.7, 0.1, 0.2}, {800.3, 0.9, 0.07, 1.4}}, 16000, 6, 1e-3, seed, 0.05));
     ASSERT_EQ(result.partials.partials.size(), 2u) << seed;
     EXPECT_NEAR(result.partials.partials[0].frequency_hz, 800.0, 0.02);
     EXPECT_NEAR(result.partials.partials[1].frequency_hz, 800.3, 0.02);
@@ -91,8 +91,7 @@ TEST(RingdownHard, RumbleHumAndOffsetDoNotBecomePartials) {
   const auto result = identify_ringdown(signal);
   expect_bar(result);
   bool hum = false;
-  for (const auto& warning : result.warnings)
-    hum = hum || warning.find("mains hum at 50 Hz") != std::string::npos;
+  for (const auto& warning : result.warnings) hum = hum || warning.find("mains hum at 50 Hz") != std::string::npos;
   EXPECT_TRUE(hum);
 }
 

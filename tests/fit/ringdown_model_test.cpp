@@ -69,16 +69,14 @@ TEST(Refine, ReachesTheTruthWithoutNoise) {
 }
 
 TEST(Esprit, ReadsThreePolesOfOneBand) {
-  const std::vector<klang::tests::TruePartial> truth{
-      {1003, 8, 0.1, 0.6}, {1009, 12, 0.06, 2}, {1030, 5, 0.1, -1}};
+  const std::vector<klang::tests::TruePartial> truth{{1003, 8, 0.1, 0.6}, {1009, 12, 0.06, 2}, {1030, 5, 0.1, -1}};
   const auto signal = klang::tests::ringing(truth, 8000, 0.5, 1e-4, 3);
   SubBand band;
   band.blocks.push_back(block_of(signal, 470, 80));
   band.time_scale_s = 0.5;
   auto poles = klang::fit::detail::EspritSubspace(band).poles(3);
   ASSERT_EQ(poles.size(), 3u);
-  std::sort(poles.begin(), poles.end(),
-            [](const Pole& a, const Pole& b) { return a.frequency_hz < b.frequency_hz; });
+  std::sort(poles.begin(), poles.end(), [](const Pole& a, const Pole& b) { return a.frequency_hz < b.frequency_hz; });
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(poles[i].frequency_hz, truth[i].frequency_hz, 0.5);
     EXPECT_NEAR(poles[i].decay_per_s, truth[i].decay_per_s, 3);

@@ -15,8 +15,8 @@ struct TruePartial {
 };
 
 /// Partials struck at strike_s (silence before) plus white noise of noise_rms; one channel.
-inline audio::Signal ringing(const std::vector<TruePartial>& partials, double rate, double duration_s,
-                             double noise_rms, std::uint64_t seed, double strike_s = 0.0) {
+inline audio::Signal ringing(const std::vector<TruePartial>& partials, double rate, double duration_s, double noise_rms,
+                             std::uint64_t seed, double strike_s = 0.0) {
   audio::Signal signal;
   signal.sample_rate_hz = rate;
   signal.samples.resize(static_cast<Eigen::Index>(duration_s * rate + 0.5), 1);
@@ -26,8 +26,7 @@ inline audio::Signal ringing(const std::vector<TruePartial>& partials, double ra
     double x = noise_rms * random.normal();
     for (const TruePartial& p : partials) {
       if (t >= 0)
-        x +=
-            p.amplitude * std::exp(-p.decay_per_s * t) * std::cos(2 * kPi * p.frequency_hz * t + p.phase_rad);
+        x += p.amplitude * std::exp(-p.decay_per_s * t) * std::cos(2 * kPi * p.frequency_hz * t + p.phase_rad);
     }
     signal.samples(i, 0) = x;
   }
@@ -36,10 +35,9 @@ inline audio::Signal ringing(const std::vector<TruePartial>& partials, double ra
 
 /// The found partial nearest to a frequency; null when there is none.
 inline const fit::Partial* nearest(const std::vector<fit::Partial>& found, double frequency_hz) {
-  const auto at =
-      std::min_element(found.begin(), found.end(), [&](const fit::Partial& a, const fit::Partial& b) {
-        return std::abs(a.frequency_hz - frequency_hz) < std::abs(b.frequency_hz - frequency_hz);
-      });
+  const auto at = std::min_element(found.begin(), found.end(), [&](const fit::Partial& a, const fit::Partial& b) {
+    return std::abs(a.frequency_hz - frequency_hz) < std::abs(b.frequency_hz - frequency_hz);
+  });
   return at == found.end() ? nullptr : &*at;
 }
 

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/audio/sound_file.hpp"
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
 #include "core/base/random.hpp"
-#include "core/audio/sound_file.hpp"
 #include "datasets-synthetic/recipe.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
 #include "fit/fit.hpp"
@@ -28,8 +28,10 @@ struct Chime {
   std::vector<double> bending_hz;
 };
 const std::vector<Chime> kChimes = {
-    {"D3", 0.505, {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376, 6630.651833302586,
-                   8750.000412714602}},
+    {"D3",
+     0.505,
+     {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376, 6630.651833302586,
+      8750.000412714602}},
     {"D4", 0.353, {1185.4672628861772, 3095.019228731142, 5657.745289217874, 8635.76762217711}}};
 constexpr double kStiffness = 1e-7, kMass = 1.5;  // Rayleigh
 
@@ -62,9 +64,7 @@ const FitParameter& named(const FitResult& result, const std::string& name) {
   throw std::runtime_error("no " + name);
 }
 
-bool covers(const FitParameter& p, double truth) {
-  return p.ci95 && (*p.ci95)[0] <= truth && truth <= (*p.ci95)[1];
-}
+bool covers(const FitParameter& p, double truth) { return p.ci95 && (*p.ci95)[0] <= truth && truth <= (*p.ci95)[1]; }
 
 TEST(RunFit, ChimesGiveEWithinTwoTenthsOfAPercentAndRayleighWithinThree) {
   FitProblem problem;
@@ -90,7 +90,8 @@ TEST(RunFit, ChimesGiveEWithinTwoTenthsOfAPercentAndRayleighWithinThree) {
   EXPECT_EQ(result.damping.model, "rayleigh");
   for (const auto& parameter : result.parameters) {  // what is stated as known is right
     if (!parameter.identifiable) continue;
-    if (parameter.name == "poissons_ratio") EXPECT_TRUE(covers(parameter, kAluminium.poissons_ratio())) << parameter.value;
+    if (parameter.name == "poissons_ratio")
+      EXPECT_TRUE(covers(parameter, kAluminium.poissons_ratio())) << parameter.value;
     if (parameter.name == "lame_lambda_pa") EXPECT_TRUE(covers(parameter, 4.98e10)) << parameter.value;
     if (parameter.name == "lame_mu_pa") EXPECT_TRUE(covers(parameter, 2.57e10)) << parameter.value;
   }
@@ -101,7 +102,8 @@ TEST(RunFit, ChimesGiveEWithinTwoTenthsOfAPercentAndRayleighWithinThree) {
   EXPECT_EQ(json["matches"].size(), 10u);
   EXPECT_EQ(json["matches"][0]["specimen"], "D3");
   EXPECT_GE(json["predicted"].size(), 60u) << "all of the band, ring modes too";
-  for (const auto& key : {"name", "value", "std", "ci95", "identifiable"}) EXPECT_TRUE(json["parameters"][0].contains(key));
+  for (const auto& key : {"name", "value", "std", "ci95", "identifiable"})
+    EXPECT_TRUE(json["parameters"][0].contains(key));
   EXPECT_EQ(json["specimens"][1]["files"]["recording"], nullptr);
   EXPECT_EQ(json["specimens"][1]["files"]["modes"], "modes-D4.vtu");
 }
@@ -132,7 +134,8 @@ TEST(RunFit, WholeTileGivesEAndGAndForetellsItsHalfWithinThreeTenthsOfAPercent) 
   const auto made = datasets::make_dataset(KLANG_SOURCE_DIR "/datasets-synthetic/recipes/broken_tile.toml", 7);
   const auto folder = std::filesystem::path(testing::TempDir()) / ("klang-tile" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
-  for (const auto& recording : made.recordings) audio::write_sound(folder / (recording.name + ".wav"), recording.signal);
+  for (const auto& recording : made.recordings)
+    audio::write_sound(folder / (recording.name + ".wav"), recording.signal);
   const FitResult result = run_fit(parse_fit_problem(made.specimen_toml, "tile", folder), {});
   std::filesystem::remove_all(folder);
   ASSERT_EQ(result.status, FitStatus::kConverged) << result.message;

@@ -103,7 +103,8 @@ TEST(SpecimenFile, BadInputIsRefused) {
       {replaced(good, "name = \"D3\"", "mount = [{ at_m = [0, 0, 0], direction = [0, 0, 0] }]"), "is zero"},
       {replaced(good, "name = \"D3\"", "mount = [3]"), "must be a table"},
       {"[material]\npreset = \"aluminium\"\n[[specimen]]\npredict = true\n"
-       "shape = { kind = \"sphere\", radius_m = 0.02 }\n", "all have predict"},
+       "shape = { kind = \"sphere\", radius_m = 0.02 }\n",
+       "all have predict"},
       {replaced(good, "kind = \"clamped\"", "kind = \"glued\""), "glued"},
       {replaced(good, "youngs_modulus_pa = 70e9", "preset = \"aluminium\""), "elasticity twice"},
       {replaced(good, "youngs_modulus_pa = 70e9", ""), "stands alone"},

@@ -20,8 +20,7 @@ void read_as(int format, std::string_view bytes) {
     check_closed_surface(read_surface_bytes(bytes, kSurfaces[format], "fuzz"), "fuzz");
   } else if (format == 4) {
     const std::size_t end = bytes.find('\0');  // of the .node file
-    mesh_quality(
-        read_tetgen_bytes(bytes.substr(0, end), end < bytes.size() ? bytes.substr(end + 1) : "", "fuzz"));
+    mesh_quality(read_tetgen_bytes(bytes.substr(0, end), end < bytes.size() ? bytes.substr(end + 1) : "", "fuzz"));
   } else if (format == 5) {
     detail::parse_profile(bytes, "fuzz");
   } else {

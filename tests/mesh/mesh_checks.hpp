@@ -33,8 +33,7 @@ inline void expect_conforming(const TetMesh& mesh) {
   }
   EXPECT_EQ(std::count(used.begin(), used.end(), 0), 0) << "unused nodes";
   int n_bad = 0;
-  for (const auto& [corners, mids] : mids_of_face)
-    n_bad += mids.size() > 2 || (mids.size() == 2 && mids[0] != mids[1]);
+  for (const auto& [corners, mids] : mids_of_face) n_bad += mids.size() > 2 || (mids.size() == 2 && mids[0] != mids[1]);
   EXPECT_EQ(n_bad, 0) << "faces that do not match";
 
   const SurfaceMesh surface = boundary_surface(mesh);

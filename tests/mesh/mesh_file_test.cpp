@@ -18,9 +18,7 @@ using klang::mesh::test::expect_input_error;
 
 namespace {
 
-std::filesystem::path data(const std::string& name) {
-  return std::filesystem::path(KLANG_TEST_DATA) / "mesh" / name;
-}
+std::filesystem::path data(const std::string& name) { return std::filesystem::path(KLANG_TEST_DATA) / "mesh" / name; }
 
 /// The 1 x 2 x 3 brick of tests/data/mesh/make_fixtures.py.
 void expect_brick(const TetMesh& mesh, int order, const std::string& base_set) {
@@ -66,11 +64,8 @@ TEST(Gmsh, EveryVersionAndEncodingGivesTheSameBrick) {
 }
 
 TEST(Vtu, EveryEncodingAndCompressionGivesTheSameBrick) {
-  for (const auto& [file, order] : std::vector<std::pair<std::string, int>>{{"ascii", 1},
-                                                                            {"binary-zlib", 2},
-                                                                            {"appended-raw", 2},
-                                                                            {"appended-lzma", 1},
-                                                                            {"appended-lz4", 2}}) {
+  for (const auto& [file, order] : std::vector<std::pair<std::string, int>>{
+           {"ascii", 1}, {"binary-zlib", 2}, {"appended-raw", 2}, {"appended-lzma", 1}, {"appended-lz4", 2}}) {
     SCOPED_TRACE(file);
     expect_brick(read_tet_mesh(data("brick-" + file + ".vtu")), order, "");
   }
@@ -82,8 +77,7 @@ TEST(TetgenFiles, BothOrdersAndFirstNumbersGiveTheSameBrick) {
 }
 
 TEST(WriteTetMesh, EveryFormatReadsBackToTheLastBit) {
-  const auto folder =
-      std::filesystem::temp_directory_path() / ("klang-mesh-file-" + std::to_string(::getpid()));
+  const auto folder = std::filesystem::temp_directory_path() / ("klang-mesh-file-" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
   for (const int order : {1, 2})
     for (const auto& [name, format] :
@@ -110,11 +104,9 @@ TEST(ImportCheck, InvertedElementsAreTurnedRound) {
   const double volume = mesh_volume_m3(quadratic);
   for (int e = 0; e < quadratic.n_elements(); ++e) {
     const Eigen::Matrix<int, 1, 10> row = quadratic.elements.row(e);
-    quadratic.elements.row(e) << row[0], row[1], row[3], row[2], row[4], row[8], row[7], row[6], row[5],
-        row[9];
+    quadratic.elements.row(e) << row[0], row[1], row[3], row[2], row[4], row[8], row[7], row[6], row[5], row[9];
   }
-  const auto path =
-      std::filesystem::temp_directory_path() / ("klang-inverted-" + std::to_string(::getpid()) + ".vtu");
+  const auto path = std::filesystem::temp_directory_path() / ("klang-inverted-" + std::to_string(::getpid()) + ".vtu");
   write_tet_mesh(path, quadratic);
   EXPECT_LE(std::abs(mesh_volume_m3(read_tet_mesh(path)) / volume - 1.0), 1e-13);
   std::filesystem::remove(path);
@@ -136,9 +128,7 @@ TEST(ImportCheck, EachFaultIsOneErrorThatNamesTheElementOrNode) {
       },
       {"element 1", "no volume"});
   expect_input_error(
-      [&] {
-        read_msh(one_tet_msh(kFourNodes, "3\n1 4 2 0 1 1 2 3 4\n2 4 2 0 1 1 2 3 4\n3 4 2 0 1 1 2 3 4\n"));
-      },
+      [&] { read_msh(one_tet_msh(kFourNodes, "3\n1 4 2 0 1 1 2 3 4\n2 4 2 0 1 1 2 3 4\n3 4 2 0 1 1 2 3 4\n")); },
       {"element 2", "third"});
   expect_input_error([&] { read_msh(one_tet_msh(kFourNodes, "1\n1 5 2 0 1 1 2 3 4 1 2 3 4\n")); },
                      {"not a tetrahedron", "type 5"});
@@ -148,8 +138,7 @@ TEST(ImportCheck, EachFaultIsOneErrorThatNamesTheElementOrNode) {
 TEST(ImportCheck, MidNodesThatFoldOrDisagreeAreNamed) {
   TetMesh mesh = to_quadratic(read_tet_mesh(data("brick-22-p1.msh")));
   mesh.node_sets.clear();
-  const auto path =
-      std::filesystem::temp_directory_path() / ("klang-folded-" + std::to_string(::getpid()) + ".msh");
+  const auto path = std::filesystem::temp_directory_path() / ("klang-folded-" + std::to_string(::getpid()) + ".msh");
   TetMesh folded = mesh;
   folded.nodes_m.row(folded.elements(3, 4)) =
       folded.nodes_m.row(folded.elements(3, 0)) * 0.95 + folded.nodes_m.row(folded.elements(3, 1)) * 0.05;
@@ -173,28 +162,22 @@ TEST(MeshFile, TruncatedFilesAreInputErrorsAtEveryLength) {
     SCOPED_TRACE(entry.path().filename().string());
     for (std::size_t length = 0; length + 14 < bytes.size(); length += 1 + bytes.size() / 150) {
       ++n_cut;
-      EXPECT_THROW(read_tet_mesh_bytes(std::string_view(bytes).substr(0, length), extension, "cut"),
-                   InputError)
+      EXPECT_THROW(read_tet_mesh_bytes(std::string_view(bytes).substr(0, length), extension, "cut"), InputError)
           << length;
     }
   }
   EXPECT_GE(n_cut, 1000);
   const std::string nodes = read_file(data("brick-p1.node")), elements = read_file(data("brick-p1.ele"));
   for (std::size_t length = 0; length + 2 < nodes.size(); length += 7)
-    EXPECT_THROW(read_tetgen_bytes(std::string_view(nodes).substr(0, length), elements, "cut"), InputError)
-        << length;
+    EXPECT_THROW(read_tetgen_bytes(std::string_view(nodes).substr(0, length), elements, "cut"), InputError) << length;
 }
 
 TEST(MeshFile, HugeCountsAreRefusedBeforeAnythingIsAllocated) {
-  expect_input_error([&] { read_msh(one_tet_msh("2000000000\n1 0 0 0\n", "")); },
-                     {"line 5", "node count", "2e+09"});
-  expect_input_error([&] { read_msh(one_tet_msh(kFourNodes, "2147483647\n1 4 2 0 1 1 2 3 4\n")); },
-                     {"element count"});
-  expect_input_error(
-      [&] { read_msh("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 99999999999999\n"); },
-      {"block"});
-  expect_input_error([&] { read_tetgen_bytes("2000000000 3 0 0\n0 0 0 0\n", "1 4 0\n", "a"); },
-                     {"node count"});
+  expect_input_error([&] { read_msh(one_tet_msh("2000000000\n1 0 0 0\n", "")); }, {"line 5", "node count", "2e+09"});
+  expect_input_error([&] { read_msh(one_tet_msh(kFourNodes, "2147483647\n1 4 2 0 1 1 2 3 4\n")); }, {"element count"});
+  expect_input_error([&] { read_msh("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 99999999999999\n"); },
+                     {"block"});
+  expect_input_error([&] { read_tetgen_bytes("2000000000 3 0 0\n0 0 0 0\n", "1 4 0\n", "a"); }, {"node count"});
   std::string vtu = read_file(data("brick-ascii.vtu"));
   vtu.replace(vtu.find("NumberOfPoints=\"9\""), 18, "NumberOfPoints=\"1999999999\"");
   expect_input_error([&] { read_tet_mesh_bytes(vtu, ".vtu", "a.vtu"); }, {"NumberOfPoints", "1999999999"});

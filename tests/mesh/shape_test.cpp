@@ -21,8 +21,7 @@ namespace {
 
 /// A bell-like open profile of even wall, and a solid goblet that reaches the axis.
 std::filesystem::path profile_file(const std::string& name, const std::string& text) {
-  const auto path =
-      std::filesystem::temp_directory_path() / ("klang-" + std::to_string(::getpid()) + name + ".csv");
+  const auto path = std::filesystem::temp_directory_path() / ("klang-" + std::to_string(::getpid()) + name + ".csv");
   write_file(path, text);
   return path;
 }
@@ -94,8 +93,7 @@ TEST(Shapes, QuadraticVolumeConvergesAtOrderFourAndLinearAtOrderTwo) {
       EXPECT_GE(volume_error.back(), 1e-12) << "at round-off the order means nothing";
       const double expected = order == 2 ? 4.0 : 2.0, band = order == 2 ? 0.4 : 0.2;
       for (std::size_t level = 2; level < 4; ++level) {
-        EXPECT_LE(std::abs(std::log2(volume_error[level - 1] / volume_error[level]) - expected), band)
-            << level;
+        EXPECT_LE(std::abs(std::log2(volume_error[level - 1] / volume_error[level]) - expected), band) << level;
         EXPECT_LE(std::abs(std::log2(area_error[level - 1] / area_error[level]) - expected), band) << level;
       }
     }
@@ -146,8 +144,8 @@ TEST(Shapes, NodeSetsHoldExactlyTheNodesOfTheirFaces) {
 
 TEST(Shapes, TurningARotationalMeshMapsItOntoItself) {
   // By two sectors of the tube's twenty (neighbours are mirror images), by a quarter for the others.
-  for (const auto& [shape, angle] : std::vector<std::pair<int, double>>{
-           {0, kPi / 5}, {1, kPi / 2}, {5, kPi / 2}, {6, kPi / 2}, {8, kPi / 2}}) {
+  for (const auto& [shape, angle] :
+       std::vector<std::pair<int, double>>{{0, kPi / 5}, {1, kPi / 2}, {5, kPi / 2}, {6, kPi / 2}, {8, kPi / 2}}) {
     const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitZ());
     const TetMesh mesh = mesh_shape(all_shapes()[shape]);
     // Elements as sets of rounded corner positions, before and after the turn.
@@ -191,9 +189,8 @@ TEST(Shapes, EdgesFollowMaxEdgeAndWavelength) {
   const TetMesh box = mesh_shape(all_shapes()[2], by_edge, 1);
   for (int i = 0; i < box.n_nodes(); ++i)  // along the sweep no gap is wider than asked for
     if (box.nodes_m(i, 0) < 0.05 - 1e-12) {
-      const double next = box.nodes_m.col(0)
-                              .unaryExpr([&](double x) { return x > box.nodes_m(i, 0) + 1e-9 ? x : 1.0; })
-                              .minCoeff();
+      const double next =
+          box.nodes_m.col(0).unaryExpr([&](double x) { return x > box.nodes_m(i, 0) + 1e-9 ? x : 1.0; }).minCoeff();
       ASSERT_LE(next - box.nodes_m(i, 0), 0.004 * (1 + 1e-9));
     }
   options.max_edge_m = 1e-7;
@@ -207,8 +204,7 @@ TEST(Shapes, EachImpossibleDimensionIsOneErrorThatNamesIt) {
     expect_input_error([&] { mesh_shape({kind, dims, {}}); }, words);
   };
   bad("cone", {}, {"cone", "tube", "sphere"});
-  bad("tube", {{"length_m", 0.5}, {"outer_radius_m", 0.01}, {"wall_m", -0.001}},
-      {"tube", "wall_m", "-0.001"});
+  bad("tube", {{"length_m", 0.5}, {"outer_radius_m", 0.01}, {"wall_m", -0.001}}, {"tube", "wall_m", "-0.001"});
   bad("tube", {{"length_m", 0.5}, {"outer_radius_m", 0.01}, {"wall_m", 0.01}}, {"wall_m", "outer_radius_m"});
   bad("tube", {{"length_m", 0.5}, {"outer_radius_m", 0.01}}, {"missing", "wall_m"});
   bad("tube", {{"length_m", 0.5}, {"outer_radius_m", 0.01}, {"wall_m", 0.001}, {"radius_m", 1}},
@@ -227,15 +223,12 @@ TEST(Revolution, TubeAndSphereProfilesGiveTheVolumesOfThoseShapes) {
       "revolution", {}, profile_file("ring", "0.0115,0\n0.0125,0\n0.0125,0.05\n0.0115,0.05\n0.0115,0\n")};
   EXPECT_LE(
       std::abs(shape_volume_m3(ring) /
-                   shape_volume_m3(
-                       {"tube", {{"length_m", 0.05}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}}) -
+                   shape_volume_m3({"tube", {{"length_m", 0.05}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}}) -
                1.0),
       1e-13);
   const ShapeSpec rod{"revolution", {}, profile_file("rod", "r_m;z_m\n0;0\n0.01;0\n0.01;0.05\n0;0.05\n")};
-  EXPECT_LE(
-      std::abs(shape_area_m2(rod) / shape_area_m2({"rod", {{"length_m", 0.05}, {"radius_m", 0.01}}, {}}) -
-               1.0),
-      1e-13);
+  EXPECT_LE(std::abs(shape_area_m2(rod) / shape_area_m2({"rod", {{"length_m", 0.05}, {"radius_m", 0.01}}, {}}) - 1.0),
+            1e-13);
   expect_conforming(mesh_shape(rod));
 }
 
@@ -267,8 +260,11 @@ TEST(NearestNode, OnTheSurfaceAndInside) {
 
 TEST(SurfacePoint, QuadraticFieldOnABoxIsRepeatedAtTheNearestPointOfItsFaces) {
   const TetMesh mesh = mesh_shape({"box", {{"length_m", 0.1}, {"width_m", 0.08}, {"height_m", 0.02}}, {}});
-  const auto field = [](const Eigen::Vector3d& x) { return 1.0 + 3.0 * x[0] - x[1] + 40.0 * x[0] * x[1] + 25.0 * x[0] * x[0]; };
-  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0.031, -0.013, 0.01), Eigen::Vector3d(0.012, 0.007, 0.5), Eigen::Vector3d(0.3, 0.4, 0.5)}) {
+  const auto field = [](const Eigen::Vector3d& x) {
+    return 1.0 + 3.0 * x[0] - x[1] + 40.0 * x[0] * x[1] + 25.0 * x[0] * x[0];
+  };
+  for (const Eigen::Vector3d& p :
+       {Eigen::Vector3d(0.031, -0.013, 0.01), Eigen::Vector3d(0.012, 0.007, 0.5), Eigen::Vector3d(0.3, 0.4, 0.5)}) {
     const SurfacePoint place = nearest_surface_point(mesh, p);
     const Eigen::Vector3d foot = p.cwiseMin(Eigen::Vector3d(0.05, 0.04, 0.01));
     double value = 0.0;

@@ -29,8 +29,8 @@ SurfaceMesh box_surface(const Eigen::Vector3d& c, const Eigen::Vector3d& h, bool
     surface.vertices_m.row(i) << c[0] + (i & 1 ? h[0] : -h[0]), c[1] + (i & 2 ? h[1] : -h[1]),
         c[2] + (i & 4 ? h[2] : -h[2]);
   surface.triangles.resize(12, 3);
-  surface.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6,
-      2, 1, 3, 7, 1, 7, 5;
+  surface.triangles << 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3,
+      7, 1, 7, 5;
   if (inward) surface.triangles.col(1).swap(surface.triangles.col(2));
   return surface;
 }
@@ -54,8 +54,7 @@ SurfaceMesh ball_surface(double radius_m, int refinement) {
 std::string text_of(const SurfaceMesh& s, const std::string& kind) {
   std::string text;
   const auto vertex = [&](int v) {
-    return to_text(s.vertices_m(v, 0)) + " " + to_text(s.vertices_m(v, 1)) + " " +
-           to_text(s.vertices_m(v, 2));
+    return to_text(s.vertices_m(v, 0)) + " " + to_text(s.vertices_m(v, 1)) + " " + to_text(s.vertices_m(v, 2));
   };
   const int n_v = static_cast<int>(s.vertices_m.rows()), n_t = static_cast<int>(s.triangles.rows());
   if (kind == "stl") {
@@ -76,8 +75,8 @@ std::string text_of(const SurfaceMesh& s, const std::string& kind) {
   for (int t = 0; t < n_t; ++t) {
     text += kind == "obj" ? "f" : "3";
     for (int c = 0; c < 3; ++c)
-      text += " " + (kind == "obj" ? std::to_string(s.triangles(t, c) + 1) + "/1/1"
-                                   : std::to_string(s.triangles(t, c)));
+      text +=
+          " " + (kind == "obj" ? std::to_string(s.triangles(t, c) + 1) + "/1/1" : std::to_string(s.triangles(t, c)));
     text += "\n";
   }
   return text;
@@ -91,11 +90,10 @@ void put(std::string& bytes, T value, bool swapped) {
 }
 
 std::string binary_ply(const SurfaceMesh& s, bool big_endian) {
-  std::string bytes =
-      std::string("ply\nformat ") + (big_endian ? "binary_big_endian" : "binary_little_endian") +
-      " 1.0\nelement vertex " + std::to_string(s.vertices_m.rows()) +
-      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face " +
-      std::to_string(s.triangles.rows()) + "\nproperty list uchar uint vertex_index\nend_header\n";
+  std::string bytes = std::string("ply\nformat ") + (big_endian ? "binary_big_endian" : "binary_little_endian") +
+                      " 1.0\nelement vertex " + std::to_string(s.vertices_m.rows()) +
+                      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face " +
+                      std::to_string(s.triangles.rows()) + "\nproperty list uchar uint vertex_index\nend_header\n";
   for (int v = 0; v < s.vertices_m.rows(); ++v) {
     for (int a = 0; a < 3; ++a) put(bytes, static_cast<float>(s.vertices_m(v, a)), big_endian);
     bytes += '\x7f';
@@ -112,8 +110,7 @@ void check(const SurfaceMesh& surface) { check_closed_surface(surface, "s.stl");
 }  // namespace
 
 TEST(SurfaceFile, EveryFormatGivesTheSameBox) {
-  const auto stl =
-      std::filesystem::temp_directory_path() / ("klang-box-" + std::to_string(::getpid()) + ".stl");
+  const auto stl = std::filesystem::temp_directory_path() / ("klang-box-" + std::to_string(::getpid()) + ".stl");
   write_stl(stl, kBox);
   const std::vector<std::pair<std::string, std::string>> files{
       {".stl", text_of(kBox, "stl")},  {".STL", read_file(stl)},       {".obj", text_of(kBox, "obj")},
@@ -138,14 +135,11 @@ TEST(SurfaceFile, QuadrilateralsAndNegativeIndicesOfObjAreTriangulated) {
     text += "v " + to_text(kBox.vertices_m(v, 0)) + " " + to_text(kBox.vertices_m(v, 1)) + " " +
             to_text(kBox.vertices_m(v, 2)) + "\n";
   text += "f 1 3 4 2\nf 5//1 6//1 8//1 7//1\nf -8 -7 -3 -4\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-  EXPECT_LE(std::abs(check_closed_surface(read_surface_bytes(text, ".obj", "q"), "q").volume_m3 - 6.0),
-            1e-12);
+  EXPECT_LE(std::abs(check_closed_surface(read_surface_bytes(text, ".obj", "q"), "q").volume_m3 - 6.0), 1e-12);
 }
 
 TEST(SurfaceFile, EachBrokenFileIsOneErrorThatNamesThePlace) {
-  const auto read = [](const std::string& text, const char* extension) {
-    read_surface_bytes(text, extension, "f");
-  };
+  const auto read = [](const std::string& text, const char* extension) { read_surface_bytes(text, extension, "f"); };
   expect_input_error([&] { read("", ".stl"); }, {"empty"});
   expect_input_error([&] { read("solid a\nendsolid\n", ".stl"); }, {"no faces"});
   std::string stl = text_of(kBox, "stl");
@@ -155,17 +149,14 @@ TEST(SurfaceFile, EachBrokenFileIsOneErrorThatNamesThePlace) {
   expect_input_error([&] { read("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", ".off"); },
                      {"face 0", "out of range", "3"});
   expect_input_error([&] { read("OFF\n2000000000 1 0\n0 0 0\n", ".off"); }, {"vertex count"});
-  expect_input_error([&] { read("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", ".off"); },
-                     {"face 0", "corners"});
-  expect_input_error([&] { read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", ".obj"); },
-                     {"face 0", "out of range", "3"});
+  expect_input_error([&] { read("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n", ".off"); }, {"face 0", "corners"});
+  expect_input_error([&] { read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", ".obj"); }, {"face 0", "out of range", "3"});
   expect_input_error([&] { read("v 0 0 0\nv 1 0 inf\n", ".obj"); }, {"line 2", "vertex 1", "not finite"});
   expect_input_error([&] { read("v 0 0 0\nf 1 0 1\n", ".obj"); }, {"line 2", "face 0"});
   expect_input_error([&] { read(text_of(kBox, "ply").substr(0, 60), ".ply"); }, {"header"});
   const std::string ply = binary_ply(kBox, false);
   expect_input_error([&] { read(ply.substr(0, ply.size() - 1), ".ply"); }, {"byte", "ends"});
-  expect_input_error([&] { read("ply\nformat ascii 1.0\nelement vertex 99999999\nend_header\n", ".ply"); },
-                     {"vertex"});
+  expect_input_error([&] { read("ply\nformat ascii 1.0\nelement vertex 99999999\nend_header\n", ".ply"); }, {"vertex"});
   std::string binary_stl(84, '\0');
   binary_stl[80] = 2;
   expect_input_error([&] { read(binary_stl + std::string(60, 'x'), ".stl"); }, {"face 1", "ends"});
@@ -184,8 +175,7 @@ TEST(SurfaceCheck, EachFaultIsOneErrorThatNamesTheFirstBadFace) {
   s.triangles(4, 1) = s.triangles(4, 0);
   expect_input_error([&] { check(s); }, {"face 4", "degenerate"});
   s = kBox;
-  s.vertices_m.row(1) =
-      s.vertices_m.row(0) * 0.5 + s.vertices_m.row(3) * 0.5;  // onto the diagonal of faces 0 and 1
+  s.vertices_m.row(1) = s.vertices_m.row(0) * 0.5 + s.vertices_m.row(3) * 0.5;  // onto the diagonal of faces 0 and 1
   expect_input_error([&] { check(s); }, {"face 1", "degenerate", "no area"});
   s = kBox;
   s.triangles = kBox.triangles.topRows(11).eval();
@@ -211,16 +201,8 @@ TEST(SurfaceCheck, ThreeFacesOnOneEdgeAreNonManifold) {
 TEST(SurfaceCheck, SelfIntersectionsAreFoundWhereverTheyAre) {
   // Two boxes that cut each other; one that only touches along a face; one apart.
   const SurfaceMesh big = box_surface({0, 0, 0}, {1, 1, 1});
-  expect_input_error(
-      [&] {
-        check(joined(big, box_surface({0.9, 0.8, 0.7}, {0.5, 0.5, 0.5})));
-      },
-      {"intersect", "face"});
-  expect_input_error(
-      [&] {
-        check(joined(big, box_surface({1.5, 0.1, 0.2}, {0.5, 0.5, 0.5})));
-      },
-      {"intersect"});
+  expect_input_error([&] { check(joined(big, box_surface({0.9, 0.8, 0.7}, {0.5, 0.5, 0.5}))); }, {"intersect", "face"});
+  expect_input_error([&] { check(joined(big, box_surface({1.5, 0.1, 0.2}, {0.5, 0.5, 0.5}))); }, {"intersect"});
   EXPECT_NO_THROW(check(joined(big, box_surface({1.6, 0, 0}, {0.5, 0.5, 0.5}))));
   // A corner of the box pushed out through a side.
   SurfaceMesh s = kBox;
@@ -229,11 +211,7 @@ TEST(SurfaceCheck, SelfIntersectionsAreFoundWhereverTheyAre) {
   // A needle a millionth thick through a fine ball.
   const SurfaceMesh ball = ball_surface(1.0, 1);
   EXPECT_NO_THROW(check(ball));
-  expect_input_error(
-      [&] {
-        check(joined(ball, box_surface({0.01, 0.02, 0}, {1e-6, 1e-6, 3.0})));
-      },
-      {"intersect"});
+  expect_input_error([&] { check(joined(ball, box_surface({0.01, 0.02, 0}, {1e-6, 1e-6, 3.0}))); }, {"intersect"});
 }
 
 TEST(SurfaceCheck, TheSamePairIsNamedOnAnyNumberOfThreads) {
@@ -254,8 +232,7 @@ TEST(SurfaceCheck, TheSamePairIsNamedOnAnyNumberOfThreads) {
 }
 
 TEST(SurfaceCheck, HollowsAreToldFromBodies) {
-  const SurfaceMesh hollow =
-      joined(box_surface({0, 0, 0}, {1, 1, 1}), box_surface({0, 0, 0}, {0.5, 0.5, 0.5}, true));
+  const SurfaceMesh hollow = joined(box_surface({0, 0, 0}, {1, 1, 1}), box_surface({0, 0, 0}, {0.5, 0.5, 0.5}, true));
   const SurfaceParts parts = check_closed_surface(hollow, "h");
   EXPECT_EQ(parts.n_parts, 2);
   EXPECT_LE(std::abs(parts.volume_m3 - 7.0), 1e-12);
@@ -271,8 +248,7 @@ TEST(SurfaceCheck, HollowsAreToldFromBodies) {
 TEST(Tetgen, FillsBoxHollowAndBallWithExactlyTheirVolume) {
   TetgenOptions options;
   options.max_edge_m = 0.4;
-  const SurfaceMesh hollow =
-      joined(box_surface({0, 0, 0}, {1, 1, 1}), box_surface({0, 0, 0}, {0.5, 0.5, 0.5}, true));
+  const SurfaceMesh hollow = joined(box_surface({0, 0, 0}, {1, 1, 1}), box_surface({0, 0, 0}, {0.5, 0.5, 0.5}, true));
   const SurfaceMesh ball = ball_surface(1.0, 1);
   for (const auto& [surface, volume] : std::vector<std::pair<SurfaceMesh, double>>{
            {kBox, 6.0}, {hollow, 7.0}, {ball, check_closed_surface(ball, "").volume_m3}}) {
@@ -312,15 +288,13 @@ TEST(Tetgen, TwoThreadsGiveTheSameMeshAsOne) {
 TEST(Tetgen, TooFineAnEdgeIsRefusedBeforeMeshing) {
   TetgenOptions options;
   options.max_edge_m = 1e-4;
-  expect_input_error([&] { mesh_surface(kBox, options, "box.stl"); },
-                     {"box.stl", "too many elements", "max_edge_m"});
+  expect_input_error([&] { mesh_surface(kBox, options, "box.stl"); }, {"box.stl", "too many elements", "max_edge_m"});
   options.max_edge_m = std::nan("");
   expect_input_error([&] { mesh_surface(kBox, options, "box.stl"); }, {"max_edge_m"});
 }
 
 TEST(LoadBody, AnStlInMillimetresBecomesABodyInMetres) {
-  const auto path =
-      std::filesystem::temp_directory_path() / ("klang-load-" + std::to_string(::getpid()) + ".stl");
+  const auto path = std::filesystem::temp_directory_path() / ("klang-load-" + std::to_string(::getpid()) + ".stl");
   write_stl(path, kBox);
   LoadOptions options;
   options.unit_m = 0.001;

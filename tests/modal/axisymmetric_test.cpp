@@ -37,8 +37,8 @@ std::vector<double> all_hz(const AxisymmetricBody& body, const std::vector<Harmo
 TEST(Axisymmetric, BallHasLambsFrequenciesWithTheirMultiplicity) {
   // reference/sphere_lamb.json: cases[0] (nu = 0.29), x = omega a / c_s.
   const std::vector<std::pair<double, int>> lamb = {
-      {2.501132620409397, 5}, {2.64500665425552, 5},  {3.509495880385619, 3}, {3.864699778223047, 7},
-      {3.933378897104085, 7}, {4.86995540349663, 1},  {4.979266373405847, 5}, {5.038887801390728, 9},
+      {2.501132620409397, 5}, {2.64500665425552, 5}, {3.509495880385619, 3}, {3.864699778223047, 7},
+      {3.933378897104085, 7}, {4.86995540349663, 1}, {4.979266373405847, 5}, {5.038887801390728, 9},
       {5.094615632407945, 9}, {5.76345919689455, 3}};
   std::vector<double> wanted;
   for (const auto& [x, multiplicity] : lamb) wanted.insert(wanted.end(), static_cast<std::size_t>(multiplicity), x);
@@ -53,7 +53,9 @@ TEST(Axisymmetric, BallHasLambsFrequenciesWithTheirMultiplicity) {
 TEST(Axisymmetric, TubesBendAsTheRitzSeriesToSixDigits) {
   // reference/chimes.json: tubes[].ritz3d_bending
   const std::vector<std::pair<double, std::vector<double>>> tubes = {
-      {0.505, {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376, 6630.651833302586, 8750.000412714602}},
+      {0.505,
+       {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376, 6630.651833302586,
+        8750.000412714602}},
       {0.353, {1185.4672628861772, 3095.019228731142}}};
   for (const auto& [length_m, bending_hz] : tubes) {
     AxisymmetricBody body = body_of(tube(length_m), 0.02);
@@ -114,7 +116,8 @@ TEST(Axisymmetric, ProfileOfATubeGivesTheTube) {
   const auto path = std::filesystem::path(testing::TempDir()) / "klang-tube-profile.csv";
   std::ofstream(path) << "r_m,z_m\n0.0105,-0.05\n0.0125,-0.05\n0.0125,0.05\n0.0105,0.05\n";
   AxisymmetricBody polygon = body_of({"revolution", {}, path}, 0.01);
-  AxisymmetricBody exact = body_of({"tube", {{"length_m", 0.1}, {"outer_radius_m", 0.0125}, {"wall_m", 0.002}}, {}}, 0.01);
+  AxisymmetricBody exact =
+      body_of({"tube", {{"length_m", 0.1}, {"outer_radius_m", 0.0125}, {"wall_m", 0.002}}, {}}, 0.01);
   const auto a = all_hz(polygon, polygon.modes_up_to(kAluminium, 20000.0));
   const auto b = all_hz(exact, exact.modes_up_to(kAluminium, 20000.0));
   ASSERT_EQ(a.size(), b.size());

@@ -38,8 +38,7 @@ TEST(Completeness, BothMembersOfTheTilesDegeneratePairAreFound) {
 TEST(Completeness, FivefoldAndThreefoldModesOfTheBallAreFoundWhole) {
   // reference/sphere_lamb.json: multiplicities 5, 5, 3 of the first three eigenvalues.
   const auto steel = solid::from_youngs_modulus(200e9, 0.29, 7850);
-  const Eigen::VectorXd f =
-      lowest_hz(klang::mesh::mesh_shape({"sphere", {{"radius_m", 0.03}}, {}}), steel, 13);
+  const Eigen::VectorXd f = lowest_hz(klang::mesh::mesh_shape({"sphere", {{"radius_m", 0.03}}, {}}), steel, 13);
   for (int k = 0; k < 13; ++k) {
     const double exact = k < 5 ? 41697.10601444799 : k < 10 ? 44095.671685478315 : 58507.821851427754;
     EXPECT_NEAR(f[k] / exact, 1, 2e-3) << k;

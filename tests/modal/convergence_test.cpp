@@ -83,14 +83,14 @@ std::vector<double> observed_orders(const ReferenceBody& body, const std::vector
 // Coarser meshes than these are short of the asymptotic range: from 4 to 6 cells a side the block's orders are 3.4 to
 // 3.6, and they rise with every level (3.8 from 8 to 12).
 TEST(EigenvalueOrder, QuadraticElementsConvergeAtOrderFourOnABlock) {
-  for (const double order : observed_orders(klang::test::reference_block(),
-                                            {{6, 6, 6}, {7, 7, 7}, {8, 8, 8}, {10, 10, 10}}, 2, 4, 1, false))
+  for (const double order :
+       observed_orders(klang::test::reference_block(), {{6, 6, 6}, {7, 7, 7}, {8, 8, 8}, {10, 10, 10}}, 2, 4, 1, false))
     EXPECT_NEAR(order, 4, 0.4);
 }
 
 TEST(EigenvalueOrder, CurvedQuadraticElementsConvergeAtOrderFourOnABall) {
-  for (const double order : observed_orders(klang::test::reference_ball(),
-                                            {{2, 2, 1}, {3, 3, 1}, {4, 4, 1}, {5, 5, 1}}, 2, 1, 5, true))
+  for (const double order :
+       observed_orders(klang::test::reference_ball(), {{2, 2, 1}, {3, 3, 1}, {4, 4, 1}, {5, 5, 1}}, 2, 1, 5, true))
     EXPECT_NEAR(order, 4, 0.4);
 }
 
@@ -107,15 +107,14 @@ TEST(EigenvalueOrder, LinearElementsConvergeAtOrderTwoOnABlock) {
 }
 
 TEST(EigenvalueOrder, LinearElementsConvergeAtOrderTwoOnABall) {
-  for (const double order : observed_orders(klang::test::reference_ball(),
-                                            {{3, 3, 1}, {4, 4, 1}, {5, 5, 1}, {6, 6, 1}}, 1, 2, 5, true))
+  for (const double order :
+       observed_orders(klang::test::reference_ball(), {{3, 3, 1}, {4, 4, 1}, {5, 5, 1}, {6, 6, 1}}, 1, 2, 5, true))
     EXPECT_NEAR(order, 2, 0.3);
 }
 
 TEST(TubeModes, BendingPairsMatchRitzWithin200PpmOnARefinedMesh) {
   // reference/chimes.json: tubes[1].ritz3d_bending (0.353 m).
-  const klang::mesh::ShapeSpec tube{
-      "tube", {{"length_m", 0.353}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
+  const klang::mesh::ShapeSpec tube{"tube", {{"length_m", 0.353}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
   const Eigen::VectorXd f =
       lowest_hz(klang::mesh::mesh_shape(tube, klang::mesh::ShapeDivisions{{48, 24, 1}}, 2), kAluminium, 8);
   for (const double exact : {1185.4672628861772, 3095.019228731142}) {

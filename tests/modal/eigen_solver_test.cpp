@@ -39,8 +39,7 @@ TEST(SolveModes, DenseAndShiftInvertAgreeTo1e9) {
   EXPECT_EQ(dense.method_used, EigenMethod::kDense);
   EXPECT_EQ(sparse.method_used, EigenMethod::kShiftInvert);
   for (int k = 0; k < 12; ++k) {
-    EXPECT_NEAR(dense.model.angular_frequency_rad_s[k] / sparse.model.angular_frequency_rad_s[k], 1, 1e-9)
-        << k;
+    EXPECT_NEAR(dense.model.angular_frequency_rad_s[k] / sparse.model.angular_frequency_rad_s[k], 1, 1e-9) << k;
   }
   EXPECT_EQ(dense.none_missing, true);
   EXPECT_EQ(sparse.none_missing, true);
@@ -132,8 +131,7 @@ TEST(SolveModes, CantileverBendsAtTheBeamFrequency) {
   // Euler-Bernoulli: f = 1.875104^2 / (2 pi) sqrt(E I / (rho A L^4)); slenderness 50 leaves 0.1 % for shear,
   // rotary inertia and the stiff root (nu = 0).
   const auto material = solid::from_youngs_modulus(70e9, 0.0, 2700);
-  const EigenResult result =
-      solve(box_mesh(0.5, 0.012, 0.01, 40, 1, 1, 2), lowest(2), "clamped:x=0", material);
+  const EigenResult result = solve(box_mesh(0.5, 0.012, 0.01, 40, 1, 1, 2), lowest(2), "clamped:x=0", material);
   ASSERT_TRUE(result.usable()) << result.message;
   const double wave_number = 1.875104068711961 / 0.5;
   const double speed = std::sqrt(70e9 / 2700);

@@ -66,8 +66,7 @@ TEST(ModalModelFileErrors, AreInputErrorsAndLeaveNothingBehind) {
   const std::string bytes = klang::read_file(path);
   const auto broken = scratch("broken.vtu");
   for (const double share : {0.0, 0.1, 0.5, 0.9}) {
-    klang::write_file(broken,
-                      std::string_view(bytes).substr(0, static_cast<std::size_t>(share * bytes.size())));
+    klang::write_file(broken, std::string_view(bytes).substr(0, static_cast<std::size_t>(share * bytes.size())));
     EXPECT_THROW(read_modal_model(broken), InputError) << share;
   }
   klang::write_file(broken, "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid/></VTKFile>");
@@ -79,8 +78,7 @@ void expect_same(const ModalModel& scaled, const ModalModel& solved) {
   for (Eigen::Index k = 0; k < solved.n_modes(); ++k) {
     EXPECT_NEAR(scaled.angular_frequency_rad_s[k] / solved.angular_frequency_rad_s[k], 1, 1e-9) << k;
     const double sign = scaled.shapes.col(k).dot(solved.shapes.col(k)) < 0 ? -1 : 1;
-    EXPECT_LE((scaled.shapes.col(k) - sign * solved.shapes.col(k)).norm(), 1e-6 * solved.shapes.col(k).norm())
-        << k;
+    EXPECT_LE((scaled.shapes.col(k) - sign * solved.shapes.col(k)).norm(), 1e-6 * solved.shapes.col(k).norm()) << k;
   }
 }
 

@@ -28,9 +28,7 @@ ModalImpulse impulse_of(double time_s, std::initializer_list<double> values, dou
 }
 
 // omega is not always the square root of a double: the reference gives omega^2.
-Oscillator oscillator_of(const ReferenceOscillator& r) {
-  return {std::sqrt(r.omega_sq), 0.5 * r.damping, 1.0};
-}
+Oscillator oscillator_of(const ReferenceOscillator& r) { return {std::sqrt(r.omega_sq), 0.5 * r.damping, 1.0}; }
 
 // Rounding omega to a double turns the phase by up to omega t 1e-16; 2e-12 covers it at 15 kHz and half a
 // second, and is what "exact" means below, relative to the largest value of the response.
@@ -48,10 +46,8 @@ TEST(OscillatorResponse, MatchesReferenceInEveryDampingRegime) {
     for (std::size_t i = 0; i < r.n.size(); ++i) {
       const long double t = r.n[i] / static_cast<long double>(kRate);
       const auto h = response.impulse(t);
-      EXPECT_LE(std::abs(static_cast<double>(h.z) - r.z_impulse[i]), kExact * largest(r.z_impulse))
-          << r.name << i;
-      EXPECT_LE(std::abs(static_cast<double>(h.zd) - r.zd_impulse[i]), kExact * largest(r.zd_impulse))
-          << r.name << i;
+      EXPECT_LE(std::abs(static_cast<double>(h.z) - r.z_impulse[i]), kExact * largest(r.z_impulse)) << r.name << i;
+      EXPECT_LE(std::abs(static_cast<double>(h.zd) - r.zd_impulse[i]), kExact * largest(r.zd_impulse)) << r.name << i;
       EXPECT_LE(std::abs(static_cast<double>(response.step(t)) - r.z_step[i]), kExact * largest(r.z_step))
           << r.name << i;
     }
@@ -64,8 +60,8 @@ TEST(OscillatorResponse, OneStepMatrixMatchesReference) {
     const auto h = response.impulse(1.0L / kRate);
     const double c = r.damping;
     const auto z = static_cast<double>(h.z), zd = static_cast<double>(h.zd);
-    const std::array<double, 4> a = {static_cast<double>(h.zd + c * h.z), z,
-                                     static_cast<double>(-r.omega_sq * h.z), zd};
+    const std::array<double, 4> a = {static_cast<double>(h.zd + c * h.z), z, static_cast<double>(-r.omega_sq * h.z),
+                                     zd};
     for (std::size_t i = 0; i < 4; ++i) {
       EXPECT_LE(std::abs(a[i] - r.one_step[i]), 1e-14 * std::abs(r.one_step[i])) << r.name << " entry " << i;
     }
@@ -76,8 +72,7 @@ TEST(OscillatorBank, ImpulseResponseMatchesReferenceInEveryDampingRegime) {
   for (const auto& r : reference_oscillators()) {
     const Eigen::VectorXd z = render({oscillator_of(r)}, {impulse_of(0.0, {1.0})}, kRate, 22051);
     for (std::size_t i = 0; i < r.n.size(); ++i) {
-      EXPECT_LE(std::abs(z[r.n[i]] - r.z_impulse[i]), kExact * largest(r.z_impulse))
-          << r.name << " n " << r.n[i];
+      EXPECT_LE(std::abs(z[r.n[i]] - r.z_impulse[i]), kExact * largest(r.z_impulse)) << r.name << " n " << r.n[i];
     }
   }
 }
@@ -87,8 +82,7 @@ TEST(OscillatorBank, ThreeImpulsesMatchReference) {
   const auto& r = reference_oscillators().front();
   const Eigen::VectorXd z =
       render({oscillator_of(r)},
-             {impulse_of(0.0, {1.0}), impulse_of(100 / kRate, {-0.5}), impulse_of(441 / kRate, {0.25})},
-             kRate, 1001);
+             {impulse_of(0.0, {1.0}), impulse_of(100 / kRate, {-0.5}), impulse_of(441 / kRate, {0.25})}, kRate, 1001);
   EXPECT_NEAR(z[50], 2.5550665211620974e-06, 1e-16);
   EXPECT_NEAR(z[150], 6.215298175023805e-06, 1e-16);
   EXPECT_NEAR(z[500], -6.079103050782289e-05, 1e-16);
@@ -105,8 +99,7 @@ TEST(OscillatorImpulse, AmplitudeHasNoFactorTwo) {
 
 TEST(OscillatorBank, TenSecondsStayAtRoundOffOfTheClosedForm) {
   const double rate = 48000.0;
-  for (const auto& [hz, decay] :
-       std::vector<std::pair<double, double>>{{20.0, 0.01}, {997.0, 0.1}, {19999.0, 0.2}}) {
+  for (const auto& [hz, decay] : std::vector<std::pair<double, double>>{{20.0, 0.01}, {997.0, 0.1}, {19999.0, 0.2}}) {
     const Oscillator o{2 * kPi * hz, decay, 1.0};
     const Eigen::VectorXd z = render({o}, {impulse_of(0.0, {1.0})}, rate, 480001);
     const OscillatorResponse exact(o.angular_frequency_rad_s, o.decay_per_s);
@@ -155,8 +148,7 @@ TEST(ContactPulse, AfterItTheResponseIsScaledByTheGaussiansTransform) {
       const double wd = std::sqrt(o.angular_frequency_rad_s * o.angular_frequency_rad_s - 144.0);
       // In extended precision: a double loses 4e-13 rad of the phase at 9 kHz.
       const std::complex<long double> p(
-          -12.0L, std::sqrt(static_cast<long double>(o.angular_frequency_rad_s) * o.angular_frequency_rad_s -
-                            144.0L));
+          -12.0L, std::sqrt(static_cast<long double>(o.angular_frequency_rad_s) * o.angular_frequency_rad_s - 144.0L));
       double worst = 0.0;
       for (Eigen::Index n = static_cast<Eigen::Index>((t0 + 9 * s) * kRate) + 2; n < z.size(); ++n) {
         const long double t = n / static_cast<long double>(kRate) - t0;
@@ -186,8 +178,7 @@ TEST(ContactPulse, NearCriticalDampingIsContinuous) {
   const auto at = [&](double decay) {
     return render({{omega, decay, 1.0}}, {impulse_of(0.01, {1.0}, s)}, kRate, 1500);
   };
-  const Eigen::VectorXd below = at(omega * (1 - 1e-12)), critical = at(omega),
-                        above = at(omega * (1 + 1e-12));
+  const Eigen::VectorXd below = at(omega * (1 - 1e-12)), critical = at(omega), above = at(omega * (1 + 1e-12));
   EXPECT_LE((below - critical).cwiseAbs().maxCoeff(), 1e-11 * critical.maxCoeff());
   EXPECT_LE((above - critical).cwiseAbs().maxCoeff(), 1e-11 * critical.maxCoeff());
 }
@@ -215,8 +206,7 @@ RandomBank random_bank(std::size_t n_modes) {
   RandomStream random(7, 0);
   RandomBank bank;
   for (std::size_t i = 0; i < n_modes; ++i) {
-    bank.oscillators.push_back(
-        {2 * kPi * random.uniform(30.0, 15000.0), random.uniform(0.5, 200.0), random.normal()});
+    bank.oscillators.push_back({2 * kPi * random.uniform(30.0, 15000.0), random.uniform(0.5, 200.0), random.normal()});
   }
   for (int k = 0; k < 5; ++k) {
     ModalImpulse impulse{random.uniform(0.0, 0.2), Eigen::VectorXd(static_cast<Eigen::Index>(n_modes)),
@@ -247,8 +237,8 @@ TEST(OscillatorBank, ManyStrikesSuperpose) {
 
 TEST(OscillatorBank, LongSilenceCostsNothingAndStaysFinite) {
   // Decays to below the smallest double within the sound: must end in zeros, not in subnormals or NaN.
-  const Eigen::VectorXd z = render({{2 * kPi * 1000.0, 5000.0, 1.0}, {10.0, 4e5, 1.0}},
-                                   {impulse_of(0.0, {1.0, 1e-5})}, kRate, 100000);
+  const Eigen::VectorXd z =
+      render({{2 * kPi * 1000.0, 5000.0, 1.0}, {10.0, 4e5, 1.0}}, {impulse_of(0.0, {1.0, 1e-5})}, kRate, 100000);
   EXPECT_TRUE(z.allFinite());
   EXPECT_EQ(z.cwiseAbs().minCoeff(), 0.0);
 }

@@ -7,8 +7,8 @@
 
 #include "core/base/conventions.hpp"
 #include "core/base/errors.hpp"
-#include "core/modal/eigen_solver.hpp"
 #include "core/mesh/tetgen_mesher.hpp"
+#include "core/modal/eigen_solver.hpp"
 #include "datasets-synthetic/debris.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
 
@@ -25,7 +25,9 @@ datasets::DebrisPiece box_of(const Eigen::Vector3d& size_m) {
   return datasets::debris(options).front();
 }
 
-double error(const mesh::SurfaceMesh& surface, int degree, double exact_hz) { return lowest_frequency_hz(surface, kGlass, {degree}) / exact_hz - 1.0; }
+double error(const mesh::SurfaceMesh& surface, int degree, double exact_hz) {
+  return lowest_frequency_hz(surface, kGlass, {degree}) / exact_hz - 1.0;
+}
 
 TEST(PolynomialModes, LowestFrequencyOfABoxFallsTowardsTheRitzBoxs) {
   for (const Eigen::Vector3d& size : {Eigen::Vector3d(0.12, 0.08, 0.05), Eigen::Vector3d(0.08, 0.06, 0.004)}) {

@@ -51,8 +51,7 @@ TEST(ReducedModel, IsHomogeneousInTheLameParameters) {
   for (int k = 0; k < 12; ++k) {
     EXPECT_NEAR(two.angular_frequency_sq[k] / one.angular_frequency_sq[k], 1, 1e-12);
     // Euler: lambda d/dlambda + mu d/dmu gives omega^2 back.
-    EXPECT_NEAR((4e10 * one.derivative(k, 0) + 2e10 * one.derivative(k, 1)) / one.angular_frequency_sq[k], 1,
-                1e-10);
+    EXPECT_NEAR((4e10 * one.derivative(k, 0) + 2e10 * one.derivative(k, 1)) / one.angular_frequency_sq[k], 1, 1e-10);
   }
 }
 

@@ -43,8 +43,7 @@ TEST(SurfaceCoupling, TranslationOfABoxCountsTheTwoFacesAcrossIt) {
 }
 
 TEST(Synthesis, StrikeIsTheProjectionOfItsImpulseOnTheMode) {
-  ModalModel model =
-      made_up_model({"box", {{"length_m", 0.1}, {"width_m", 0.05}, {"height_m", 0.02}}, {}}, {441.0});
+  ModalModel model = made_up_model({"box", {{"length_m", 0.1}, {"width_m", 0.05}, {"height_m", 0.02}}, {}}, {441.0});
   model.shapes.block<3, 1>(3 * 4, 0) = Eigen::Vector3d(1.0, -2.0, 0.5);
   model.shapes.block<3, 1>(3 * 7, 0) = Eigen::Vector3d(0.0, 3.0, 4.0);
   SynthesisOptions options;
@@ -62,19 +61,17 @@ TEST(Synthesis, StrikeIsTheProjectionOfItsImpulseOnTheMode) {
 
 TEST(Synthesis, DropsModesThatWouldFoldBackByTheirHertzNotTheirRadians) {
   // Errata 3: the filter is in Hz. 30 kHz must go at 48 kHz; 10 kHz is 62832 rad/s and must stay.
-  ModalModel model = made_up_model({"box", {{"length_m", 0.1}, {"width_m", 0.05}, {"height_m", 0.02}}, {}},
-                                   {10000.0, 30000.0});
+  ModalModel model =
+      made_up_model({"box", {{"length_m", 0.1}, {"width_m", 0.05}, {"height_m", 0.02}}, {}}, {10000.0, 30000.0});
   SynthesisOptions options;
   options.duration_s = 0.01;
   options.couple_to_air = false;
   options.pickup_node = 0;
   model.shapes(2, 1) = 1.0;
   const Strike strike{0.0, 0, {0.0, 0.0, 1.0}, 0.0};
-  EXPECT_EQ(synthesise(model, Eigen::VectorXd::Zero(2), {strike}, options).samples.cwiseAbs().maxCoeff(),
-            0.0);
+  EXPECT_EQ(synthesise(model, Eigen::VectorXd::Zero(2), {strike}, options).samples.cwiseAbs().maxCoeff(), 0.0);
   model.shapes(2, 0) = 1.0;
-  EXPECT_GT(synthesise(model, Eigen::VectorXd::Zero(2), {strike}, options).samples.cwiseAbs().maxCoeff(),
-            1e-6);
+  EXPECT_GT(synthesise(model, Eigen::VectorXd::Zero(2), {strike}, options).samples.cwiseAbs().maxCoeff(), 1e-6);
 }
 
 TEST(Synthesis, BadInputIsNamed) {

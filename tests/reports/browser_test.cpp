@@ -54,8 +54,7 @@ std::string output_of(const std::string& command, int& status) {
   std::FILE* pipe = ::popen(command.c_str(), "r");
   if (!pipe) return {};
   std::array<char, 65536> buffer;
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
-    text.append(buffer.data(), n);
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), n);
   status = ::pclose(pipe);
   return text;
 }
@@ -80,9 +79,9 @@ json judged(const fs::path& page, const fs::path& folder, int width) {
       (folder / "profile").string() + " --window-size=" + std::to_string(width) + ",900 ";
   int status = 0;
   const std::string log = (folder / "log.txt").string();
-  const std::string dom = output_of(base + "--virtual-time-budget=30000 --dump-dom file://" +
-                                        (folder / "watched.html").string() + " 2>" + log,
-                                    status);
+  const std::string dom = output_of(
+      base + "--virtual-time-budget=30000 --dump-dom file://" + (folder / "watched.html").string() + " 2>" + log,
+      status);
   EXPECT_EQ(status, 0);
   const std::string logged = read_file(log);
   EXPECT_EQ(logged.find("CONSOLE"), std::string::npos) << logged.substr(logged.find("CONSOLE"), 300);
@@ -94,17 +93,16 @@ json judged(const fs::path& page, const fs::path& folder, int width) {
   return json::parse(verdict);
 }
 
-void screenshot(const fs::path& page, const std::string& name, int width, int height,
-                const std::string& extra = {}) {
+void screenshot(const fs::path& page, const std::string& name, int width, int height, const std::string& extra = {}) {
   fs::create_directories(KLANG_SCREENSHOTS);
   const fs::path profile = fs::temp_directory_path() / ("klang-shot-" + std::to_string(::getpid()));
   int status = 0;
   output_of(
       "timeout 250 chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-dev-shm-usage "
       "--hide-scrollbars --user-data-dir=" +
-          profile.string() + " --window-size=" + std::to_string(width) + "," + std::to_string(height) + " " +
-          extra + " --screenshot=" + std::string(KLANG_SCREENSHOTS) + "/" + name + ".png file://" +
-          page.string() + " 2>/dev/null",
+          profile.string() + " --window-size=" + std::to_string(width) + "," + std::to_string(height) + " " + extra +
+          " --screenshot=" + std::string(KLANG_SCREENSHOTS) + "/" + name + ".png file://" + page.string() +
+          " 2>/dev/null",
       status);
   EXPECT_EQ(status, 0);
   EXPECT_GT(fs::file_size(fs::path(KLANG_SCREENSHOTS) / (name + ".png")), 20000u);
@@ -167,8 +165,7 @@ TEST_F(Browser, SeesAnalysisAndModesWithoutAnyError) {
   expect_clean(judged(analysis.page, folder_, 1200), 2, 0);
   screenshot(analysis.page, "analysis", 1200, 3000);
   fixture::write_modes(folder_ / "m");
-  const ReportResult modes =
-      write_report(folder_ / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 9});
+  const ReportResult modes = write_report(folder_ / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 9});
   expect_clean(judged(modes.page, folder_, 1200), 0, modes.warnings.empty() ? 9 : 0);
   screenshot(modes.page, "modes", 1200, 2600);
 }

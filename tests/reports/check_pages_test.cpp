@@ -38,8 +38,16 @@ json regression(double shift_cents) {
   result.status = validate::RegressionStatus::kJudged;
   result.partials.push_back({partial(500), partial(500.2), shift_cents, 0.5, 0.01, 0.02, ""});
   result.partials.push_back({partial(900), {}, {}, {}, {}, {}, "the sound's noise would <hide> it"});
-  result.claims.push_back(validate::judged({"partial-1.frequency", "Partial at 500 Hz keeps its frequency [cents]", shift_cents, 0.0, 0.5, {}, false}));
-  result.claims.push_back(validate::judged({"partial-2.there", "Partials missing at 900 Hz", 1.0, 0.0, 0.5, {}, false, "the sound's noise would <hide> it"}));
+  result.claims.push_back(validate::judged(
+      {"partial-1.frequency", "Partial at 500 Hz keeps its frequency [cents]", shift_cents, 0.0, 0.5, {}, false}));
+  result.claims.push_back(validate::judged({"partial-2.there",
+                                            "Partials missing at 900 Hz",
+                                            1.0,
+                                            0.0,
+                                            0.5,
+                                            {},
+                                            false,
+                                            "the sound's noise would <hide> it"}));
   result.thirds.push_back({501.2, -20.0, -20.5, -0.5, 1.0});
   result.times_s = {0.02, 0.03, 0.04};
   result.bands_hz = {480.0, 508.0};
@@ -69,7 +77,8 @@ TEST(RegressionPage, SaysWhatFailedAndWhatWasNotJudged) {
   EXPECT_NE(bad.find("tag bad\">failed"), std::string::npos);
   EXPECT_NE(bad.find("<b>+2.50 (± 0.5)</b>"), std::string::npos);
   EXPECT_EQ(bad, read_file(write_report(folder / "result.json").page));
-  for (const char* file : {"levels.svg", "spectrum.png", "partials.png"}) EXPECT_TRUE(fs::exists(folder / "figures" / file)) << file;
+  for (const char* file : {"levels.svg", "spectrum.png", "partials.png"})
+    EXPECT_TRUE(fs::exists(folder / "figures" / file)) << file;
 }
 
 TEST(RegressionPage, LevelsOfTheWrongLengthAreRefused) {

@@ -85,9 +85,8 @@ void write_tube_vtu(const std::filesystem::path& path, double length_m, const st
   std::ostringstream frequencies;
   frequencies.precision(17);
   for (const TubeMode& mode : modes) frequencies << mode.frequency_hz << ' ';
-  xml += "<DataArray type=\"Float64\" Name=\"frequencies_hz\" NumberOfTuples=\"" +
-         std::to_string(modes.size()) + "\" format=\"ascii\">" + frequencies.str() +
-         "</DataArray>\n</FieldData>\n";
+  xml += "<DataArray type=\"Float64\" Name=\"frequencies_hz\" NumberOfTuples=\"" + std::to_string(modes.size()) +
+         "\" format=\"ascii\">" + frequencies.str() + "</DataArray>\n</FieldData>\n";
   xml += "<Piece NumberOfPoints=\"" + std::to_string(mesh.n_nodes()) + "\" NumberOfCells=\"" +
          std::to_string(mesh.n_elements()) + "\">\n<PointData>\n";
   for (std::size_t m = 0; m < modes.size(); ++m) {
@@ -108,8 +107,7 @@ void write_tube_vtu(const std::filesystem::path& path, double length_m, const st
          data_array("points", "Float64", 3,
                     [&](std::ostream& out) {
                       for (int i = 0; i < mesh.n_nodes(); ++i)
-                        out << mesh.nodes_m(i, 0) << ' ' << mesh.nodes_m(i, 1) << ' ' << mesh.nodes_m(i, 2)
-                            << '\n';
+                        out << mesh.nodes_m(i, 0) << ' ' << mesh.nodes_m(i, 1) << ' ' << mesh.nodes_m(i, 2) << '\n';
                     }) +
          "</Points>\n<Cells>\n";
   xml += data_array("connectivity", "Int64", 1, [&](std::ostream& out) {
@@ -130,8 +128,7 @@ struct Tone {
   double frequency_hz, decay_per_s, amplitude, phase_rad;
 };
 
-audio::Signal ringing(const std::vector<Tone>& tones, double rate, double seconds, double noise,
-                      std::uint64_t seed) {
+audio::Signal ringing(const std::vector<Tone>& tones, double rate, double seconds, double noise, std::uint64_t seed) {
   audio::Signal signal;
   signal.sample_rate_hz = rate;
   const auto n = static_cast<Eigen::Index>(seconds * rate);
@@ -142,8 +139,8 @@ audio::Signal ringing(const std::vector<Tone>& tones, double rate, double second
   for (const Tone& tone : tones) {
     for (Eigen::Index i = start; i < n; ++i) {
       const double t = static_cast<double>(i - start) / rate;
-      signal.samples(i, 0) += tone.amplitude * std::exp(-tone.decay_per_s * t) *
-                              std::cos(2 * kPi * tone.frequency_hz * t + tone.phase_rad);
+      signal.samples(i, 0) +=
+          tone.amplitude * std::exp(-tone.decay_per_s * t) * std::cos(2 * kPi * tone.frequency_hz * t + tone.phase_rad);
     }
   }
   return signal;
@@ -153,18 +150,12 @@ json estimate(const char* name, double value, json std, bool identifiable, const
               bool derived) {
   json interval = nullptr;
   if (std.is_number()) interval = {value - 1.96 * std.get<double>(), value + 1.96 * std.get<double>()};
-  return {{"name", name},
-          {"value", value},
-          {"std", std},
-          {"ci95", interval},
-          {"identifiable", identifiable},
-          {"why", why},
-          {"start_value", start},
-          {"derived", derived}};
+  return {
+      {"name", name}, {"value", value},       {"std", std},        {"ci95", interval}, {"identifiable", identifiable},
+      {"why", why},   {"start_value", start}, {"derived", derived}};
 }
 
-json candidate(const char* model, json parameters, double aicc, double weight, double rms,
-               double (*rate)(double)) {
+json candidate(const char* model, json parameters, double aicc, double weight, double rms, double (*rate)(double)) {
   json frequencies = json::array(), decays = json::array();
   for (int i = 0; i <= 60; ++i) {
     const double f = 400 * std::pow(45.0, i / 60.0);
@@ -226,12 +217,12 @@ json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
                    estimate("zener_time_s", 1.1e-6, 2e-7, true, "", 1e-6, false)},
                   -138.2, 0.0014, 0.041,
                   [](double f) { return 0.0012 * 2 * kPi * f * (f / 14000) / (1 + f * f / 196e6) + 0.4; }),
-        candidate("stiffness_only", {estimate("rayleigh_stiffness_s", 2.2e-8, 4e-10, true, "", 1e-7, false)},
-                  -60.1, 1e-20, 0.31, [](double f) { return 1.1e-8 * 4 * kPi * kPi * f * f; }),
-        candidate("loss_factor", {estimate("loss_factor", 7e-4, 1e-4, true, "", 1e-3, false)}, -12.4, 1e-30,
-                  0.62, [](double f) { return 7e-4 * kPi * f; }),
-        candidate("mass_only", {estimate("rayleigh_mass_per_s", 9.1, 2.0, true, "", 1.0, false)}, 40.9, 1e-42,
-                  0.91, [](double) { return 4.55; })}}};
+        candidate("stiffness_only", {estimate("rayleigh_stiffness_s", 2.2e-8, 4e-10, true, "", 1e-7, false)}, -60.1,
+                  1e-20, 0.31, [](double f) { return 1.1e-8 * 4 * kPi * kPi * f * f; }),
+        candidate("loss_factor", {estimate("loss_factor", 7e-4, 1e-4, true, "", 1e-3, false)}, -12.4, 1e-30, 0.62,
+                  [](double f) { return 7e-4 * kPi * f; }),
+        candidate("mass_only", {estimate("rayleigh_mass_per_s", 9.1, 2.0, true, "", 1.0, false)}, 40.9, 1e-42, 0.91,
+                  [](double) { return 4.55; })}}};
   result["matches"] = json::array();
   result["predicted"] = json::array();
   result["specimens"] = json::array();
@@ -255,8 +246,7 @@ json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
       if (modes[m].kind != 'b' || (s == 2 && modes[m].order == 4)) continue;
       const double deviation = own_cents + 0.8 * random.normal();
       const double measured = f * std::exp2(deviation / 1200), std_hz = 0.004 * std::pow(f / 600, 1.2);
-      const double rate_std = 0.004 * decay(f) * (1 + f / 4000),
-                   rate = decay(f) + 1.1 * rate_std * random.normal();
+      const double rate_std = 0.004 * decay(f) * (1 + f / 4000), rate = decay(f) + 1.1 * rate_std * random.normal();
       const double amplitude = 0.22 * std::pow(0.62, modes[m].order) * (0.7 + 0.6 * random.uniform());
       const double phase = random.uniform(-kPi, kPi);
       heard.push_back({measured, rate, amplitude, phase});
@@ -299,8 +289,7 @@ json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
     if (fixture.sounds) {
       write_sound(folder / ("recording-" + stem + ".wav"),
                   ringing(heard, fixture.sample_rate_hz, 3.0, 3e-4, 7 + static_cast<std::uint64_t>(s)));
-      write_sound(folder / ("resynthesis-" + stem + ".wav"),
-                  ringing(modelled, fixture.sample_rate_hz, 3.0, 0, 0));
+      write_sound(folder / ("resynthesis-" + stem + ".wav"), ringing(modelled, fixture.sample_rate_hz, 3.0, 0, 0));
       files["recording"] = "recording-" + stem + ".wav";
       files["resynthesis"] = "resynthesis-" + stem + ".wav";
     }
@@ -372,22 +361,21 @@ json write_modes(const std::filesystem::path& folder) {
   json list = json::array();
   for (std::size_t m = 0; m < modes.size(); ++m)
     list.push_back({{"index", m}, {"frequency_hz", modes[m].frequency_hz}, {"relative_residual", 3e-13}});
-  const json result = {
-      {"schema_version", 1},
-      {"kind", "modes"},
-      {"status", "converged"},
-      {"provenance", provenance("klang modes --shape tube --json modes.json")},
-      {"warnings", json::array()},
-      {"wall_time_s", {{"total", 1.1}}},
-      {"n_nodes", 2880},
-      {"n_elements", 1440},
-      {"element", "p2"},
-      {"n_rigid_modes", 6},
-      {"none_missing", true},
-      {"modes", list},
-      {"peak_memory_bytes", 81000000.0},
-      {"shape", {{"kind", "tube"}, {"length_m", 0.2}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}},
-      {"files", {{"modes", "modes.vtu"}}}};
+  const json result = {{"schema_version", 1},
+                       {"kind", "modes"},
+                       {"status", "converged"},
+                       {"provenance", provenance("klang modes --shape tube --json modes.json")},
+                       {"warnings", json::array()},
+                       {"wall_time_s", {{"total", 1.1}}},
+                       {"n_nodes", 2880},
+                       {"n_elements", 1440},
+                       {"element", "p2"},
+                       {"n_rigid_modes", 6},
+                       {"none_missing", true},
+                       {"modes", list},
+                       {"peak_memory_bytes", 81000000.0},
+                       {"shape", {{"kind", "tube"}, {"length_m", 0.2}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}},
+                       {"files", {{"modes", "modes.vtu"}}}};
   write_file(folder / "modes.json", json_text(result));
   return result;
 }

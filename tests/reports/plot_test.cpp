@@ -30,8 +30,7 @@ TEST(SvgPlot, LogTicksNameTheDecades) {
 }
 
 TEST(SvgPlot, AxesOfAnyDataHaveAnExtent) {
-  for (const auto& values :
-       {std::vector<double>{}, {0.0}, {5.0}, {-1.0, -1.0}, {1e-300, 1e300}, {NAN, INFINITY}}) {
+  for (const auto& values : {std::vector<double>{}, {0.0}, {5.0}, {-1.0, -1.0}, {1e-300, 1e300}, {NAN, INFINITY}}) {
     for (const Scale scale : {Scale::kLinear, Scale::kLog}) {
       const AxisSpec axis = axis_around("", scale, values);
       EXPECT_LT(axis.low, axis.high);
@@ -69,8 +68,7 @@ TEST(SvgPlot, LabelsKeepTheirDistanceAndOrder) {
       }
     }
   }
-  EXPECT_EQ(spread_labels({10, 100}, 12, 0, 300), (std::vector<double>{10, 100}))
-      << "labels that are apart stay";
+  EXPECT_EQ(spread_labels({10, 100}, 12, 0, 300), (std::vector<double>{10, 100})) << "labels that are apart stay";
 }
 
 TEST(Raster, HeatPaletteRisesEvenlyInLightness) {

@@ -58,8 +58,7 @@ void expect_sound_words(const std::string& words) {
   static const std::regex broken("\\b(nan|inf|infinity|undefined|null)\\b", std::regex::icase);
   std::smatch found;
   EXPECT_FALSE(std::regex_search(words, found, broken))
-      << found.str() << " in ..."
-      << found.prefix().str().substr(std::max<long>(0, found.prefix().length() - 120));
+      << found.str() << " in ..." << found.prefix().str().substr(std::max<long>(0, found.prefix().length() - 120));
 }
 
 struct Picture {
@@ -111,10 +110,10 @@ TEST(Report, FitPageIsWholeAndItsFiguresAreNotBlank) {
   ASSERT_EQ(report.page, folder / "report.html");
   const std::string words = words_of(report.page);
   expect_sound_words(words);
-  for (const char* part : {"68.404 ± 0.052", "68.302 to 68.506", "not determined",
-                           "The two tubes, taken as aluminium, ring with", "AICc", "stiffness only",
-                           "Recorded", "Fitted model", "Difference of magnitudes", "partial without a mode",
-                           "no partial matches", "klang fit six-chimes.toml -o out"}) {
+  for (const char* part :
+       {"68.404 ± 0.052", "68.302 to 68.506", "not determined", "The two tubes, taken as aluminium, ring with", "AICc",
+        "stiffness only", "Recorded", "Fitted model", "Difference of magnitudes", "partial without a mode",
+        "no partial matches", "klang fit six-chimes.toml -o out"}) {
     EXPECT_NE(words.find(part), std::string::npos) << part;
   }
   EXPECT_EQ(count_of(words, "<audio "), 4u);
@@ -156,8 +155,7 @@ TEST(Report, TablesHoldTheExactNumbers) {
   EXPECT_NE(partials.find("E3,2210.4,0.09,14,0.6,0.02,0.001,0.3,0.05,\n"), std::string::npos)
       << "no matched mode: an empty cell";
   const std::string parameters = read_file(folder / "parameters.csv");
-  EXPECT_NE(parameters.find("lame_lambda_pa,4.98e+10,,,,false,4.98e+10,false,"), std::string::npos)
-      << parameters;
+  EXPECT_NE(parameters.find("lame_lambda_pa,4.98e+10,,,,false,4.98e+10,false,"), std::string::npos) << parameters;
   EXPECT_EQ(count_of(read_file(folder / "predicted.csv"), "\n"), 1 + result["predicted"].size());
   EXPECT_EQ(count_of(read_file(folder / "damping.csv"), "\n"), 1 + 7u);
 }
@@ -174,8 +172,7 @@ TEST(Report, AnalysisAndModesHavePagesToo) {
   EXPECT_GE(decoded(folder / "a" / "figures" / "partials.png").n_colours, 30u);
 
   fixture::write_modes(folder / "m");
-  const ReportResult modes =
-      write_report(folder / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 2});
+  const ReportResult modes = write_report(folder / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 2});
   words = words_of(modes.page);
   expect_sound_words(words);
   EXPECT_NE(words.find("a Sturm count proves that none between them is missing"), std::string::npos);
@@ -186,8 +183,8 @@ TEST(Report, AnalysisAndModesHavePagesToo) {
 
 TEST(Report, NamesCannotSmuggleMarkup) {
   const fs::path folder = fresh_folder("escape");
-  json result = fixture::write_fit(
-      folder, {.n_specimens = 1, .shapes = false, .first_name = "<script>alert(1)</script>\"'&"});
+  json result =
+      fixture::write_fit(folder, {.n_specimens = 1, .shapes = false, .first_name = "<script>alert(1)</script>\"'&"});
   result["name"] = "</title><img src=x onerror=alert(2)>";
   result["parameters"][0]["why"] = "<b onclick='alert(3)'>";
   result["warnings"] = {"</aside><script>alert(4)</script>"};
@@ -205,8 +202,7 @@ TEST(Report, SameInputGivesTheSameBytes) {
   const fs::path folder = fresh_folder("same");
   fixture::write_fit(folder, {.n_specimens = 2, .shapes = false});
   write_report(folder / "fit.json");
-  const std::string page = read_file(folder / "report.html"),
-                    figure = read_file(folder / "figures" / "decays.svg");
+  const std::string page = read_file(folder / "report.html"), figure = read_file(folder / "figures" / "decays.svg");
   write_report(folder / "fit.json");
   EXPECT_TRUE(page == read_file(folder / "report.html"));
   EXPECT_TRUE(figure == read_file(folder / "figures" / "decays.svg"));
@@ -264,9 +260,9 @@ TEST(Report, BadResultFilesAreNamed) {
   EXPECT_NE(message("{}").find("schema_version"), std::string::npos);
   EXPECT_NE(message(R"({"schema_version":2,"kind":"fit"})").find("schema_version"), std::string::npos);
   EXPECT_NE(message(R"({"schema_version":1,"kind":"tune"})").find("kind"), std::string::npos);
-  EXPECT_NE(message(R"({"schema_version":1,"kind":"fit","matches":[{"frequency_hz":"x"}]})")
-                .find("matches[0].frequency_hz"),
-            std::string::npos);
+  EXPECT_NE(
+      message(R"({"schema_version":1,"kind":"fit","matches":[{"frequency_hz":"x"}]})").find("matches[0].frequency_hz"),
+      std::string::npos);
   EXPECT_NE(message(R"({"schema_version":1,"kind":"fit","matches":7})").find("matches"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder / "report.html"));
   EXPECT_THROW(write_report(folder / "missing.json"), InputError);

@@ -90,7 +90,8 @@ TEST(StudyPage, IsTheSameBytesEveryTimeAndNamesEveryFile) {
   const fs::path result = written(study(2.0), folder);
   const std::string first = read_file(write_report(result, {.pictures = false}).page);
   EXPECT_EQ(first, read_file(write_report(result, {.pictures = false}).page));
-  for (const char* part : {"plane.vti", "study.json", "data:image/png;base64,"}) EXPECT_NE(first.find(part), std::string::npos) << part;
+  for (const char* part : {"plane.vti", "study.json", "data:image/png;base64,"})
+    EXPECT_NE(first.find(part), std::string::npos) << part;
   for (const char* file : {"convergence.svg", "convergence.png", "cost.svg", "plane.png"})
     EXPECT_TRUE(fs::exists(folder / "figures" / file)) << file;
 }
@@ -108,7 +109,9 @@ TEST(StudyPage, AMissingOrDamagedFieldCostsItsPictureOnly) {
 
 TEST(StudyPage, AStudyWithoutAnyLevelStillHasAPage) {
   const fs::path folder = fresh_folder("empty");
-  write_file(folder / "study.json", R"({"schema_version":1,"kind":"study","title":"Nothing","passed":false,"series":[{"id":"x","levels":[]}]})");
+  write_file(
+      folder / "study.json",
+      R"({"schema_version":1,"kind":"study","title":"Nothing","passed":false,"series":[{"id":"x","levels":[]}]})");
   const std::string page = read_file(write_report(folder / "study.json").page);
   EXPECT_NE(page.find("Not passed"), std::string::npos);
   write_file(folder / "study.json", R"({"schema_version":1,"kind":"study","series":[{"levels":[{"error":"no"}]}]})");

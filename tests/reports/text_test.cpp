@@ -24,8 +24,7 @@ TEST(ReportText, StandardDeviationIsShownWithTwoDigits) {
 }
 
 TEST(ReportText, ScalesUnitsOnlyForTheReader) {
-  Estimate e{
-      "youngs_modulus_pa", 6.8404e10, 5.2e7, std::array<double, 2>{6.830e10, 6.851e10}, true, "", 7e10, true};
+  Estimate e{"youngs_modulus_pa", 6.8404e10, 5.2e7, std::array<double, 2>{6.830e10, 6.851e10}, true, "", 7e10, true};
   EXPECT_EQ(shown(e).value_with_std(), "68.404 ± 0.052\u202fGPa");
   EXPECT_EQ(shown(e).interval(), "68.300 to 68.510\u202fGPa");
   e = {"rayleigh_stiffness_s", 2.003e-8, 3.1e-11, {}, true, "", {}, false};
@@ -40,9 +39,8 @@ TEST(ReportText, ScalesUnitsOnlyForTheReader) {
 }
 
 TEST(ReportText, NoNumberComesOutAsNanOrMinusZero) {
-  for (const double value :
-       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
-        -std::numeric_limits<double>::infinity()}) {
+  for (const double value : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                             -std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(fixed(value, 2), "—");
     EXPECT_EQ(rounded(value), "—");
     EXPECT_EQ(coordinate(value), "0");

@@ -32,19 +32,17 @@ TetMesh reference_element() {
 TEST(ElementStiffness, HasNoFactorHalf) {
   // K_exact of reference/static.json: t4_element. The paper's eq. 12 prints -1/2 of it.
   Eigen::Matrix<double, 12, 12> expected;
-  expected << 1173. / 64, 6, 3. / 2, -1053. / 64, -4. / 3, 5. / 6, -25. / 16, -14. / 3, 7. / 6, -5. / 16, 0,
-      -7. / 2, 6, 597. / 64, 3. / 4, -8. / 3, -221. / 64, 5. / 6, -10. / 3, -89. / 16, 1. / 6, 0, -5. / 16,
-      -7. / 4, 3. / 2, 3. / 4, 417. / 64, 1. / 6, 2. / 3, -265. / 64, 5. / 6, -1. / 6, -21. / 16, -5. / 2,
-      -5. / 4, -17. / 16, -1053. / 64, -8. / 3, 1. / 6, 9997. / 576, -2, -5. / 2, -55. / 144, 14. / 3,
-      -7. / 6, -25. / 48, 0, 7. / 2, -4. / 3, -221. / 64, 2. / 3, -2, 3277. / 576, 5. / 12, 10. / 3,
-      -247. / 144, -1. / 2, 0, -25. / 48, -7. / 12, 5. / 6, 5. / 6, -265. / 64, -5. / 2, 5. / 12, 3385. / 576,
-      -5. / 6, -5. / 6, 5. / 144, 5. / 2, -5. / 12, -85. / 48, -25. / 16, -10. / 3, 5. / 6, -55. / 144,
-      10. / 3, -5. / 6, 85. / 36, 0, 0, -5. / 12, 0, 0, -14. / 3, -89. / 16, -1. / 6, 14. / 3, -247. / 144,
-      -5. / 6, 0, 277. / 36, -4. / 3, 0, -5. / 12, 7. / 3, 7. / 6, 1. / 6, -21. / 16, -7. / 6, -1. / 2,
-      5. / 144, 0, -4. / 3, 97. / 36, 0, 5. / 3, -17. / 12, -5. / 16, 0, -5. / 2, -25. / 48, 0, 5. / 2,
-      -5. / 12, 0, 0, 5. / 4, 0, 0, 0, -5. / 16, -5. / 4, 0, -25. / 48, -5. / 12, 0, -5. / 12, 5. / 3, 0,
-      5. / 4, 0, -7. / 2, -7. / 4, -17. / 16, 7. / 2, -7. / 12, -85. / 48, 0, 7. / 3, -17. / 12, 0, 0,
-      17. / 4;
+  expected << 1173. / 64, 6, 3. / 2, -1053. / 64, -4. / 3, 5. / 6, -25. / 16, -14. / 3, 7. / 6, -5. / 16, 0, -7. / 2, 6,
+      597. / 64, 3. / 4, -8. / 3, -221. / 64, 5. / 6, -10. / 3, -89. / 16, 1. / 6, 0, -5. / 16, -7. / 4, 3. / 2, 3. / 4,
+      417. / 64, 1. / 6, 2. / 3, -265. / 64, 5. / 6, -1. / 6, -21. / 16, -5. / 2, -5. / 4, -17. / 16, -1053. / 64,
+      -8. / 3, 1. / 6, 9997. / 576, -2, -5. / 2, -55. / 144, 14. / 3, -7. / 6, -25. / 48, 0, 7. / 2, -4. / 3,
+      -221. / 64, 2. / 3, -2, 3277. / 576, 5. / 12, 10. / 3, -247. / 144, -1. / 2, 0, -25. / 48, -7. / 12, 5. / 6,
+      5. / 6, -265. / 64, -5. / 2, 5. / 12, 3385. / 576, -5. / 6, -5. / 6, 5. / 144, 5. / 2, -5. / 12, -85. / 48,
+      -25. / 16, -10. / 3, 5. / 6, -55. / 144, 10. / 3, -5. / 6, 85. / 36, 0, 0, -5. / 12, 0, 0, -14. / 3, -89. / 16,
+      -1. / 6, 14. / 3, -247. / 144, -5. / 6, 0, 277. / 36, -4. / 3, 0, -5. / 12, 7. / 3, 7. / 6, 1. / 6, -21. / 16,
+      -7. / 6, -1. / 2, 5. / 144, 0, -4. / 3, 97. / 36, 0, 5. / 3, -17. / 12, -5. / 16, 0, -5. / 2, -25. / 48, 0,
+      5. / 2, -5. / 12, 0, 0, 5. / 4, 0, 0, 0, -5. / 16, -5. / 4, 0, -25. / 48, -5. / 12, 0, -5. / 12, 5. / 3, 0,
+      5. / 4, 0, -7. / 2, -7. / 4, -17. / 16, 7. / 2, -7. / 12, -85. / 48, 0, 7. / 3, -17. / 12, 0, 0, 17. / 4;
   const AssembledSolid solid = assemble(reference_element());
   const Eigen::MatrixXd k = full(stiffness(solid, 7, 5));
   EXPECT_LE((k - expected).cwiseAbs().maxCoeff(), 1e-13);
@@ -53,8 +51,7 @@ TEST(ElementStiffness, HasNoFactorHalf) {
 
 TEST(ElementMass, ConsistentAndLumpedAreTheExactOnes) {
   const Eigen::MatrixXd consistent = 3 * full(assemble(reference_element()).mass_unit_density);
-  const Eigen::MatrixXd lumped =
-      3 * full(assemble(reference_element(), {}, MassKind::kLumped).mass_unit_density);
+  const Eigen::MatrixXd lumped = 3 * full(assemble(reference_element(), {}, MassKind::kLumped).mass_unit_density);
   for (int i = 0; i < 12; ++i) {
     for (int j = 0; j < 12; ++j) {
       EXPECT_NEAR(consistent(i, j), i == j ? 1.2 : i % 3 == j % 3 ? 0.6 : 0.0, 1e-14);
@@ -101,8 +98,7 @@ TEST_P(AssemblyOfOrder, TotalMassIsTheVolumeForEitherMass) {
     const AssembledSolid solid = assemble(mesh, {}, kind);
     Eigen::VectorXd x_translation = Eigen::VectorXd::Zero(solid.n_dofs());
     for (Eigen::Index i = 0; i < solid.n_dofs(); i += 3) x_translation[i] = 1;
-    const double volume =
-        x_translation.dot(solid.mass_unit_density.selfadjointView<Eigen::Lower>() * x_translation);
+    const double volume = x_translation.dot(solid.mass_unit_density.selfadjointView<Eigen::Lower>() * x_translation);
     EXPECT_NEAR(volume, 0.1 * 0.05 * 0.03, 1e-14);
     EXPECT_GT(solid.mass_unit_density.diagonal().minCoeff(), 0);
   }
@@ -146,8 +142,7 @@ TEST_P(AssemblyOfOrder, HeldNodesAreTheFullMatrixWithoutThem) {
   for (std::size_t i = 0; i < clamped.free_nodes.size(); ++i) {
     for (std::size_t j = 0; j < clamped.free_nodes.size(); ++j) {
       const Eigen::Matrix3d expected = all.block<3, 3>(3 * clamped.free_nodes[i], 3 * clamped.free_nodes[j]);
-      EXPECT_LE((part.block<3, 3>(3 * i, 3 * j) - expected).cwiseAbs().maxCoeff(),
-                1e-15 * all.cwiseAbs().maxCoeff());
+      EXPECT_LE((part.block<3, 3>(3 * i, 3 * j) - expected).cwiseAbs().maxCoeff(), 1e-15 * all.cwiseAbs().maxCoeff());
     }
   }
 }

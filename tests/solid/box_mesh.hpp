@@ -42,12 +42,10 @@ inline mesh::TetMesh box_mesh(double lx_m, double ly_m, double lz_m, int nx, int
           elements.push_back(element);
         }
   mesh.nodes_m.resize(static_cast<Eigen::Index>(nodes.size()), 3);
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    mesh.nodes_m.row(static_cast<Eigen::Index>(i)) = nodes[i].transpose();
+  for (std::size_t i = 0; i < nodes.size(); ++i) mesh.nodes_m.row(static_cast<Eigen::Index>(i)) = nodes[i].transpose();
   mesh.elements.resize(static_cast<Eigen::Index>(elements.size()), order == 2 ? 10 : 4);
   for (std::size_t e = 0; e < elements.size(); ++e)
-    for (int k = 0; k < mesh.elements.cols(); ++k)
-      mesh.elements(static_cast<Eigen::Index>(e), k) = elements[e][k];
+    for (int k = 0; k < mesh.elements.cols(); ++k) mesh.elements(static_cast<Eigen::Index>(e), k) = elements[e][k];
   return mesh;
 }
 

@@ -34,8 +34,7 @@ TetMesh distorted_box(double lx, double ly, double lz, int nx, int ny, int nz, i
 }
 
 // The given displacement less its rigid part, as solve_statics returns it.
-Eigen::VectorXd without_rigid_part(const TetMesh& mesh, const AssembledSolid& solid,
-                                   const Eigen::VectorXd& u) {
+Eigen::VectorXd without_rigid_part(const TetMesh& mesh, const AssembledSolid& solid, const Eigen::VectorXd& u) {
   Eigen::MatrixXd rigid(3 * mesh.n_nodes(), 6);
   for (int i = 0; i < mesh.n_nodes(); ++i) {
     const Vector3d x = mesh.nodes_m.row(i).transpose();
@@ -51,14 +50,13 @@ class PatchTest : public testing::TestWithParam<int> {
   void expect_uniform(const Eigen::Matrix3d& stress, const Eigen::Matrix3d& strain, double energy) {
     const TetMesh mesh = distorted_box(0.1, 0.02, 0.03, 4, 2, 3, GetParam());
     const AssembledSolid solid = assemble(mesh);
-    const Eigen::VectorXd force = traction_force_n(
-        mesh, [&](const Vector3d&, const Vector3d& normal) -> Vector3d { return stress * normal; });
+    const Eigen::VectorXd force =
+        traction_force_n(mesh, [&](const Vector3d&, const Vector3d& normal) -> Vector3d { return stress * normal; });
     const StaticResult result = solve_statics(mesh, solid, kMaterial, force);
     ASSERT_TRUE(result.usable()) << result.message;
     EXPECT_EQ(result.n_rigid_modes, 6);
     Eigen::VectorXd exact(3 * mesh.n_nodes());
-    for (int i = 0; i < mesh.n_nodes(); ++i)
-      exact.segment<3>(3 * i) = strain * mesh.nodes_m.row(i).transpose();
+    for (int i = 0; i < mesh.n_nodes(); ++i) exact.segment<3>(3 * i) = strain * mesh.nodes_m.row(i).transpose();
     exact = without_rigid_part(mesh, solid, exact);
     EXPECT_LE((result.displacement_m - exact).cwiseAbs().maxCoeff(), 1e-11 * exact.cwiseAbs().maxCoeff());
     EXPECT_NEAR(result.energy_j[0] / energy, 1, 1e-11);
@@ -68,15 +66,14 @@ class PatchTest : public testing::TestWithParam<int> {
 INSTANTIATE_TEST_SUITE_P(Elements, PatchTest, testing::Values(1, 2));
 
 TEST_P(PatchTest, UniaxialTensionIsExact) {  // reference/static.json: uniaxial_patch
-  expect_uniform(
-      Vector3d(1e6, 0, 0).asDiagonal(),
-      Vector3d(1.6129032258064517e-05, -3.225806451612903e-06, -3.225806451612903e-06).asDiagonal(),
-      0.0004838709677419355);
+  expect_uniform(Vector3d(1e6, 0, 0).asDiagonal(),
+                 Vector3d(1.6129032258064517e-05, -3.225806451612903e-06, -3.225806451612903e-06).asDiagonal(),
+                 0.0004838709677419355);
 }
 
 TEST_P(PatchTest, HydrostaticPressureIsExact) {  // reference/static.json: hydrostatic_patch
-  expect_uniform(Vector3d::Constant(-1e6).asDiagonal(),
-                 Vector3d::Constant(-9.67741935483871e-06).asDiagonal(), 0.000870967741935484);
+  expect_uniform(Vector3d::Constant(-1e6).asDiagonal(), Vector3d::Constant(-9.67741935483871e-06).asDiagonal(),
+                 0.000870967741935484);
 }
 
 TEST_P(PatchTest, PureShearIsExact) {  // reference/static.json: shear_patch
@@ -165,8 +162,7 @@ TEST(Statics, RefusesForcesOfTheWrongSizeAndNaN) {
   const TetMesh mesh = box_mesh(1, 1, 1, 1, 1, 1, 1);
   const AssembledSolid solid = assemble(mesh);
   EXPECT_THROW(solve_statics(mesh, solid, kMaterial, Eigen::VectorXd::Zero(5)), InputError);
-  EXPECT_THROW(solve_statics(mesh, solid, kMaterial, Eigen::VectorXd::Constant(24, std::nan(""))),
-               InputError);
+  EXPECT_THROW(solve_statics(mesh, solid, kMaterial, Eigen::VectorXd::Constant(24, std::nan(""))), InputError);
 }
 
 }  // namespace

@@ -30,10 +30,9 @@ TEST(Support, PlaneHasASlackOfAMillionthOfTheBody) {
 }
 
 TEST(Support, RefusesWhatItDoesNotUnderstand) {
-  for (const char* text :
-       {"", "glued:x=0", "clamped", "clamped:", "clamped:w=0", "clamped:x=", "clamped:x=1e", "clamped:x=nan",
-        "clamped:box:0,0:1,1,1", "clamped:box:0,0,0:1,1", "clamped:box:1,0,0:0,1,1",
-        "clamped:box:0,0,0,0:1,1,1", "clamped:set:", "clamped:x~1", "free:x=0"}) {
+  for (const char* text : {"", "glued:x=0", "clamped", "clamped:", "clamped:w=0", "clamped:x=", "clamped:x=1e",
+                           "clamped:x=nan", "clamped:box:0,0:1,1,1", "clamped:box:0,0,0:1,1", "clamped:box:1,0,0:0,1,1",
+                           "clamped:box:0,0,0,0:1,1,1", "clamped:set:", "clamped:x~1", "free:x=0"}) {
     EXPECT_THROW(parse_support(text), InputError) << text;
   }
   const auto mesh = klang::test::box_mesh(1, 1, 1, 1, 1, 1, 1);

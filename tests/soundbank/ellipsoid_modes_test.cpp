@@ -15,7 +15,7 @@ TEST(EllipsoidModes, BallHasLambsFrequenciesAndMultiplicities) {
   const solid::Material material = solid::from_youngs_modulus(1e10, 0.29, 1000.0);
   const EllipsoidModes modes({0.3, 0.3, 0.3}, material, {14, 12});
   // reference/sphere_lamb.json: steel-like, nu = 0.29
-  const std::pair<double, int> expected[] = {{2.501132620409397, 5}, {2.64500665425552, 5}, {3.509495880385619, 3},
+  const std::pair<double, int> expected[] = {{2.501132620409397, 5}, {2.64500665425552, 5},  {3.509495880385619, 3},
                                              {3.864699778223047, 7}, {3.933378897104085, 7}, {4.86995540349663, 1}};
   std::size_t at = 0;
   const std::vector<soundbank::ModeId> ids = modes.lowest(28);
@@ -32,7 +32,8 @@ TEST(EllipsoidModes, AgreeWithTetrahedra) {
   const BlasThreads one(1);
   mesh::ShapeMeshOptions coarse;
   coarse.wavelength_m = 0.04;  // some 1000 nodes
-  const mesh::TetMesh body = mesh::mesh_shape({"ellipsoid", {{"a_m", 0.012}, {"b_m", 0.02}, {"c_m", 0.03}}, {}}, coarse);
+  const mesh::TetMesh body =
+      mesh::mesh_shape({"ellipsoid", {{"a_m", 0.012}, {"b_m", 0.02}, {"c_m", 0.03}}, {}}, coarse);
   ASSERT_LE(body.n_nodes(), 6000);
   modal::EigenOptions options;
   options.count = 10;
@@ -41,12 +42,14 @@ TEST(EllipsoidModes, AgreeWithTetrahedra) {
   const EllipsoidModes modes({0.012, 0.02, 0.03}, material);
   const auto ids = modes.lowest(10);
   for (int i = 0; i < 10; ++i)
-    EXPECT_LE(std::abs(modes.angular_frequency_rad_s(ids[i]) / tetrahedra.model.angular_frequency_rad_s[i] - 1.0), 5e-3) << i;
+    EXPECT_LE(std::abs(modes.angular_frequency_rad_s(ids[i]) / tetrahedra.model.angular_frequency_rad_s[i] - 1.0), 5e-3)
+        << i;
 }
 
 // errata 41 and SB eq. 9: omega -> omega / gamma, U -> gamma^-3/2 U.
 TEST(EllipsoidModes, ScaledBodySolvedAnewHasTheScaledFrequenciesToTenDigits) {
-  for (const Eigen::Vector3d& axes : {Eigen::Vector3d(0.5, 0.7, 1.0), Eigen::Vector3d(0.04, 0.3, 1.0), Eigen::Vector3d(0.04, 0.05, 1.0)}) {
+  for (const Eigen::Vector3d& axes :
+       {Eigen::Vector3d(0.5, 0.7, 1.0), Eigen::Vector3d(0.04, 0.3, 1.0), Eigen::Vector3d(0.04, 0.05, 1.0)}) {
     const double gamma = 0.0371;
     const EllipsoidModes unit(axes, test::glass()), scaled(gamma * axes, test::glass());
     const Eigen::Matrix3Xd at = Eigen::Vector3d(0.3, 0.5, 0.6);

@@ -17,7 +17,8 @@ using soundbank::EllipsoidRadiation;
 namespace {
 
 /// The house's boundary elements for the same mode: normal velocity at the corners of a mesh of the ellipsoid.
-acoustics::Multipole by_boundary_elements(const EllipsoidModes& modes, const soundbank::ModeId& id, int divisions, int order) {
+acoustics::Multipole by_boundary_elements(const EllipsoidModes& modes, const soundbank::ModeId& id, int divisions,
+                                          int order) {
   mesh::SurfaceMesh surface = acoustics::geodesic_sphere(1.0, divisions);
   for (Eigen::Index i = 0; i < surface.vertices_m.rows(); ++i)
     surface.vertices_m.row(i) = surface.vertices_m.row(i).cwiseProduct(modes.axes_m().transpose()).eval();
@@ -33,7 +34,9 @@ acoustics::Multipole by_boundary_elements(const EllipsoidModes& modes, const sou
   const auto bem = solver.solve(modes.angular_frequency_rad_s(id) / (2.0 * kPi), velocity);
   acoustics::OrderOptions options;
   options.fixed_order = order;
-  return acoustics::multipole_from_surface(solver.field(bem), bem.wavenumber_per_m, {}, Eigen::Vector3d::Zero(), options).multipole;
+  return acoustics::multipole_from_surface(solver.field(bem), bem.wavenumber_per_m, {}, Eigen::Vector3d::Zero(),
+                                           options)
+      .multipole;
 }
 
 }  // namespace
@@ -44,7 +47,8 @@ TEST(EllipsoidRadiation, AgreesWithTheBoundaryElements) {
   for (const auto& id : modes.lowest(2)) {
     const EllipsoidRadiation found = soundbank::radiate(modes, id);
     const acoustics::Multipole bem = by_boundary_elements(modes, id, 8, found.multipole.order);
-    EXPECT_LE((found.multipole.coefficients_pa - bem.coefficients_pa).norm() / bem.coefficients_pa.norm(), 0.03) << id.mode_class;
+    EXPECT_LE((found.multipole.coefficients_pa - bem.coefficients_pa).norm() / bem.coefficients_pa.norm(), 0.03)
+        << id.mode_class;
   }
 }
 
@@ -70,7 +74,8 @@ TEST(EllipsoidRadiation, BallRadiatesTheExactCoefficients) {
     for (int i = 0; i < 40; ++i)
       for (int j = 0; j < 80; ++j) {
         const double theta = kPi * (i + 0.5) / 40, phi = 2.0 * kPi * (j + 0.5) / 80;
-        const Eigen::Matrix3Xd xi = Eigen::Vector3d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+        const Eigen::Matrix3Xd xi =
+            Eigen::Vector3d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
         const double v = modes.shape_at(id, xi).col(0).dot(xi.col(0));
         square += v * v * std::sin(theta) * kPi / 40 * kPi / 40 * radius * radius;
       }
@@ -91,7 +96,8 @@ TEST(EllipsoidRadiation, ScaledBodySolvedAnewHasTheScaledMultipoles) {
         acoustics::with_size_factor(soundbank::radiate(unit, id).multipole, gamma, acoustics::ModalUnit::kVelocity);
     const acoustics::Multipole anew = soundbank::radiate(scaled, id).multipole;
     ASSERT_EQ(by_law.order, anew.order);
-    const auto difference = std::min((by_law.coefficients_pa - anew.coefficients_pa).norm(), (by_law.coefficients_pa + anew.coefficients_pa).norm());
+    const auto difference = std::min((by_law.coefficients_pa - anew.coefficients_pa).norm(),
+                                     (by_law.coefficients_pa + anew.coefficients_pa).norm());
     EXPECT_LE(difference / anew.coefficients_pa.norm(), 1e-6);
   }
 }

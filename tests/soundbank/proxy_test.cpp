@@ -44,13 +44,16 @@ TEST(PrincipalFrame, IsAProperRotationToTheProxysAxes) {
 // errata 44: closed form of SB eqs. 23 and 24.
 TEST(PointOfNormal, LiesOnTheEllipsoidWithThatNormalAndSolvesThePrintedSystem) {
   const Eigen::Vector3d axes(0.2, 0.5, 0.9);
-  for (const Eigen::Vector3d& raw : {Eigen::Vector3d(1, -2, 0.5), Eigen::Vector3d(0.1, 0.1, -3), Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(-1, 1, 1)}) {
+  for (const Eigen::Vector3d& raw : {Eigen::Vector3d(1, -2, 0.5), Eigen::Vector3d(0.1, 0.1, -3),
+                                     Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(-1, 1, 1)}) {
     const Eigen::Vector3d n = raw.normalized(), p = sb::point_of_normal(axes, raw);
     EXPECT_LE(std::abs(p.cwiseQuotient(axes).squaredNorm() - 1.0), 1e-14);
     EXPECT_LE((p.cwiseQuotient(axes.cwiseProduct(axes)).normalized() - n).norm(), 1e-14);
     const Eigen::Array3d square = p.cwiseQuotient(axes).array().square();
     const Eigen::Array3d over = axes.array().square().inverse();
-    EXPECT_LE(std::abs((n[0] * n[0] - 1.0) * over[0] * square[0] + n[0] * n[0] * (over[1] * square[1] + over[2] * square[2])), 1e-12 * over[0]);
+    EXPECT_LE(
+        std::abs((n[0] * n[0] - 1.0) * over[0] * square[0] + n[0] * n[0] * (over[1] * square[1] + over[2] * square[2])),
+        1e-12 * over[0]);
   }
 }
 
@@ -59,13 +62,19 @@ TEST(PointOfPlace, OfAnEllipsoidIsThePlaceItself) {
   const Eigen::Vector3d axes = Eigen::Vector3d(0.2, 0.5, 0.9).normalized(), body = 0.07 * axes;
   const double volume = 4.0 / 3.0 * kPi * body.prod();
   const Eigen::Array3d square = body.array().square();
-  const Eigen::Vector3d moments = volume / 5.0 * Eigen::Vector3d(square[1] + square[2], square[0] + square[2], square[0] + square[1]);
-  for (const Eigen::Vector3d& raw : {Eigen::Vector3d(1, -2, 0.5), Eigen::Vector3d(0.1, 0.1, -3), Eigen::Vector3d(-1, 1, 1)}) {
+  const Eigen::Vector3d moments =
+      volume / 5.0 * Eigen::Vector3d(square[1] + square[2], square[0] + square[2], square[0] + square[1]);
+  for (const Eigen::Vector3d& raw :
+       {Eigen::Vector3d(1, -2, 0.5), Eigen::Vector3d(0.1, 0.1, -3), Eigen::Vector3d(-1, 1, 1)}) {
     const Eigen::Vector3d xi = raw.normalized();
     EXPECT_LE((sb::point_of_place(axes, body.cwiseProduct(xi), moments, volume) - axes.cwiseProduct(xi)).norm(), 1e-13);
-    EXPECT_LE((sb::point_of_place(axes, 0.3 * body.cwiseProduct(xi), moments, volume) - axes.cwiseProduct(xi)).norm(), 1e-13) << "pushed to the surface";
+    EXPECT_LE((sb::point_of_place(axes, 0.3 * body.cwiseProduct(xi), moments, volume) - axes.cwiseProduct(xi)).norm(),
+              1e-13)
+        << "pushed to the surface";
   }
-  EXPECT_LE((sb::point_of_place(axes, Eigen::Vector3d::Zero(), moments, volume) - Eigen::Vector3d(0, 0, axes[2])).norm(), 1e-15);
+  EXPECT_LE(
+      (sb::point_of_place(axes, Eigen::Vector3d::Zero(), moments, volume) - Eigen::Vector3d(0, 0, axes[2])).norm(),
+      1e-15);
 }
 
 TEST(ProxyFinder, NearestCellIsTheOneOfAFullSearch) {
@@ -85,7 +94,8 @@ TEST(ProxyFinder, ScaleComesFromTheLowestModeAlone) {
   const sb::Soundbank& bank = test::small_bank();
   const sb::ProxyFinder finder(bank);
   const Eigen::Vector3d axes = sb::unit_axes({-0.4, -0.2});
-  const sb::Proxy one = finder.of_axes(axes, 1000.0), two = finder.of_axes(axes, 2000.0), stiff = finder.of_axes(axes, 2000.0, 2.0 * bank.material.shear_speed_m_s());
+  const sb::Proxy one = finder.of_axes(axes, 1000.0), two = finder.of_axes(axes, 2000.0),
+                  stiff = finder.of_axes(axes, 2000.0, 2.0 * bank.material.shear_speed_m_s());
   EXPECT_LE(std::abs(one.scale / two.scale - 2.0), 1e-12);
   EXPECT_LE(std::abs(stiff.scale / one.scale - 1.0), 1e-12);
   EXPECT_LE(std::abs(sb::proxy_frequencies_hz(bank, two, 4)[0] - 2000.0), 1e-8);

@@ -54,7 +54,8 @@ TEST(Soundbank, UnseenEllipsoidsHaveTheirFrequenciesWithinTheTolerance) {
     EXPECT_LE(std::abs(proxy.scale - 1.0), bank.tolerance);
     const Eigen::VectorXd hz = sb::proxy_frequencies_hz(bank, proxy, 4);
     for (int k = 0; k < 4; ++k)
-      EXPECT_LE(std::abs(hz[k] * proxy.scale * 2.0 * kPi / direct.angular_frequency_rad_s(ids[k]) - 1.0), bank.tolerance);
+      EXPECT_LE(std::abs(hz[k] * proxy.scale * 2.0 * kPi / direct.angular_frequency_rad_s(ids[k]) - 1.0),
+                bank.tolerance);
     EXPECT_LE(std::abs(hz[0] / lowest_hz - 1.0), 1e-12);
   }
   EXPECT_LE(bank.max_interpolation_error, bank.tolerance);
@@ -86,7 +87,8 @@ TEST(Soundbank, StoppedBuildGoesOnAndEndsTheSame) {
     bool stop_requested() const override { return --left < 0; }
   } stop;
   sb::BuildProgress saved;
-  EXPECT_THROW(sb::build_soundbank(test::small_options(), stop, {}, [&](const sb::BuildProgress& p) { saved = p; }), Interrupted);
+  EXPECT_THROW(sb::build_soundbank(test::small_options(), stop, {}, [&](const sb::BuildProgress& p) { saved = p; }),
+               Interrupted);
   ASSERT_FALSE(saved.frequencies.empty());
   const std::size_t known = saved.frequencies.size();
   const sb::BuildResult whole = sb::build_soundbank(test::small_options());
@@ -112,7 +114,8 @@ TEST(Soundbank, SlopesOfTheInterpolationAreItsDifferences) {
   const auto& t = bank.triangles[sb::locate(bank, at).triangle];
   Eigen::Vector2d found = Eigen::Vector2d::Zero();
   for (int i = 0; i < 6; ++i) found += slopes.row(i).transpose() * std::log(bank.node_frequencies[t.nodes[i]][1][0]);
-  const Eigen::Vector2d wanted((value(at.u + h, at.v) - value(at.u - h, at.v)) / (2 * h), (value(at.u, at.v + h) - value(at.u, at.v - h)) / (2 * h));
+  const Eigen::Vector2d wanted((value(at.u + h, at.v) - value(at.u - h, at.v)) / (2 * h),
+                               (value(at.u, at.v + h) - value(at.u, at.v - h)) / (2 * h));
   EXPECT_GT(wanted.norm(), 0.1);
   EXPECT_LE((found - wanted).norm(), 1e-7 * wanted.norm() + 1e-8);
 }

@@ -50,7 +50,8 @@ TEST(Claim, ANaNOrAnExcessDoesNotPass) {
   EXPECT_TRUE(judged({"a", "", 1.01, 1.0, 0.011, {}, false}).passed);
   EXPECT_FALSE(judged({"a", "", 1.02, 1.0, 0.011, {}, true}).passed);
   EXPECT_FALSE(judged({"a", "", std::nan(""), 1.0, 1e300, {}, true}).passed);
-  EXPECT_TRUE(judged({"a", "", -1e-9, {}, 1e-8, {}, false}).passed) << "without a reference the claim is about an error";
+  EXPECT_TRUE(judged({"a", "", -1e-9, {}, 1e-8, {}, false}).passed)
+      << "without a reference the claim is about an error";
 }
 
 TEST(JUnit, IsWellFormedAndCountsFailures) {
@@ -91,7 +92,8 @@ TEST(StudyJson, HasTheMainSeriesOnTopAndNullForWhatWasNotMeasured) {
   EXPECT_TRUE(json["series"][0]["gci"].is_null());
   EXPECT_TRUE(json["levels"][0]["pairwise_order"].is_null());
   const std::string csv = levels_csv(study);
-  EXPECT_EQ(csv.substr(0, csv.find('\n')), "series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns,error_low,error_high");
+  EXPECT_EQ(csv.substr(0, csv.find('\n')),
+            "series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns,error_low,error_high");
   EXPECT_NE(csv.find("\"a,b\",2,0.025,,"), std::string::npos) << csv;
   study.claims.push_back(judged({"c", "", 2.0, 1.0, 0.5, {}, false}));
   EXPECT_FALSE(study.passed()) << "the worst verdict counts";

@@ -47,7 +47,8 @@ TEST(Papers, EveryNumberAgreesOrIsKnownToBeOff) {
   EXPECT_TRUE(tables.passed());
   for (const Claim& claim : claims_of(tables)) EXPECT_TRUE(claim.passed) << claim.name;
   // The page in docs is what the command writes today.
-  EXPECT_EQ(read_file(KLANG_SOURCE_DIR "/docs/papers.md"), markdown(tables)) << "run klang validate papers --markdown docs/papers.md";
+  EXPECT_EQ(read_file(KLANG_SOURCE_DIR "/docs/papers.md"), markdown(tables))
+      << "run klang validate papers --markdown docs/papers.md";
 }
 
 TEST(Papers, ChimesAreThoseOfTheDataTable) {
@@ -62,7 +63,8 @@ TEST(Papers, ChimesAreThoseOfTheDataTable) {
     ASSERT_EQ(cell.size(), 8u);
     EXPECT_EQ(cell[0], chime.printed_note);
     EXPECT_EQ(cell[1], chime.note);
-    const double values[] = {chime.ideal_hz, chime.length_m, chime.measured_hz, chime.computed_hz, chime.adjusted_length_m, chime.adjusted_hz};
+    const double values[] = {chime.ideal_hz,    chime.length_m,          chime.measured_hz,
+                             chime.computed_hz, chime.adjusted_length_m, chime.adjusted_hz};
     for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(std::stod(cell[i + 2]), values[i]) << line;
   }
 }

@@ -51,14 +51,20 @@ int main(int argc, char** argv) {
     const tests::RingingObject object = tests::random_object(random);
     const auto reference = validate::make_reference(
         {validate::describe(tests::recorded(object, tests::random_take(snr_db, random), random))});
-    const auto same = validate::compare(reference, validate::describe(tests::recorded(object, tests::random_take(sound_snr_db, random), random)), options);
+    const auto same = validate::compare(
+        reference, validate::describe(tests::recorded(object, tests::random_take(sound_snr_db, random), random)),
+        options);
 
     const auto victim = random.below(static_cast<std::uint32_t>(object.size()));
     tests::RingingObject shifted = object, damped = object;
     shifted[victim].frequency_hz *= std::pow(2.0, (random.uniform() < 0.5 ? 3.0 : -3.0) / 1200.0);
     damped[victim].decay_per_s *= random.uniform() < 0.5 ? 1.1 : 0.9;
-    const auto after_shift = validate::compare(reference, validate::describe(tests::recorded(shifted, tests::random_take(sound_snr_db, random), random)), options);
-    const auto after_damping = validate::compare(reference, validate::describe(tests::recorded(damped, tests::random_take(sound_snr_db, random), random)), options);
+    const auto after_shift = validate::compare(
+        reference, validate::describe(tests::recorded(shifted, tests::random_take(sound_snr_db, random), random)),
+        options);
+    const auto after_damping = validate::compare(
+        reference, validate::describe(tests::recorded(damped, tests::random_take(sound_snr_db, random), random)),
+        options);
 
     const std::lock_guard lock(mutex);
     ++sum.pairs;
@@ -69,8 +75,12 @@ int main(int argc, char** argv) {
     sum.failed += same.n_failed();
     for (const validate::Claim& claim : same.claims) {
       if (failed(&claim)) {
-        ++sum.failing[claim.name.substr(0, claim.name.find('-')) + claim.name.substr(claim.name.find('.') == std::string::npos ? claim.name.size() : claim.name.find('.'))];
-        if (sum.alarms <= 10) std::printf("pair %zu: %s %.4g (tolerance %.4g)\n", pair, claim.name.c_str(), claim.measured, claim.tolerance);
+        ++sum.failing[claim.name.substr(0, claim.name.find('-')) +
+                      claim.name.substr(claim.name.find('.') == std::string::npos ? claim.name.size()
+                                                                                  : claim.name.find('.'))];
+        if (sum.alarms <= 10)
+          std::printf("pair %zu: %s %.4g (tolerance %.4g)\n", pair, claim.name.c_str(), claim.measured,
+                      claim.tolerance);
       }
     }
     // Power is decided on the unchanged pair, so that the outcome does not choose who counts.
@@ -86,7 +96,8 @@ int main(int argc, char** argv) {
       sum.caught[k] += changed[k]->n_failed() > 0;
     }
   });
-  std::printf("%d pairs, reference at %g dB, sound at %g dB, seed %llu\n", sum.pairs, snr_db, sound_snr_db, static_cast<unsigned long long>(seed));
+  std::printf("%d pairs, reference at %g dB, sound at %g dB, seed %llu\n", sum.pairs, snr_db, sound_snr_db,
+              static_cast<unsigned long long>(seed));
   std::printf("false alarms: %d (%.2f %%), claims %d, not judged %d, failed %d; nothing judged in %d\n", sum.alarms,
               100.0 * sum.alarms / sum.pairs, sum.claims, sum.not_judged, sum.failed, sum.nothing_judged);
   for (const auto& [name, count] : sum.failing) std::printf("  failed %s: %d\n", name.c_str(), count);

@@ -81,7 +81,8 @@ TEST(PartialPairs, DoubletsDoNotChangePlacesAndLonersStayAlone) {
 }
 
 TEST(PartialPairs, TheLouderOfTwoCandidatesIsTakenByALoudPartial) {
-  const auto found = detail::pairing({partial(400, 1), partial(1000, 1)}, {partial(400, 1), partial(999, 1e-3), partial(1002, 1)});
+  const auto found =
+      detail::pairing({partial(400, 1), partial(1000, 1)}, {partial(400, 1), partial(999, 1e-3), partial(1002, 1)});
   ASSERT_EQ(found.pairs.size(), 2u);
   EXPECT_EQ(found.pairs[1].second, 2u);
 }
@@ -146,7 +147,8 @@ TEST(Regression, NeighboursWithinTwoLineWidthsAreJudgedBySeveralTakesOnly) {
   EXPECT_FALSE(one.partials[1].note.empty());
   EXPECT_FALSE(one.partials[2].note.empty());
   const RegressionResult three =
-      compare(make_reference({take_of(object, 1, 60.0), take_of(object, 3, 60.0), take_of(object, 4, 60.0)}), take_of(object, 2, 60.0));
+      compare(make_reference({take_of(object, 1, 60.0), take_of(object, 3, 60.0), take_of(object, 4, 60.0)}),
+              take_of(object, 2, 60.0));
   ASSERT_EQ(three.partials.size(), 3u);
   EXPECT_TRUE(three.partials[1].note.empty());
 }
@@ -209,8 +211,10 @@ TEST(RegressionPairs, NoFalseAlarmAndEveryChangeCaughtInThirtyPairs) {
     RandomStream random(5, pair);
     const RingingObject object = tests::random_object(random);
     const double snr_db = random.uniform(25.0, 60.0);
-    const ReferenceSpectrum reference = make_reference({describe(recorded(object, tests::random_take(snr_db, random), random))});
-    const RegressionResult same = compare(reference, describe(recorded(object, tests::random_take(snr_db, random), random)));
+    const ReferenceSpectrum reference =
+        make_reference({describe(recorded(object, tests::random_take(snr_db, random), random))});
+    const RegressionResult same =
+        compare(reference, describe(recorded(object, tests::random_take(snr_db, random), random)));
     EXPECT_EQ(same.n_failed(), 0) << "pair " << pair << ", " << snr_db << " dB";
     const auto victim = random.below(static_cast<std::uint32_t>(object.size()));
     RingingObject other = object;
@@ -220,14 +224,16 @@ TEST(RegressionPairs, NoFalseAlarmAndEveryChangeCaughtInThirtyPairs) {
       const Claim* before = find(same, "partial-" + std::to_string(i + 1) + ".frequency");
       if (!before || !before->not_judged.empty()) continue;
       ++changed;
-      EXPECT_GT(compare(reference, describe(recorded(other, tests::random_take(snr_db, random), random))).n_failed(), 0) << pair;
+      EXPECT_GT(compare(reference, describe(recorded(other, tests::random_take(snr_db, random), random))).n_failed(), 0)
+          << pair;
     }
   }
   EXPECT_GE(changed, 25);
 }
 
 TEST(ReferenceFile, ReadsBackToTheSameVerdicts) {
-  const ReferenceSpectrum first = make_reference({take_of(bell(), 1)}), again = parse_reference(reference_text(), "ref.json");
+  const ReferenceSpectrum first = make_reference({take_of(bell(), 1)}),
+                          again = parse_reference(reference_text(), "ref.json");
   ASSERT_EQ(again.partials.size(), first.partials.size());
   for (std::size_t i = 0; i < first.partials.size(); ++i) {
     EXPECT_EQ(again.partials[i].partial.frequency_hz, first.partials[i].partial.frequency_hz);

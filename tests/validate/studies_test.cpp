@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "core/base/errors.hpp"
 #include "core/acoustics/radiating_surface.hpp"
+#include "core/base/errors.hpp"
 #include "core/base/parallel.hpp"
 #include "validate/study.hpp"
 #include "validate/two_medium.hpp"
@@ -32,7 +32,8 @@ TEST(FemStudy, BarAndLinearBallReachTheirOrders) {
   EXPECT_GE(map.values.minCoeff(), 0.0);
   EXPECT_GE(map.values.maxCoeff(), 1e-3);
   EXPECT_LE(map.values.maxCoeff(), 0.1);
-  for (Eigen::Index i = 0; i < map.vertices_m.rows(); ++i) EXPECT_LE(std::abs(map.vertices_m.row(i).norm() - 0.03), 1e-12);
+  for (Eigen::Index i = 0; i < map.vertices_m.rows(); ++i)
+    EXPECT_LE(std::abs(map.vertices_m.row(i).norm() - 0.03), 1e-12);
 }
 
 TEST(FemStudy, CurvedQuadraticBallApproachesOrderFourOnThreeLevels) {
@@ -57,7 +58,9 @@ TEST(MultipoleStudy, ReproducesTheTruncationTableAndTheRateOfTheSeries) {
   const Eigen::Vector3d corner = slice.corner_m, source = 0.1 * Eigen::Vector3d(0.6, 0.0, 0.8);
   EXPECT_LE(std::abs(slice.values(0, 0) * 4.0 * M_PI * (corner - source).norm() - 1.0), 1e-12);
   // The paper's order makes lobes where a monopole has none; order 14 does not.
-  const auto spread_db = [](const BalloonField& b) { return 20.0 * std::log10(b.magnitude.maxCoeff() / b.magnitude.minCoeff()); };
+  const auto spread_db = [](const BalloonField& b) {
+    return 20.0 * std::log10(b.magnitude.maxCoeff() / b.magnitude.minCoeff());
+  };
   EXPECT_GE(spread_db(study.fields.balloons.at(0)), 10.0);
   EXPECT_LE(spread_db(study.fields.balloons.at(1)), 1.0);
 }
@@ -90,13 +93,15 @@ TEST(TwoMedia, SeriesOfTheBallIsTheReferenceAndOneWayLacksWhatItSays) {
   const struct {
     double frequency_hz;
     std::complex<double> exact, one_way;
-  } rows[] = {{500, {2.8036253487840175e-05, -0.00017229111284443492}, {2.803643943774248e-05, -0.00017229043606423864}},
-              {1500, {-8.46648322272779e-05, 7.732643034122478e-05}, {-8.466513133651332e-05, 7.732374532454078e-05}},
-              {4000, {5.469712482068791e-05, 1.5735696951745025e-05}, {5.4694810712449445e-05, 1.5739500460791365e-05}}};
+  } rows[] = {
+      {500, {2.8036253487840175e-05, -0.00017229111284443492}, {2.803643943774248e-05, -0.00017229043606423864}},
+      {1500, {-8.46648322272779e-05, 7.732643034122478e-05}, {-8.466513133651332e-05, 7.732374532454078e-05}},
+      {4000, {5.469712482068791e-05, 1.5735696951745025e-05}, {5.4694810712449445e-05, 1.5739500460791365e-05}}};
   for (const auto& row : rows) {
     const LiquidBall ball{0.05, row.frequency_hz, 0.0, {1000.0, 1497.0}, {}};
     EXPECT_LE(std::abs(ball_pressure(ball, Coupling::kTwoWay, {0.3, 0, 0.4}) - row.exact) / std::abs(row.exact), 1e-10);
-    EXPECT_LE(std::abs(ball_pressure(ball, Coupling::kOneWay, {0, 0.5, 0}) - row.one_way) / std::abs(row.one_way), 1e-10);
+    EXPECT_LE(std::abs(ball_pressure(ball, Coupling::kOneWay, {0, 0.5, 0}) - row.one_way) / std::abs(row.one_way),
+              1e-10);
   }
 }
 

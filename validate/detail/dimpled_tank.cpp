@@ -11,7 +11,8 @@ double DimpledTank::height_m(double x, double y) const {
 }
 
 bool DimpledTank::inside(const Eigen::Vector3d& x_m) const {
-  return std::abs(x_m.x()) < 0.5 * side_m && std::abs(x_m.y()) < 0.5 * side_m && x_m.z() > -depth_m && x_m.z() < height_m(x_m.x(), x_m.y());
+  return std::abs(x_m.x()) < 0.5 * side_m && std::abs(x_m.y()) < 0.5 * side_m && x_m.z() > -depth_m &&
+         x_m.z() < height_m(x_m.x(), x_m.y());
 }
 
 bubble::BoundaryMesh DimpledTank::mesh(double h_m) const {
@@ -22,7 +23,8 @@ bubble::BoundaryMesh DimpledTank::mesh(double h_m) const {
   const double a = 0.5 * side_m;
   const int n = static_cast<int>(std::lround(side_m / h_m)), n_down = static_cast<int>(std::lround(depth_m / h_m));
   // Patches with u x v outwards; the height of the top is put on vertices at z = 0, those of the walls' upper edges too.
-  const auto patch = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v, int nu, int nv, int region) {
+  const auto patch = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v, int nu,
+                         int nv, int region) {
     const int first = static_cast<int>(vertices.size());
     for (int j = 0; j <= nv; ++j)
       for (int i = 0; i <= nu; ++i) {
@@ -51,9 +53,11 @@ bubble::BoundaryMesh DimpledTank::mesh(double h_m) const {
   patch(floor, z, y, n_down, n, 1);
   patch(floor + x, y, z, n, n_down, 1);
   mesh.surface.vertices_m.resize(static_cast<Eigen::Index>(vertices.size()), 3);
-  for (std::size_t i = 0; i < vertices.size(); ++i) mesh.surface.vertices_m.row(static_cast<Eigen::Index>(i)) = vertices[i].transpose();
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    mesh.surface.vertices_m.row(static_cast<Eigen::Index>(i)) = vertices[i].transpose();
   mesh.surface.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  for (std::size_t i = 0; i < triangles.size(); ++i) mesh.surface.triangles.row(static_cast<Eigen::Index>(i)) = triangles[i].transpose();
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    mesh.surface.triangles.row(static_cast<Eigen::Index>(i)) = triangles[i].transpose();
   return mesh;
 }
 

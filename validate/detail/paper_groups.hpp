@@ -14,8 +14,8 @@ std::vector<PaperGap> paper_gaps();
 /// One row of the chimes of S02, Table 2.
 struct Chime {
   const char* printed_note;
-  const char* note;   ///< that sounds
-  int semitones;      ///< above A4 = 440 Hz
+  const char* note;  ///< that sounds
+  int semitones;     ///< above A4 = 440 Hz
   double ideal_hz, length_m, measured_hz, computed_hz, adjusted_length_m, adjusted_hz;
 };
 const std::vector<Chime>& chimes();

@@ -33,7 +33,8 @@ double decay_of(double damped_hz, double stiffness_s, double mass_per_s) {
   const double omega_d = 2 * kPi * damped_hz;
   double decay = 0.0;
   for (int i = 0; i < 60; ++i) {
-    decay = modal::rayleigh_decay_per_s(Eigen::VectorXd::Constant(1, std::hypot(omega_d, decay)), stiffness_s, mass_per_s)[0];
+    decay = modal::rayleigh_decay_per_s(Eigen::VectorXd::Constant(1, std::hypot(omega_d, decay)), stiffness_s,
+                                        mass_per_s)[0];
   }
   return decay;
 }
@@ -54,8 +55,22 @@ void table_2(std::vector<PaperNumber>& numbers, Monitor& monitor) {
     measured_length[i] = tube_hz(chimes()[i].length_m, chime);
     adjusted_length[i] = tube_hz(chimes()[i].adjusted_length_m, chime);
   }
-  const auto add = [&](const Chime& c, const char* column, const char* words, double printed, double ours, double tolerance, const char* source) {
-    PaperNumber n{std::string("s02.table2.") + c.note + "." + column, kPaper, "Table 2", std::string(c.note) + " (printed " + c.printed_note + "), " + words, printed, ours, {}, {}, 1e-6, tolerance, source, false, {}, {}};
+  const auto add = [&](const Chime& c, const char* column, const char* words, double printed, double ours,
+                       double tolerance, const char* source) {
+    PaperNumber n{std::string("s02.table2.") + c.note + "." + column,
+                  kPaper,
+                  "Table 2",
+                  std::string(c.note) + " (printed " + c.printed_note + "), " + words,
+                  printed,
+                  ours,
+                  {},
+                  {},
+                  1e-6,
+                  tolerance,
+                  source,
+                  false,
+                  {},
+                  {}};
     // reference/chimes.json: tubes[].ritz3d_bending[0], lengths 0.505 and 0.353 m.
     if (column != std::string("adjusted") && column != std::string("ideal")) {
       if (c.length_m == 0.505) n.reference = 587.8831103242787;
@@ -66,7 +81,8 @@ void table_2(std::vector<PaperNumber>& numbers, Monitor& monitor) {
   };
   for (std::size_t i = 0; i < chimes().size(); ++i) {
     const Chime& c = chimes()[i];
-    add(c, "computed", "computed [Hz]", c.computed_hz, measured_length[i], 4e-3, "scatter of the paper's column about its own law f L^2 (0.36 %)");
+    add(c, "computed", "computed [Hz]", c.computed_hz, measured_length[i], 4e-3,
+        "scatter of the paper's column about its own law f L^2 (0.36 %)");
     add(c, "measured", "measured [Hz]", c.measured_hz, measured_length[i], 0.02, "the paper's claim");
     add(c, "adjusted", "adjusted [Hz]", c.adjusted_hz, adjusted_length[i], 4e-3, "as computed");
     add(c, "ideal", "ideal [Hz]", c.ideal_hz, 440.0 * std::pow(2.0, c.semitones / 12.0), 1e-5, "rounding");
@@ -93,24 +109,68 @@ void table_1(std::vector<PaperNumber>& numbers) {
   };
   for (const Row& row : kRows) {
     const double rounding = 0.05 / row.decay + 2 * 0.05 / row.frequency_hz;
-    numbers.push_back({std::string("s02.table1.") + row.id + ".decay", kPaper, "Table 1", std::string(row.name) + ", decay [1/s] of its base frequency", row.decay,
-                       decay_of(row.frequency_hz, row.stiffness_s, row.mass_per_s), {}, {}, 1e-6, rounding, "rounding", row.wrong != nullptr, row.wrong ? row.wrong : "", {}});
+    numbers.push_back({std::string("s02.table1.") + row.id + ".decay",
+                       kPaper,
+                       "Table 1",
+                       std::string(row.name) + ", decay [1/s] of its base frequency",
+                       row.decay,
+                       decay_of(row.frequency_hz, row.stiffness_s, row.mass_per_s),
+                       {},
+                       {},
+                       1e-6,
+                       rounding,
+                       "rounding",
+                       row.wrong != nullptr,
+                       row.wrong ? row.wrong : "",
+                       {}});
   }
-  const auto frequency = [&](const char* id, const char* words, double printed, double ours, double tolerance, const char* source, const char* wrong) {
-    numbers.push_back({std::string("s02.table1.") + id, kPaper, "Table 1", words, printed, ours, {}, {}, 1e-6, tolerance, source, wrong != nullptr, wrong ? wrong : "", {}});
+  const auto frequency = [&](const char* id, const char* words, double printed, double ours, double tolerance,
+                             const char* source, const char* wrong) {
+    numbers.push_back({std::string("s02.table1.") + id,
+                       kPaper,
+                       "Table 1",
+                       words,
+                       printed,
+                       ours,
+                       {},
+                       {},
+                       1e-6,
+                       tolerance,
+                       source,
+                       wrong != nullptr,
+                       wrong ? wrong : "",
+                       {}});
   };
   const double metal_hz = modal::with_stiffness_factor(one_mode(855.9, solid::material_preset("s02_bunny_ceramic")),
-                                                       solid::material_preset("s02_bunny_metal").lame_mu_pa / solid::material_preset("s02_bunny_ceramic").lame_mu_pa)
+                                                       solid::material_preset("s02_bunny_metal").lame_mu_pa /
+                                                           solid::material_preset("s02_bunny_ceramic").lame_mu_pa)
                               .frequency_hz()[0];
-  frequency("bunny-metal.frequency", "Bunny (Metal), base frequency [Hz] from the ceramic one's", 855.9, metal_hz, 1e-4, "rounding", "the ceramic row again");
-  numbers.push_back({"s02.table1.bunny-metal.decay", kPaper, "Table 1", "Bunny (Metal), decay [1/s] of that frequency", 19.5,
-                     decay_of(metal_hz, 1e-7, 0.0), {}, {}, 1e-6, 0.003, "rounding", true, "the ceramic row again", {}});
+  frequency("bunny-metal.frequency", "Bunny (Metal), base frequency [Hz] from the ceramic one's", 855.9, metal_hz, 1e-4,
+            "rounding", "the ceramic row again");
+  numbers.push_back({"s02.table1.bunny-metal.decay",
+                     kPaper,
+                     "Table 1",
+                     "Bunny (Metal), decay [1/s] of that frequency",
+                     19.5,
+                     decay_of(metal_hz, 1e-7, 0.0),
+                     {},
+                     {},
+                     1e-6,
+                     0.003,
+                     "rounding",
+                     true,
+                     "the ceramic row again",
+                     {}});
   frequency("plastic-shelf.frequency", "Plastic Shelf, base frequency [Hz] from the aluminium one's", 488.9,
-            modal::with_stiffness_factor(one_mode(691.5, solid::material_preset("s02_aluminum_shelf")), 0.5).frequency_hz()[0], 2e-4, "rounding", nullptr);
+            modal::with_stiffness_factor(one_mode(691.5, solid::material_preset("s02_aluminum_shelf")), 0.5)
+                .frequency_hz()[0],
+            2e-4, "rounding", nullptr);
   const double undamped_hz = std::hypot(1596.2, 428.1 / (2 * kPi));
-  const double box_hz = modal::with_size_factor(one_mode(undamped_hz, solid::material_preset("s02_blocks")), 10.0).frequency_hz()[0];
-  frequency("boxes.frequency", "Boxes, base frequency [Hz] from the blocks', ten times smaller", 159.1, std::sqrt(box_hz * box_hz - std::pow(29.0 / (2 * kPi), 2)), 7e-4,
-            "rounding", "the same mesh ten times larger has a tenth of the frequency");
+  const double box_hz =
+      modal::with_size_factor(one_mode(undamped_hz, solid::material_preset("s02_blocks")), 10.0).frequency_hz()[0];
+  frequency("boxes.frequency", "Boxes, base frequency [Hz] from the blocks', ten times smaller", 159.1,
+            std::sqrt(box_hz * box_hz - std::pow(29.0 / (2 * kPi), 2)), 7e-4, "rounding",
+            "the same mesh ten times larger has a tenth of the frequency");
 }
 
 void blocks(std::vector<PaperNumber>& numbers, Monitor& monitor) {
@@ -130,29 +190,74 @@ void blocks(std::vector<PaperNumber>& numbers, Monitor& monitor) {
   const double fine_hz = lowest(2, 0.0).first;
   const auto [coarse_hz, coarse_nodes] = lowest(1, 0.005);
   char note[160];
-  std::snprintf(note, sizeof note, "1160 nodes, linear elements: too stiff by half. Ours with %d nodes of linear elements: %.0f Hz", static_cast<int>(coarse_nodes), coarse_hz);
-  numbers.push_back({"s02.table1.blocks.frequency", kPaper, "Table 1", "Blocks, base frequency [Hz] of a hollow cube of 50 mm with walls of 2.5 mm", 1596.2, fine_hz, {}, {}, 1e-6, 0.02,
-                     "our mesh (1.6 %)", true, note, {}});
+  std::snprintf(note, sizeof note,
+                "1160 nodes, linear elements: too stiff by half. Ours with %d nodes of linear elements: %.0f Hz",
+                static_cast<int>(coarse_nodes), coarse_hz);
+  numbers.push_back({"s02.table1.blocks.frequency",
+                     kPaper,
+                     "Table 1",
+                     "Blocks, base frequency [Hz] of a hollow cube of 50 mm with walls of 2.5 mm",
+                     1596.2,
+                     fine_hz,
+                     {},
+                     {},
+                     1e-6,
+                     0.02,
+                     "our mesh (1.6 %)",
+                     true,
+                     note,
+                     {}});
 }
 
 void formulas(std::vector<PaperNumber>& numbers) {
   for (const auto& [id, printed, hz] : {std::tuple{"low", 3.18, kAudibleLowHz}, {"high", 3180.0, kAudibleHighHz}}) {
-    numbers.push_back({std::string("s02.band.") + id, kPaper, "Section 3", std::string("audible band, ") + id + " end [rad/s]", printed, 2 * kPi * hz, {}, {}, 1e-6, 0.01, "rounding", true,
-                       "divided by 2 pi instead of multiplied; errata 3", {}});
+    numbers.push_back({std::string("s02.band.") + id,
+                       kPaper,
+                       "Section 3",
+                       std::string("audible band, ") + id + " end [rad/s]",
+                       printed,
+                       2 * kPi * hz,
+                       {},
+                       {},
+                       1e-6,
+                       0.01,
+                       "rounding",
+                       true,
+                       "divided by 2 pi instead of multiplied; errata 3",
+                       {}});
   }
   // An impulse of 1 on an undamped oscillator: the largest |z| omega over a second.
   const double omega = 2 * kPi * 440.0;
-  const double peak = modal::render({{omega, 0.0, 1.0}}, {{0.0, Eigen::VectorXd::Ones(1), 0.0}}, 192000.0, 192000).cwiseAbs().maxCoeff() * omega;
-  numbers.push_back({"s02.impulse", kPaper, "Section 3", "amplitude of an impulse's response over dt g / omega", 2.0, peak, 1.0, "closed form", 1e-4, 0.01, "exact", true, "eqs. 16-18, errata 2", {}});
+  const double peak = modal::render({{omega, 0.0, 1.0}}, {{0.0, Eigen::VectorXd::Ones(1), 0.0}}, 192000.0, 192000)
+                          .cwiseAbs()
+                          .maxCoeff() *
+                      omega;
+  numbers.push_back({"s02.impulse",
+                     kPaper,
+                     "Section 3",
+                     "amplitude of an impulse's response over dt g / omega",
+                     2.0,
+                     peak,
+                     1.0,
+                     "closed form",
+                     1e-4,
+                     0.01,
+                     "exact",
+                     true,
+                     "eqs. 16-18, errata 2",
+                     {}});
 }
 
 }  // namespace
 
 const std::vector<Chime>& chimes() {
   static const std::vector<Chime> table = {
-      {"D3", "D5", 5, 587.33, 0.505, 585.8, 589.17, 0.5061, 587.40},   {"E3", "E5", 7, 659.26, 0.475, 656.0, 665.03, 0.4770, 659.27},
-      {"G3", "G5", 10, 783.99, 0.435, 781.8, 787.01, 0.4366, 784.06},  {"A4", "A5", 12, 880.00, 0.410, 877.5, 884.70, 0.4115, 879.36},
-      {"B4", "B5", 14, 987.77, 0.388, 982.5, 984.75, 0.3878, 987.32},  {"D4", "D6", 17, 1174.66, 0.353, 1167.0, 1186.88, 0.3548, 1174.67},
+      {"D3", "D5", 5, 587.33, 0.505, 585.8, 589.17, 0.5061, 587.40},
+      {"E3", "E5", 7, 659.26, 0.475, 656.0, 665.03, 0.4770, 659.27},
+      {"G3", "G5", 10, 783.99, 0.435, 781.8, 787.01, 0.4366, 784.06},
+      {"A4", "A5", 12, 880.00, 0.410, 877.5, 884.70, 0.4115, 879.36},
+      {"B4", "B5", 14, 987.77, 0.388, 982.5, 984.75, 0.3878, 987.32},
+      {"D4", "D6", 17, 1174.66, 0.353, 1167.0, 1186.88, 0.3548, 1174.67},
   };
   return table;
 }

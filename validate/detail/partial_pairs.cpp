@@ -27,13 +27,15 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
-std::vector<std::pair<std::size_t, std::size_t>> paired(const std::vector<fit::Partial>& a, const std::vector<fit::Partial>& b,
-                                                        double gain_db) {
+std::vector<std::pair<std::size_t, std::size_t>> paired(const std::vector<fit::Partial>& a,
+                                                        const std::vector<fit::Partial>& b, double gain_db) {
   const auto n = static_cast<Eigen::Index>(a.size()), m = static_cast<Eigen::Index>(b.size());
   Eigen::MatrixXd cost(n + 1, m + 1);  // least cost of the first i and j
   enum class Step : unsigned char { kPair, kSkipA, kSkipB };
   std::vector<Step> step(static_cast<std::size_t>((n + 1) * (m + 1)), Step::kSkipA);
-  const auto at = [&](Eigen::Index i, Eigen::Index j) -> Step& { return step[static_cast<std::size_t>(i * (m + 1) + j)]; };
+  const auto at = [&](Eigen::Index i, Eigen::Index j) -> Step& {
+    return step[static_cast<std::size_t>(i * (m + 1) + j)];
+  };
   for (Eigen::Index i = 0; i <= n; ++i) {
     for (Eigen::Index j = 0; j <= m; ++j) {
       if (i == 0 || j == 0) {
@@ -63,8 +65,12 @@ std::vector<std::pair<std::size_t, std::size_t>> paired(const std::vector<fit::P
         --i, --j;
         pairs.emplace_back(static_cast<std::size_t>(i), static_cast<std::size_t>(j));
         break;
-      case Step::kSkipA: --i; break;
-      case Step::kSkipB: --j; break;
+      case Step::kSkipA:
+        --i;
+        break;
+      case Step::kSkipB:
+        --j;
+        break;
     }
   }
   std::reverse(pairs.begin(), pairs.end());

@@ -11,8 +11,8 @@ namespace klang::validate::detail {
 /// further apart than 50 cents.
 /// @param a, b     ascending in frequency
 /// @param gain_db  level of b above a
-std::vector<std::pair<std::size_t, std::size_t>> paired(const std::vector<fit::Partial>& a, const std::vector<fit::Partial>& b,
-                                                        double gain_db);
+std::vector<std::pair<std::size_t, std::size_t>> paired(const std::vector<fit::Partial>& a,
+                                                        const std::vector<fit::Partial>& b, double gain_db);
 
 /// Level of b above a [dB]: mean over the pairs weighted by what is known of each, after leaving out those further than 6 dB
 /// from the median; its standard deviation beside it. 0 and 0 without pairs.

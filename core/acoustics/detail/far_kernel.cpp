@@ -70,8 +70,8 @@ KLANG_CLONES void far_block(const TriangleColumns& columns, const double* keep, 
       const Vector source_sum_re = (source_re[0][b] + source_re[1][b] + source_re[2][b]) * (1.0 / 6);
       const Vector source_sum_im = (source_im[0][b] + source_im[1][b] + source_im[2][b]) * (1.0 / 6);
       for (int a = 0; a < 3; ++a) {
-        const Vector stiff = eta_m * (test.curls[a][0] * curl[b][0] + test.curls[a][1] * curl[b][1] +
-                                      test.curls[a][2] * curl[b][2]);
+        const Vector stiff =
+            eta_m * (test.curls[a][0] * curl[b][0] + test.curls[a][1] * curl[b][1] + test.curls[a][2] * curl[b][2]);
         // -i eta curl.curl G
         store(&block.system[a][b][0][lane], 0.5 * system_re[a][b] + system_sum_re + stiff * all_im);
         store(&block.system[a][b][1][lane], 0.5 * system_im[a][b] + system_sum_im - stiff * all_re);

@@ -26,8 +26,10 @@ class Grid {
     limit_m_ = 2.0 * radii[radii.size() / 2];
     cell_m_ = kNearRatio * 2.0 * limit_m_;
     for (int t = 0; t < surface.n_triangles(); ++t) {
-      if (surface.radii_m[t] > limit_m_) large_.push_back(t);
-      else cells_[cell(surface.centroids_m.col(t))].push_back(t);
+      if (surface.radii_m[t] > limit_m_)
+        large_.push_back(t);
+      else
+        cells_[cell(surface.centroids_m.col(t))].push_back(t);
     }
   }
 
@@ -113,8 +115,8 @@ NearField near_field(const RadiatingSurface& surface) {
       const std::vector<int> others = grid.near(static_cast<int>(t));
       field.pairs[t].reserve(others.size());
       for (const int other : others)
-        field.pairs[t].push_back(near_pair(surface, triangles[t], triangles[static_cast<std::size_t>(other)],
-                                           static_cast<int>(t), other));
+        field.pairs[t].push_back(
+            near_pair(surface, triangles[t], triangles[static_cast<std::size_t>(other)], static_cast<int>(t), other));
     }
   });
   return field;
@@ -148,8 +150,8 @@ SmoothPart smooth_part(const RadiatingSurface& surface, int test, int other, dou
   const double scale = surface.areas_m2[test] * surface.areas_m2[other];
   for (const TrianglePoint& point : points) {
     const Eigen::Map<const Vector3d> hats(point.at.data());
-    const Vector3d x = hats[0] * surface.corner(test, 0) + hats[1] * surface.corner(test, 1) +
-                       hats[2] * surface.corner(test, 2);
+    const Vector3d x =
+        hats[0] * surface.corner(test, 0) + hats[1] * surface.corner(test, 1) + hats[2] * surface.corner(test, 2);
     Eigen::Vector3cd single = Eigen::Vector3cd::Zero(), twice = single, adjoint = single;
     for (std::size_t q = 0; q < points.size(); ++q) {
       const Eigen::Map<const Vector3d> other_hats(points[q].at.data());

@@ -40,9 +40,12 @@ StaticIntegrals static_integrals(const FlatTriangle& triangle, const Vector3d& x
     const double r0 = radius[i], r1 = radius[(i + 1) % 3];
     const double line_sq = t[i] * t[i] + height * height;
     // ln((r1 + s1) / (r0 + s0)) without the cancellation of r + s at s < 0.
-    if (s0 >= 0.0) f[i] = std::log((r1 + s1) / (r0 + s0));
-    else if (s1 <= 0.0) f[i] = std::log((r0 - s0) / (r1 - s1));
-    else f[i] = std::log((r1 + s1) * (r0 - s0) / line_sq);
+    if (s0 >= 0.0)
+      f[i] = std::log((r1 + s1) / (r0 + s0));
+    else if (s1 <= 0.0)
+      f[i] = std::log((r0 - s0) / (r1 - s1));
+    else
+      f[i] = std::log((r1 + s1) * (r0 - s0) / line_sq);
     jump[i] = r1 - r0;
     potential += t[i] * f[i];
     first_moment += 0.5 * (line_sq * f[i] + s1 * r1 - s0 * r0) * triangle.outward[i];
@@ -53,8 +56,8 @@ StaticIntegrals static_integrals(const FlatTriangle& triangle, const Vector3d& x
   if (height != 0.0) {
     const Vector3d &a = towards[0], &b = towards[1], &c = towards[2];
     const double la = radius[0], lb = radius[1], lc = radius[2];
-    solid_angle = 2.0 * std::atan2(height * triangle.twice_area,
-                                   la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    solid_angle =
+        2.0 * std::atan2(height * triangle.twice_area, la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
   potential -= height * solid_angle;
 
@@ -73,8 +76,8 @@ StaticIntegrals static_integrals(const FlatTriangle& triangle, const Vector3d& x
       const Vector3d& g = triangle.gradient[b];
       Vector3d tangential = -at_foot[b] * edge_sum + potential * g;
       for (int i = 0; i < 3; ++i) {
-        tangential -= (t[i] * f[i] * g.dot(triangle.outward[i]) + jump[i] * g.dot(triangle.edge[i])) *
-                      triangle.outward[i];
+        tangential -=
+            (t[i] * f[i] * g.dot(triangle.outward[i]) + jump[i] * g.dot(triangle.edge[i])) * triangle.outward[i];
       }
       result.gradient.col(b) = tangential - result.twice[b] * n;
     }

@@ -8,9 +8,9 @@ namespace klang::acoustics::detail {
 struct FlatTriangle {
   std::array<Eigen::Vector3d, 3> corners;
   double twice_area;
-  Eigen::Vector3d normal;                       ///< unit, right-handed with the corners
+  Eigen::Vector3d normal;                        ///< unit, right-handed with the corners
   std::array<Eigen::Vector3d, 3> edge, outward;  ///< unit along corner c -> c + 1; in the plane, out of the triangle
-  std::array<Eigen::Vector3d, 3> gradient;      ///< of the hat function of each corner [1/m]
+  std::array<Eigen::Vector3d, 3> gradient;       ///< of the hat function of each corner [1/m]
   FlatTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 };
 

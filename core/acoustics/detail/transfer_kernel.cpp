@@ -68,8 +68,8 @@ inline __attribute__((always_inline)) void group_body(int order, const ModeLanes
 // Directions: double or Four.
 template <typename Directions>
 inline __attribute__((always_inline)) void harmonics_body(int order, const double* diagonal, const double* by_z,
-                                                          const double* by_previous, const double* directions, double* rows,
-                                                          double* out) {
+                                                          const double* by_previous, const double* directions,
+                                                          double* rows, double* out) {
   constexpr std::ptrdiff_t kWidth = sizeof(Directions) / sizeof(double);
   Directions x, y, z;
   KLANG_LOAD(x, directions);
@@ -118,8 +118,8 @@ inline __attribute__((always_inline)) void harmonics_body(int order, const doubl
 
 }  // namespace
 
-KLANG_CLONES void real_harmonics(int order, int width, const double* diagonal, const double* by_z, const double* by_previous,
-                                 const double* directions, double* rows, double* out) {
+KLANG_CLONES void real_harmonics(int order, int width, const double* diagonal, const double* by_z,
+                                 const double* by_previous, const double* directions, double* rows, double* out) {
   if (width == 1) {
     harmonics_body<double>(order, diagonal, by_z, by_previous, directions, rows, out);
   } else {
@@ -130,10 +130,18 @@ KLANG_CLONES void real_harmonics(int order, int width, const double* diagonal, c
 KLANG_CLONES void group_pressures(int order, int n_listeners, const ModeLanes* coefficients, const double* harmonics,
                                   const double* start, double* out) {
   switch (n_listeners) {
-    case 1: group_body<1>(order, coefficients, harmonics, start, out); break;
-    case 2: group_body<2>(order, coefficients, harmonics, start, out); break;
-    case 3: group_body<3>(order, coefficients, harmonics, start, out); break;
-    default: group_body<kListeners>(order, coefficients, harmonics, start, out); break;
+    case 1:
+      group_body<1>(order, coefficients, harmonics, start, out);
+      break;
+    case 2:
+      group_body<2>(order, coefficients, harmonics, start, out);
+      break;
+    case 3:
+      group_body<3>(order, coefficients, harmonics, start, out);
+      break;
+    default:
+      group_body<kListeners>(order, coefficients, harmonics, start, out);
+      break;
   }
 }
 

@@ -17,7 +17,7 @@ void real_harmonics(int order, int width, const double* diagonal, const double* 
 /// coefficients: (order + 1)^2 pairs of real and imaginary parts, for the real harmonics; harmonics: of width 1 where
 /// n_listeners is 1, else kListeners.
 /// start: for each listener 1/x, Re h_0, Im h_0 of each mode. out: for each listener Re p, Im p of each mode.
-void group_pressures(int order, int n_listeners, const ModeLanes* coefficients, const double* harmonics, const double* start,
-                     double* out);
+void group_pressures(int order, int n_listeners, const ModeLanes* coefficients, const double* harmonics,
+                     const double* start, double* out);
 
 }  // namespace klang::acoustics::detail

@@ -60,8 +60,8 @@ std::vector<TrianglePoint> make_seven() {
 
 std::span<const TrianglePoint> three_points() {
   static const std::array<TrianglePoint, 3> kRule{{{{2.0 / 3, 1.0 / 6, 1.0 / 6}, 1.0 / 3},
-                                                  {{1.0 / 6, 2.0 / 3, 1.0 / 6}, 1.0 / 3},
-                                                  {{1.0 / 6, 1.0 / 6, 2.0 / 3}, 1.0 / 3}}};
+                                                   {{1.0 / 6, 2.0 / 3, 1.0 / 6}, 1.0 / 3},
+                                                   {{1.0 / 6, 1.0 / 6, 2.0 / 3}, 1.0 / 3}}};
   return kRule;
 }
 

@@ -47,7 +47,8 @@ KLANG_INLINE void sine_cosine(const Vector& x, Vector& sine, Vector& cosine) {
   const Vector s =
       r * (1.0 + r2 * (-1.0 / 6 + r2 * (1.0 / 120 + r2 * (-1.0 / 5040 + r2 * (1.0 / 362880 - r2 * (1.0 / 39916800))))));
   const Vector c =
-      1.0 + r2 * (-0.5 + r2 * (1.0 / 24 + r2 * (-1.0 / 720 + r2 * (1.0 / 40320 + r2 * (-1.0 / 3628800 + r2 * (1.0 / 479001600))))));
+      1.0 + r2 * (-0.5 + r2 * (1.0 / 24 + r2 * (-1.0 / 720 +
+                                                r2 * (1.0 / 40320 + r2 * (-1.0 / 3628800 + r2 * (1.0 / 479001600))))));
   const Integers odd = -(quadrant & 1);
   Integers sine_bits, cosine_bits;
   std::memcpy(&sine_bits, &s, sizeof s);

@@ -39,13 +39,16 @@ using Eigen::Vector3d;
 template <class Reader>
 vtkSmartPointer<vtkPointSet> read_with(const std::string& bytes, const std::string& name, const char* type) {
   vtkNew<Reader> reader;
-  if (const std::string problem = mesh::detail::update_reader(reader, bytes, name); !problem.empty()) throw InputError(name, problem);
-  if (bytes.substr(0, 4096).find(type) == std::string::npos) throw InputError(name, "is no VTK file of this type", {}, type);
+  if (const std::string problem = mesh::detail::update_reader(reader, bytes, name); !problem.empty())
+    throw InputError(name, problem);
+  if (bytes.substr(0, 4096).find(type) == std::string::npos)
+    throw InputError(name, "is no VTK file of this type", {}, type);
   return reader->GetOutput();
 }
 
 /// Normals that the file carries must point the way its faces do.
-void check_normals(const std::string& name, const BoundaryMesh& mesh, const std::vector<vtkIdType>& cell_of, vtkPointSet* data) {
+void check_normals(const std::string& name, const BoundaryMesh& mesh, const std::vector<vtkIdType>& cell_of,
+                   vtkPointSet* data) {
   vtkDataArray* of_cells = data->GetCellData()->GetArray("Normals");
   vtkDataArray* of_points = data->GetPointData()->GetArray("Normals");
   const auto usable = [](vtkDataArray* a) { return a != nullptr && a->GetNumberOfComponents() == 3; };
@@ -59,17 +62,20 @@ void check_normals(const std::string& name, const BoundaryMesh& mesh, const std:
     bool all_against = usable(of_points);
     for (int c = 0; c < 3; ++c) p[c] = mesh.surface.vertices_m.row(mesh.surface.triangles(t, c)).transpose();
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
-    for (int c = 0; c < 3 && all_against; ++c) all_against = normal(of_points, mesh.surface.triangles(t, c)).dot(face) < 0.0;
+    for (int c = 0; c < 3 && all_against; ++c)
+      all_against = normal(of_points, mesh.surface.triangles(t, c)).dot(face) < 0.0;
     const vtkIdType cell = cell_of[static_cast<std::size_t>(t)];
     if (all_against || (usable(of_cells) && normal(of_cells, cell).dot(face) < 0.0))
-      throw InputError(name, "inconsistent normals: the array Normals at face " + std::to_string(cell) + " points against the order of its corners");
+      throw InputError(name, "inconsistent normals: the array Normals at face " + std::to_string(cell) +
+                                 " points against the order of its corners");
   }
 }
 
 BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
   const std::string name = path.string(), bytes = read_file(path);
-  const vtkSmartPointer<vtkPointSet> data = polygons ? read_with<vtkXMLPolyDataReader>(bytes, name, "PolyData")
-                                                     : read_with<vtkXMLUnstructuredGridReader>(bytes, name, "UnstructuredGrid");
+  const vtkSmartPointer<vtkPointSet> data =
+      polygons ? read_with<vtkXMLPolyDataReader>(bytes, name, "PolyData")
+               : read_with<vtkXMLUnstructuredGridReader>(bytes, name, "UnstructuredGrid");
   BoundaryMesh mesh;
   mesh.name = name;
   const vtkIdType n_points = data->GetNumberOfPoints();
@@ -87,9 +93,12 @@ BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
   vtkNew<vtkIdList> ids;
   for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
     const int type = data->GetCellType(cell);
-    if (type == VTK_VERTEX || type == VTK_POLY_VERTEX || type == VTK_LINE || type == VTK_POLY_LINE || type == VTK_EMPTY_CELL) continue;
+    if (type == VTK_VERTEX || type == VTK_POLY_VERTEX || type == VTK_LINE || type == VTK_POLY_LINE ||
+        type == VTK_EMPTY_CELL)
+      continue;
     if (type != VTK_TRIANGLE && type != VTK_QUAD && type != VTK_POLYGON)
-      throw InputError(name, "face " + std::to_string(cell) + " is no triangle, quad or polygon", "VTK cell type " + std::to_string(type), "5, 7, 9");
+      throw InputError(name, "face " + std::to_string(cell) + " is no triangle, quad or polygon",
+                       "VTK cell type " + std::to_string(type), "5, 7, 9");
     data->GetCellPoints(cell, ids);
     const double value = region->GetComponent(cell, 0);
     if (!(std::floor(value) == value && value >= 0.0 && value <= 3.0))
@@ -99,13 +108,15 @@ BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
       if (ids->GetId(c) < 0 || ids->GetId(c) >= n_points)
         throw InputError(name, "face " + std::to_string(cell) + ": vertex out of range", std::to_string(ids->GetId(c)));
     for (vtkIdType c = 1; c + 1 < ids->GetNumberOfIds(); ++c) {
-      triangles.emplace_back(static_cast<int>(ids->GetId(0)), static_cast<int>(ids->GetId(c)), static_cast<int>(ids->GetId(c + 1)));
+      triangles.emplace_back(static_cast<int>(ids->GetId(0)), static_cast<int>(ids->GetId(c)),
+                             static_cast<int>(ids->GetId(c + 1)));
       mesh.region.push_back(static_cast<int>(value));
       cell_of.push_back(cell);
     }
   }
   mesh.surface.triangles.resize(static_cast<Index>(triangles.size()), 3);
-  for (std::size_t t = 0; t < triangles.size(); ++t) mesh.surface.triangles.row(static_cast<Index>(t)) = triangles[t].transpose();
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    mesh.surface.triangles.row(static_cast<Index>(t)) = triangles[t].transpose();
   check_normals(name, mesh, cell_of, data);
   return mesh;
 }
@@ -138,7 +149,8 @@ BoundaryMesh read_obj(const std::filesystem::path& path) {
 }
 
 std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -156,7 +168,8 @@ BoundaryFrames read_pvd(const std::filesystem::path& path) {
     double time = 0.0;
     const std::string text = attribute(element, "timestep"), file = attribute(element, "file");
     if (!mesh::detail::parse_number(text, time) || !std::isfinite(time) || file.empty())
-      throw InputError(path.string(), "frame " + std::to_string(frames.files.size()) + " has no timestep or file", text);
+      throw InputError(path.string(), "frame " + std::to_string(frames.files.size()) + " has no timestep or file",
+                       text);
     frames.time_s.push_back(time);
     frames.files.push_back(path.parent_path() / file);
   }
@@ -191,8 +204,9 @@ BoundaryFrames numbered(const std::string& pattern, double frame_step_s) {
     if (number != expected) {
       std::string missing = std::to_string(expected);
       missing.insert(0, missing.size() < width ? width - missing.size() : 0, '0');
-      throw InputError("--boundary", "a frame of the series is missing", (folder / (head + missing + tail)).string(),
-                       "every number from " + std::to_string(found.begin()->first) + " to " + std::to_string(found.rbegin()->first));
+      throw InputError(
+          "--boundary", "a frame of the series is missing", (folder / (head + missing + tail)).string(),
+          "every number from " + std::to_string(found.begin()->first) + " to " + std::to_string(found.rbegin()->first));
     }
     frames.time_s.push_back(static_cast<double>(number - found.begin()->first) * frame_step_s);
     frames.files.push_back(file);
@@ -219,7 +233,8 @@ BoundaryMesh read_boundary(const std::filesystem::path& path, double unit_m) {
 }
 
 bool is_series(const std::string& name) {
-  return std::filesystem::path(name).filename().string().find('#') != std::string::npos || lower(std::filesystem::path(name).extension().string()) == ".pvd";
+  return std::filesystem::path(name).filename().string().find('#') != std::string::npos ||
+         lower(std::filesystem::path(name).extension().string()) == ".pvd";
 }
 
 BoundaryFrames find_frames(const std::string& pattern, double frame_step_s) {
@@ -229,17 +244,21 @@ BoundaryFrames find_frames(const std::string& pattern, double frame_step_s) {
   if (frames.files.empty()) throw InputError(pattern, "the series has no frames");
   for (std::size_t i = 0; i < frames.files.size(); ++i) {
     std::error_code error;
-    if (!std::filesystem::is_regular_file(frames.files[i], error)) throw InputError(pattern, "a frame of the series is missing", frames.files[i].string());
+    if (!std::filesystem::is_regular_file(frames.files[i], error))
+      throw InputError(pattern, "a frame of the series is missing", frames.files[i].string());
     if (i > 0 && !(frames.time_s[i] > frames.time_s[i - 1]))
-      throw InputError(pattern, "times of the series do not rise at frame " + std::to_string(i), to_text(frames.time_s[i]));
+      throw InputError(pattern, "times of the series do not rise at frame " + std::to_string(i),
+                       to_text(frames.time_s[i]));
   }
   return frames;
 }
 
-void write_boundary_solution(const std::filesystem::path& path, const BoundaryMesh& mesh, const LiquidBoundary& boundary,
-                             const DualDomainResult& result, double liquid_density_kg_m3) {
+void write_boundary_solution(const std::filesystem::path& path, const BoundaryMesh& mesh,
+                             const LiquidBoundary& boundary, const DualDomainResult& result,
+                             double liquid_density_kg_m3) {
   const Index n_vertices = mesh.surface.vertices_m.rows(), n_triangles = mesh.surface.triangles.rows();
-  const double per_slope = 1.0 / (2.0 * kPi * result.frequency_hz * liquid_density_kg_m3);  // |v_n| = |dP/dn| / (omega rho)
+  const double per_slope =
+      1.0 / (2.0 * kPi * result.frequency_hz * liquid_density_kg_m3);  // |v_n| = |dP/dn| / (omega rho)
   vtkNew<vtkPolyData> data;
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
@@ -264,7 +283,8 @@ void write_boundary_solution(const std::filesystem::path& path, const BoundaryMe
 
   // A vertex as the file has it belongs to one region, or to several: free surface first, then the sample that faces its way.
   std::vector<std::vector<std::size_t>> samples_of(static_cast<std::size_t>(n_vertices));
-  for (std::size_t s = 0; s < boundary.samples().size(); ++s) samples_of[static_cast<std::size_t>(boundary.samples()[s].vertex)].push_back(s);
+  for (std::size_t s = 0; s < boundary.samples().size(); ++s)
+    samples_of[static_cast<std::size_t>(boundary.samples()[s].vertex)].push_back(s);
   std::vector<Index> face_of(static_cast<std::size_t>(n_vertices), -1);
   for (Index t = 0; t < n_triangles; ++t)
     for (int c = 0; c < 3; ++c) {
@@ -273,10 +293,12 @@ void write_boundary_solution(const std::filesystem::path& path, const BoundaryMe
     }
   const auto normal_of = [&](Index t) {
     Vector3d p[3];
-    for (int c = 0; c < 3; ++c) p[c] = boundary.surface().vertices_m.row(boundary.surface().triangles(t, c)).transpose();
+    for (int c = 0; c < 3; ++c)
+      p[c] = boundary.surface().vertices_m.row(boundary.surface().triangles(t, c)).transpose();
     return Vector3d((p[1] - p[0]).cross(p[2] - p[0]).normalized());
   };
-  auto point_slope = new_array("surface_normal_derivative", 2, n_vertices), point_velocity = new_array("surface_normal_velocity_m_s", 1, n_vertices);
+  auto point_slope = new_array("surface_normal_derivative", 2, n_vertices),
+       point_velocity = new_array("surface_normal_velocity_m_s", 1, n_vertices);
   for (Index i = 0; i < n_vertices; ++i) {
     const Index face = face_of[static_cast<std::size_t>(i)];
     if (face < 0) continue;
@@ -284,19 +306,23 @@ void write_boundary_solution(const std::filesystem::path& path, const BoundaryMe
     double best = -2.0;
     for (const std::size_t s : samples_of[static_cast<std::size_t>(boundary.welded_vertex(static_cast<int>(i)))]) {
       const BoundarySample& sample = boundary.samples()[s];
-      if (static_cast<int>(sample.region) != mesh.region[static_cast<std::size_t>(face)] || sample.normal.dot(normal) <= best) continue;
+      if (static_cast<int>(sample.region) != mesh.region[static_cast<std::size_t>(face)] ||
+          sample.normal.dot(normal) <= best)
+        continue;
       best = sample.normal.dot(normal);
       set(point_slope, point_velocity, i, result.normal_derivative[static_cast<Index>(s)]);
     }
   }
-  auto cell_slope = new_array("surface_normal_derivative", 2, n_triangles), cell_velocity = new_array("surface_normal_velocity_m_s", 1, n_triangles);
+  auto cell_slope = new_array("surface_normal_derivative", 2, n_triangles),
+       cell_velocity = new_array("surface_normal_velocity_m_s", 1, n_triangles);
   std::vector<std::complex<double>> slopes(static_cast<std::size_t>(n_triangles));
   parallel_for(slopes.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (mesh.region[t] == static_cast<int>(BoundaryRegion::kDrySolid)) continue;
       Vector3d middle = Vector3d::Zero();
       for (int c = 0; c < 3; ++c)
-        middle += boundary.surface().vertices_m.row(boundary.surface().triangles(static_cast<Index>(t), c)).transpose() / 3.0;
+        middle +=
+            boundary.surface().vertices_m.row(boundary.surface().triangles(static_cast<Index>(t), c)).transpose() / 3.0;
       const Vector3d normal = normal_of(static_cast<Index>(t));
       if (normal.allFinite()) slopes[t] = liquid_pressure_slope(result, middle, normal);
     }

@@ -34,7 +34,8 @@ bool is_series(const std::string& name);
 
 /// The boundary with the solution on it (.vtp). Point and cell arrays "surface_normal_derivative" (real, imaginary part of dP/dn in the
 /// liquid [Pa/m per m of bubble vibration]) and "surface_normal_velocity_m_s" (modulus); cell array "region".
-void write_boundary_solution(const std::filesystem::path& path, const BoundaryMesh& mesh, const LiquidBoundary& boundary,
-                             const DualDomainResult& result, double liquid_density_kg_m3);
+void write_boundary_solution(const std::filesystem::path& path, const BoundaryMesh& mesh,
+                             const LiquidBoundary& boundary, const DualDomainResult& result,
+                             double liquid_density_kg_m3);
 
 }  // namespace klang::bubble

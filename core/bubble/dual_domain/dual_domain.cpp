@@ -16,9 +16,9 @@ namespace klang::bubble {
 namespace {
 
 using Complex = std::complex<double>;
+using detail::Matrix;
 using Eigen::Index;
 using Eigen::Vector3d;
-using detail::Matrix;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kSamplesPerRange = 256;
@@ -53,7 +53,8 @@ Conditions<Scalar> assemble(Index n_unknowns, Index n_samples, bool scale_column
   for (std::size_t r = 1; r < squares.size(); ++r) square += squares[r];
   result.column_scale = Eigen::VectorXd::Ones(square.size());
   if (scale_columns) {
-    for (Index j = 0; j < square.size(); ++j)  // a high order that underflows on the whole boundary counts as no function
+    for (Index j = 0; j < square.size();
+         ++j)  // a high order that underflows on the whole boundary counts as no function
       result.column_scale[j] = square[j] > 1e-280 ? 1.0 / std::sqrt(square[j]) : 0.0;
     square.array() *= result.column_scale.array().square();
   }
@@ -83,7 +84,8 @@ class FluidFunctions {
   std::optional<detail::RegularRows::Scratch> scratch() const {
     return rows_ ? std::optional(rows_->scratch()) : std::nullopt;
   }
-  void row(const Vector3d& x, const Vector3d* normal, std::optional<detail::RegularRows::Scratch>& scratch, double* out) const {
+  void row(const Vector3d& x, const Vector3d* normal, std::optional<detail::RegularRows::Scratch>& scratch,
+           double* out) const {
     regular_row(x, normal, scratch, out);
     out += n_regular();
     std::array<Complex, detail::kQuadrupoleSize> wave;
@@ -98,8 +100,11 @@ class FluidFunctions {
   }
 
  private:
-  Index n_regular() const { return rows_ ? rows_->size() : detail::kQuadrupoleSize * static_cast<Index>(points_.size()); }
-  void regular_row(const Vector3d& x, const Vector3d* normal, std::optional<detail::RegularRows::Scratch>& scratch, double* out) const {
+  Index n_regular() const {
+    return rows_ ? rows_->size() : detail::kQuadrupoleSize * static_cast<Index>(points_.size());
+  }
+  void regular_row(const Vector3d& x, const Vector3d* normal, std::optional<detail::RegularRows::Scratch>& scratch,
+                   double* out) const {
     if (rows_) {
       if (normal == nullptr) {
         rows_->values(x - points_[0], *scratch, out);
@@ -200,16 +205,20 @@ double bubble_source_strength(double radius_m, double frequency_hz, double liqui
   return 4.0 * kPi * liquid_density_kg_m3 * omega * omega * radius_m * radius_m;
 }
 
-std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz, const SourcePoints& given_points,
-                                                const std::vector<Vector3d>& bubbles_m, const std::vector<double>& radius_m,
-                                                const DualDomainOptions& options, Monitor& monitor) {
+std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz,
+                                                const SourcePoints& given_points,
+                                                const std::vector<Vector3d>& bubbles_m,
+                                                const std::vector<double>& radius_m, const DualDomainOptions& options,
+                                                Monitor& monitor) {
   options.validate();
   checked("dual domain", "frequency_hz", frequency_hz, 1.0, 1e5);
   KLANG_CHECK(bubbles_m.size() == radius_m.size(), "a bubble has a radius");
   if (bubbles_m.empty()) return {};
-  if (given_points.fluid_m.empty() || given_points.air_m.empty()) throw InputError("dual domain", "needs sources in both passes");
+  if (given_points.fluid_m.empty() || given_points.air_m.empty())
+    throw InputError("dual domain", "needs sources in both passes");
   SourcePoints points = given_points;
-  for (const auto& [list, per_unknown] : {std::pair(&points.fluid_m, kSamplesPerFluidUnknown), std::pair(&points.air_m, kSamplesPerAirUnknown)}) {
+  for (const auto& [list, per_unknown] :
+       {std::pair(&points.fluid_m, kSamplesPerFluidUnknown), std::pair(&points.air_m, kSamplesPerAirUnknown)}) {
     const std::size_t enough = boundary.samples().size() / (detail::kQuadrupoleSize * per_unknown);
     if (enough == 0)
       throw InputError(boundary.name(), "too few samples of the boundary", std::to_string(boundary.samples().size()),
@@ -222,34 +231,43 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   }
   const auto start = Clock::now();
   const std::vector<BoundarySample>& samples = boundary.samples();
-  KLANG_CHECK(options.surface_pressure.size() == 0 || options.surface_pressure.size() == static_cast<Index>(samples.size()),
-              "a surface pressure has one value a sample");
+  KLANG_CHECK(
+      options.surface_pressure.size() == 0 || options.surface_pressure.size() == static_cast<Index>(samples.size()),
+      "a surface pressure has one value a sample");
   const auto n_samples = static_cast<Index>(samples.size()), n_bubbles = static_cast<Index>(bubbles_m.size());
   const bool paper = options.literature == Literature::kPaper;
   const double kf = options.liquid.wavenumber_per_m(frequency_hz), ka = options.air.wavenumber_per_m(frequency_hz);
 
   // Pass 1.
   const bool flat = options.fluid_space == FluidSpace::kFlatLimit;
-  const int order = flat ? static_cast<int>(3.0 * std::sqrt(static_cast<double>(points.fluid_m.size())) + 1e-9) - 1 : -1;
+  const int order =
+      flat ? static_cast<int>(3.0 * std::sqrt(static_cast<double>(points.fluid_m.size())) + 1e-9) - 1 : -1;
   const std::vector<Vector3d> fluid_points = flat ? std::vector{boundary.centre_m()} : points.fluid_m;
   if (paper) points.solid_m.clear();
-  points.solid_m.resize(std::min(points.solid_m.size(), boundary.samples().size() / (2 * detail::kQuadrupoleSize * kSamplesPerFluidUnknown)));
+  points.solid_m.resize(std::min(points.solid_m.size(),
+                                 boundary.samples().size() / (2 * detail::kQuadrupoleSize * kSamplesPerFluidUnknown)));
   const FluidFunctions functions(kf, order, fluid_points, points.solid_m);
   const Index n_air = detail::kQuadrupoleSize * static_cast<Index>(points.air_m.size());
-  const double length = paper ? 1.0
-                              : options.wall_length_m.value_or(boundary.radius_m() / (3.0 * std::sqrt(static_cast<double>(points.fluid_m.size()))));
-  const double alpha = boundary.rigid_area_m2() > 0.0 ? length * boundary.rigid_area_m2() / boundary.free_area_m2() : 1.0;
+  const double length = paper
+                            ? 1.0
+                            : options.wall_length_m.value_or(
+                                  boundary.radius_m() / (3.0 * std::sqrt(static_cast<double>(points.fluid_m.size()))));
+  const double alpha =
+      boundary.rigid_area_m2() > 0.0 ? length * boundary.rigid_area_m2() / boundary.free_area_m2() : 1.0;
   Eigen::VectorXd weights(n_samples);
   for (Index i = 0; i < n_samples; ++i) {
     const BoundarySample& s = samples[static_cast<std::size_t>(i)];
-    weights[i] = std::sqrt(s.area_m2) * (s.region == BoundaryRegion::kFreeSurface ? 1.0 : s.region == BoundaryRegion::kDrySolid ? 0.0 : alpha);
+    weights[i] = std::sqrt(s.area_m2) * (s.region == BoundaryRegion::kFreeSurface ? 1.0
+                                         : s.region == BoundaryRegion::kDrySolid  ? 0.0
+                                                                                  : alpha);
   }
   std::vector<DualDomainResult> results(bubbles_m.size());
   Matrix<double> data(n_samples, 2 * n_bubbles);
   for (std::size_t b = 0; b < results.size(); ++b) {
     DualDomainResult& r = results[b];
     r.frequency_hz = frequency_hz;
-    r.source_strength = (paper ? -1.0 : 1.0) * bubble_source_strength(radius_m[b], frequency_hz, options.liquid.density_kg_m3);
+    r.source_strength =
+        (paper ? -1.0 : 1.0) * bubble_source_strength(radius_m[b], frequency_hz, options.liquid.density_kg_m3);
     r.alpha_m = alpha;
     r.fluid.wavenumber_per_m = kf;
     r.fluid.bubble_m = bubbles_m[b];
@@ -266,8 +284,11 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     parallel_for(samples.size(), kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
       for (auto i = static_cast<Index>(begin); i < static_cast<Index>(end); ++i) {
         const BoundarySample& s = samples[static_cast<std::size_t>(i)];
-        Complex value = weights[i] == 0.0 ? 0.0 : incident(r.fluid, s.point_m, s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal);
-        if (s.region == BoundaryRegion::kFreeSurface && options.surface_pressure.size() != 0) value -= options.surface_pressure[i];
+        Complex value = weights[i] == 0.0 ? 0.0
+                                          : incident(r.fluid, s.point_m,
+                                                     s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal);
+        if (s.region == BoundaryRegion::kFreeSurface && options.surface_pressure.size() != 0)
+          value -= options.surface_pressure[i];
         data(i, 2 * static_cast<Index>(b)) = -weights[i] * value.real();
         data(i, 2 * static_cast<Index>(b) + 1) = -weights[i] * value.imag();
       }
@@ -278,28 +299,33 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   monitor.throw_if_stopped();
   monitor.progress("liquid", 0.0);
   {
-    const Conditions<double> a = assemble<double>(functions.size(), n_samples, options.scale_columns, [&](Index begin, Index end, Matrix<double>& adjoint, Eigen::VectorXd& squares) {
-      auto scratch = functions.scratch();
-      for (Index i = begin; i < end; ++i) {
-        const BoundarySample& s = samples[static_cast<std::size_t>(i)];
-        if (s.region == BoundaryRegion::kDrySolid) {
-          adjoint.col(i).setZero();
-        } else {
-          functions.row(s.point_m, s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal, scratch, adjoint.col(i).data());
-          adjoint.col(i) *= weights[i];
-          squares += adjoint.col(i).cwiseAbs2();
-        }
-      }
-    });
+    const Conditions<double> a =
+        assemble<double>(functions.size(), n_samples, options.scale_columns,
+                         [&](Index begin, Index end, Matrix<double>& adjoint, Eigen::VectorXd& squares) {
+                           auto scratch = functions.scratch();
+                           for (Index i = begin; i < end; ++i) {
+                             const BoundarySample& s = samples[static_cast<std::size_t>(i)];
+                             if (s.region == BoundaryRegion::kDrySolid) {
+                               adjoint.col(i).setZero();
+                             } else {
+                               functions.row(s.point_m, s.region == BoundaryRegion::kFreeSurface ? nullptr : &s.normal,
+                                             scratch, adjoint.col(i).data());
+                               adjoint.col(i) *= weights[i];
+                               squares += adjoint.col(i).cwiseAbs2();
+                             }
+                           }
+                         });
     times["assemble_fluid"] = seconds_since(lap);
     lap = Clock::now();
     const double eps = options.ridge * a.frobenius;
-    const detail::RidgeSolution<double> solution = detail::solve_ridge(a.adjoint, a.column_scale, data, eps, method(options.solver));
+    const detail::RidgeSolution<double> solution =
+        detail::solve_ridge(a.adjoint, a.column_scale, data, eps, method(options.solver));
     if (!solution.solved) {
       fail(results, "pass 1: " + solution.message);
       return results;
     }
-    const Matrix<double> error = detail::times(a.adjoint, Matrix<double>(a.column_scale.asDiagonal() * solution.x)) - data;
+    const Matrix<double> error =
+        detail::times(a.adjoint, Matrix<double>(a.column_scale.asDiagonal() * solution.x)) - data;
     for (std::size_t b = 0; b < results.size(); ++b) {
       DualDomainResult& r = results[b];
       const auto c = 2 * static_cast<Index>(b);
@@ -309,7 +335,8 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
         const BoundarySample& s = samples[static_cast<std::size_t>(i)];
         const Vector3d x = s.point_m - r.fluid.bubble_m;
         alone += weights[i] * weights[i] *
-                 std::norm(s.region == BoundaryRegion::kFreeSurface ? detail::monopole(kf, x) : detail::monopole_slope(kf, x, s.normal));
+                 std::norm(s.region == BoundaryRegion::kFreeSurface ? detail::monopole(kf, x)
+                                                                    : detail::monopole_slope(kf, x, s.normal));
       }
       const double fit_sq = error.middleCols(c, 2).squaredNorm(), size_sq = solution.x.middleCols(c, 2).squaredNorm();
       r.fit_error_fluid = std::sqrt(fit_sq / alone);
@@ -332,10 +359,12 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     Eigen::VectorXd row(functions.size());
     for (std::size_t i = begin; i < end; ++i) {
       const BoundarySample& s = samples[i];
-      if (s.region == BoundaryRegion::kDrySolid || (s.region != BoundaryRegion::kFreeSurface && !options.wall_slopes)) continue;
+      if (s.region == BoundaryRegion::kDrySolid || (s.region != BoundaryRegion::kFreeSurface && !options.wall_slopes))
+        continue;
       functions.row(s.point_m, &s.normal, scratch, row.data());
       for (DualDomainResult& r : results)
-        r.normal_derivative[static_cast<Index>(i)] = incident(r.fluid, s.point_m, &s.normal) + row.cast<Complex>().dot(r.fluid.coefficients);
+        r.normal_derivative[static_cast<Index>(i)] =
+            incident(r.fluid, s.point_m, &s.normal) + row.cast<Complex>().dot(r.fluid.coefficients);
     }
   });
 
@@ -349,34 +378,42 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     for (std::size_t b = 0; b < results.size(); ++b)
       air_data(i, static_cast<Index>(b)) = weights[i] * results[b].normal_derivative[i];
   }
-  const std::size_t n_sources = points.air_m.size(), n_padded = (n_sources + detail::kLane - 1) / detail::kLane * detail::kLane;
+  const std::size_t n_sources = points.air_m.size(),
+                    n_padded = (n_sources + detail::kLane - 1) / detail::kLane * detail::kLane;
   std::vector<double> sources(3 * n_padded);
   for (std::size_t i = 0; i < n_padded; ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis) sources[axis * n_padded + i] = points.air_m[std::min(i, n_sources - 1)][static_cast<Index>(axis)];
-  const Conditions<Complex> a = assemble<Complex>(n_air, n_samples, options.scale_columns, [&](Index begin, Index end, Matrix<Complex>& adjoint, Eigen::VectorXd& squares) {
-    std::vector<double> r(n_padded), phase(n_padded), cosine(n_padded), sine(n_padded), padded(9 * n_padded, 0.0);
-    for (Index i = begin; i < end; ++i) {
-      const BoundarySample& s = samples[static_cast<std::size_t>(i)];
-      detail::distances(sources.data(), n_padded, ka, s.point_m.data(), r.data(), phase.data());
-      for (std::size_t j = 0; j < n_padded; ++j) {
-        cosine[j] = std::cos(phase[j]);
-        sine[j] = std::sin(phase[j]);
-      }
-      detail::singular_slopes(sources.data(), n_sources, n_padded, ka, s.point_m.data(), s.normal.data(), r.data(), cosine.data(), sine.data(),
-                              weights[i], reinterpret_cast<double*>(adjoint.col(i).data()), padded.data());
-    }
-    for (std::size_t f = 0; f < 9; ++f)
-      for (std::size_t j = 0; j < n_sources; ++j) squares[static_cast<Index>(f * n_sources + j)] = padded[f * n_padded + j];
-  });
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      sources[axis * n_padded + i] = points.air_m[std::min(i, n_sources - 1)][static_cast<Index>(axis)];
+  const Conditions<Complex> a = assemble<Complex>(
+      n_air, n_samples, options.scale_columns,
+      [&](Index begin, Index end, Matrix<Complex>& adjoint, Eigen::VectorXd& squares) {
+        std::vector<double> r(n_padded), phase(n_padded), cosine(n_padded), sine(n_padded), padded(9 * n_padded, 0.0);
+        for (Index i = begin; i < end; ++i) {
+          const BoundarySample& s = samples[static_cast<std::size_t>(i)];
+          detail::distances(sources.data(), n_padded, ka, s.point_m.data(), r.data(), phase.data());
+          for (std::size_t j = 0; j < n_padded; ++j) {
+            cosine[j] = std::cos(phase[j]);
+            sine[j] = std::sin(phase[j]);
+          }
+          detail::singular_slopes(sources.data(), n_sources, n_padded, ka, s.point_m.data(), s.normal.data(), r.data(),
+                                  cosine.data(), sine.data(), weights[i],
+                                  reinterpret_cast<double*>(adjoint.col(i).data()), padded.data());
+        }
+        for (std::size_t f = 0; f < 9; ++f)
+          for (std::size_t j = 0; j < n_sources; ++j)
+            squares[static_cast<Index>(f * n_sources + j)] = padded[f * n_padded + j];
+      });
   times["assemble_air"] = seconds_since(lap);
   lap = Clock::now();
   const double eps = options.ridge * a.frobenius;
-  const detail::RidgeSolution<Complex> solution = detail::solve_ridge(a.adjoint, a.column_scale, air_data, eps, method(options.solver));
+  const detail::RidgeSolution<Complex> solution =
+      detail::solve_ridge(a.adjoint, a.column_scale, air_data, eps, method(options.solver));
   if (!solution.solved) {
     fail(results, "pass 2: " + solution.message);
     return results;
   }
-  const Matrix<Complex> error = detail::times(a.adjoint, Matrix<Complex>(a.column_scale.asDiagonal() * solution.x)) - air_data;
+  const Matrix<Complex> error =
+      detail::times(a.adjoint, Matrix<Complex>(a.column_scale.asDiagonal() * solution.x)) - air_data;
   times["solve_air"] = seconds_since(lap);
   times["total"] = seconds_since(start);
   for (std::size_t b = 0; b < results.size(); ++b) {
@@ -390,7 +427,8 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
     for (std::size_t j = 0; j < n_sources; ++j)
       for (std::size_t f = 0; f < 9; ++f) {
         const auto from = static_cast<Index>(f * n_sources + j);
-        r.air.coefficients[static_cast<Index>(9 * j + f)] = ratio * r.source_strength * a.column_scale[from] * solution.x(from, c);
+        r.air.coefficients[static_cast<Index>(9 * j + f)] =
+            ratio * r.source_strength * a.column_scale[from] * solution.x(from, c);
       }
     r.normal_derivative *= r.source_strength;
     r.wall_time_s = times;
@@ -405,11 +443,13 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
 namespace {
 
 Complex liquid_at(const DualDomainResult& result, const Vector3d& x, const Vector3d* direction) {
-  const FluidFunctions functions(result.fluid.wavenumber_per_m, result.fluid.order, result.fluid.points_m, result.fluid.solid_m);
+  const FluidFunctions functions(result.fluid.wavenumber_per_m, result.fluid.order, result.fluid.points_m,
+                                 result.fluid.solid_m);
   auto scratch = functions.scratch();
   Eigen::VectorXd row(functions.size());
   functions.row(x, direction, scratch, row.data());
-  return result.source_strength * (incident(result.fluid, x, direction) + row.cast<Complex>().dot(result.fluid.coefficients));
+  return result.source_strength *
+         (incident(result.fluid, x, direction) + row.cast<Complex>().dot(result.fluid.coefficients));
 }
 
 Complex air_at(const DualDomainResult& result, const Vector3d& x, const Vector3d* direction) {

@@ -40,15 +40,16 @@ struct DualDomainOptions {
   FluidSpace fluid_space = FluidSpace::kFlatLimit;
   LeastSquares solver = LeastSquares::kSketch;
   Literature literature = Literature::kRight;
-  double ridge = 1e-8;               ///< epsilon over the Frobenius norm of the matrix (HF section 5.6), 1e-15 to 1
-  bool scale_columns = true;         ///< functions scaled to length 1 on the boundary before the ridge is put on
-  bool images = true;                ///< pass 1 starts from the bubble and its images in surfaces that are close
-  bool wall_slopes = false;          ///< dP/dn of the liquid on rigid walls too, where it should be 0: to look at
-  std::optional<double> wall_length_m;  ///< the length in alpha = length * rigid area / free area; default radius / sqrt(unknowns)
+  double ridge = 1e-8;        ///< epsilon over the Frobenius norm of the matrix (HF section 5.6), 1e-15 to 1
+  bool scale_columns = true;  ///< functions scaled to length 1 on the boundary before the ridge is put on
+  bool images = true;         ///< pass 1 starts from the bubble and its images in surfaces that are close
+  bool wall_slopes = false;   ///< dP/dn of the liquid on rigid walls too, where it should be 0: to look at
+  std::optional<double>
+      wall_length_m;  ///< the length in alpha = length * rigid area / free area; default radius / sqrt(unknowns)
   /// Pressure on the free surface for a unit source, one a sample (others count 0); empty: none, the one-way answer. With the
   /// air's own pressure there, found in turn, pass 1 is the two-way one.
   Eigen::VectorXcd surface_pressure;
-  void validate() const;             ///< InputError
+  void validate() const;  ///< InputError
   /// Everything as HF prints it: sources, ridge on unscaled coefficients, no images, printed formulas.
   static DualDomainOptions as_printed();
 };
@@ -61,11 +62,11 @@ struct FluidField {
     Eigen::Vector3d position_m;
     double amplitude;
   };
-  std::vector<Image> images;                 ///< of the bubble, outside the liquid
-  int order = -1;                            ///< of the waves about points_m[0], or -1: quadrupoles at all points_m
+  std::vector<Image> images;  ///< of the bubble, outside the liquid
+  int order = -1;             ///< of the waves about points_m[0], or -1: quadrupoles at all points_m
   std::vector<Eigen::Vector3d> points_m;
-  std::vector<Eigen::Vector3d> solid_m;      ///< of singular standing waves y_l(k r) Y, l <= 2, within wet solids
-  Eigen::VectorXcd coefficients;             ///< of the regular waves, then 9 a point of solid_m
+  std::vector<Eigen::Vector3d> solid_m;  ///< of singular standing waves y_l(k r) Y, l <= 2, within wet solids
+  Eigen::VectorXcd coefficients;         ///< of the regular waves, then 9 a point of solid_m
 };
 
 /// The air's pressure: h_l^(2) Y, l <= 2, about each point.
@@ -80,18 +81,21 @@ struct DualDomainResult {
   Status status = Status::kNotRun;
   std::string message;
   double frequency_hz = 0.0;
-  std::complex<double> source_strength;  ///< S_b [Pa m per m of bubble vibration = kg / (m s^2)], HF eq. 10 with the right sign
-  double fit_error_fluid = 0.0;          ///< ||A c - b|| / ||b|| of pass 1 (HF Table 1), b: the bubble alone
-  double fit_error_air = 0.0;            ///< the same of pass 2
+  std::complex<double>
+      source_strength;           ///< S_b [Pa m per m of bubble vibration = kg / (m s^2)], HF eq. 10 with the right sign
+  double fit_error_fluid = 0.0;  ///< ||A c - b|| / ||b|| of pass 1 (HF Table 1), b: the bubble alone
+  double fit_error_air = 0.0;    ///< the same of pass 2
   double fluid_residual = 0.0, air_residual = 0.0;  ///< sqrt(||A c - b||^2 + ||eps c||^2) / ||b||: what (34) minimises
-  Eigen::VectorXcd normal_derivative;    ///< n_samples: dP/dn in the liquid [Pa/m per m]; 0 on dry solids, and on walls unless wall_slopes is set
-  FluidField fluid;                      ///< times source_strength
-  AirField air;                          ///< source strength and density ratio in it
-  double alpha_m = 0.0;                  ///< weight of the rigid rows
-  int n_fluid_sources = 0, n_air_sources = 0;    ///< used
+  Eigen::VectorXcd
+      normal_derivative;  ///< n_samples: dP/dn in the liquid [Pa/m per m]; 0 on dry solids, and on walls unless wall_slopes is set
+  FluidField fluid;                            ///< times source_strength
+  AirField air;                                ///< source strength and density ratio in it
+  double alpha_m = 0.0;                        ///< weight of the rigid rows
+  int n_fluid_sources = 0, n_air_sources = 0;  ///< used
   int n_fluid_unknowns = 0, n_air_unknowns = 0;
   int n_fluid_steps = 0, n_air_steps = 0;
-  std::map<std::string, double> wall_time_s;  ///< "assemble_fluid", "solve_fluid", "assemble_air", "solve_air", "total"; of all bubbles
+  std::map<std::string, double>
+      wall_time_s;  ///< "assemble_fluid", "solve_fluid", "assemble_air", "solve_air", "total"; of all bubbles
   bool usable() const { return status == Status::kSolved; }
 };
 
@@ -112,16 +116,21 @@ double bubble_source_strength(double radius_m, double frequency_hz, double liqui
 /// @param radius_m      of each bubble, for the source strength, > 0
 /// @return one a bubble; kFailed with a message where the least-squares problem cannot be solved
 /// @throws InputError: a bubble outside or on the boundary, too few samples for a single source
-std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz, const SourcePoints& points,
-                                                const std::vector<Eigen::Vector3d>& bubbles_m, const std::vector<double>& radius_m,
-                                                const DualDomainOptions& options = {}, Monitor& monitor = silent_monitor());
+std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz,
+                                                const SourcePoints& points,
+                                                const std::vector<Eigen::Vector3d>& bubbles_m,
+                                                const std::vector<double>& radius_m,
+                                                const DualDomainOptions& options = {},
+                                                Monitor& monitor = silent_monitor());
 
 /// Pressure in the liquid [Pa per m] at points inside, and its derivative along a direction.
 std::complex<double> liquid_pressure(const DualDomainResult& result, const Eigen::Vector3d& x_m);
-std::complex<double> liquid_pressure_slope(const DualDomainResult& result, const Eigen::Vector3d& x_m, const Eigen::Vector3d& direction);
+std::complex<double> liquid_pressure_slope(const DualDomainResult& result, const Eigen::Vector3d& x_m,
+                                           const Eigen::Vector3d& direction);
 
 /// Pressure in the air [Pa per m of bubble vibration] at points outside.
 std::complex<double> air_pressure(const DualDomainResult& result, const Eigen::Vector3d& x_m);
-std::complex<double> air_pressure_slope(const DualDomainResult& result, const Eigen::Vector3d& x_m, const Eigen::Vector3d& direction);
+std::complex<double> air_pressure_slope(const DualDomainResult& result, const Eigen::Vector3d& x_m,
+                                        const Eigen::Vector3d& direction);
 
 }  // namespace klang::bubble

@@ -27,7 +27,8 @@ std::vector<int> weld(const mesh::Points& points, double tolerance) {
   std::vector<int> order(static_cast<std::size_t>(points.rows())), target(order.size());
   std::iota(order.begin(), order.end(), 0);
   std::iota(target.begin(), target.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return points(a, 0) != points(b, 0) ? points(a, 0) < points(b, 0) : a < b; });
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return points(a, 0) != points(b, 0) ? points(a, 0) < points(b, 0) : a < b; });
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t k = i; k-- > 0 && points(order[i], 0) - points(order[k], 0) <= tolerance;)
       if (target[static_cast<std::size_t>(order[k])] == order[k] &&
@@ -71,14 +72,17 @@ bool LiquidBoundary::counts(std::size_t triangle, bool of_liquid) const {
   return region != (of_liquid ? BoundaryRegion::kDrySolid : BoundaryRegion::kWetSolid);
 }
 
-LiquidBoundary::LiquidBoundary(const BoundaryMesh& mesh, const BoundaryOptions& options) : region_(mesh.region), name_(mesh.name) {
+LiquidBoundary::LiquidBoundary(const BoundaryMesh& mesh, const BoundaryOptions& options)
+    : region_(mesh.region), name_(mesh.name) {
   options.validate();
   const Index n_vertices = mesh.surface.vertices_m.rows(), n_triangles = mesh.surface.triangles.rows();
   KLANG_CHECK(region_.size() == static_cast<std::size_t>(n_triangles), "a boundary has one region a triangle");
   if (n_triangles == 0) throw InputError(name_, "the boundary has no triangles");
   for (Index i = 0; i < n_vertices; ++i)
-    if (!mesh.surface.vertices_m.row(i).allFinite()) throw InputError(name_, "vertex " + std::to_string(i) + " is not finite");
-  const Vector3d low = mesh.surface.vertices_m.colwise().minCoeff().transpose(), high = mesh.surface.vertices_m.colwise().maxCoeff().transpose();
+    if (!mesh.surface.vertices_m.row(i).allFinite())
+      throw InputError(name_, "vertex " + std::to_string(i) + " is not finite");
+  const Vector3d low = mesh.surface.vertices_m.colwise().minCoeff().transpose(),
+                 high = mesh.surface.vertices_m.colwise().maxCoeff().transpose();
   const double size = (high - low).norm();
   if (!(size > 0.0)) throw InputError(name_, "the boundary has no size");
   surface_.vertices_m = mesh.surface.vertices_m;
@@ -89,7 +93,8 @@ LiquidBoundary::LiquidBoundary(const BoundaryMesh& mesh, const BoundaryOptions& 
     for (int c = 0; c < 3; ++c) {
       const int v = mesh.surface.triangles(t, c);
       if (v < 0 || v >= n_vertices)
-        throw InputError(name_, face + ": vertex out of range", std::to_string(v), "0 to " + std::to_string(n_vertices - 1));
+        throw InputError(name_, face + ": vertex out of range", std::to_string(v),
+                         "0 to " + std::to_string(n_vertices - 1));
       surface_.triangles(t, c) = welded_vertex(v);
     }
     const int region = region_[static_cast<std::size_t>(t)];
@@ -115,7 +120,8 @@ LiquidBoundary::LiquidBoundary(const BoundaryMesh& mesh, const BoundaryOptions& 
       if (s.region == BoundaryRegion::kFreeSurface) shift[static_cast<std::size_t>(s.vertex)] += s.area_m2 * s.normal;
     for (Index i = 0; i < n_vertices; ++i) {
       const double length = shift[static_cast<std::size_t>(i)].norm();
-      if (length > 0.0) surface_.vertices_m.row(i) += options.expand_m / length * shift[static_cast<std::size_t>(i)].transpose();
+      if (length > 0.0)
+        surface_.vertices_m.row(i) += options.expand_m / length * shift[static_cast<std::size_t>(i)].transpose();
     }
     measure();
     sample(options.crease_angle_deg);
@@ -136,25 +142,29 @@ void LiquidBoundary::check_closed(bool of_liquid) const {
     }
   }
   const auto key = [](const Use& u) { return std::pair(std::min(u.from, u.to), std::max(u.from, u.to)); };
-  std::sort(uses.begin(), uses.end(), [&](const Use& a, const Use& b) {
-    return key(a) != key(b) ? key(a) < key(b) : a.triangle < b.triangle;
-  });
+  std::sort(uses.begin(), uses.end(),
+            [&](const Use& a, const Use& b) { return key(a) != key(b) ? key(a) < key(b) : a.triangle < b.triangle; });
   const std::string air = of_liquid ? "" : ", seen from the air without the wet solid,";
   for (std::size_t i = 0; i < uses.size();) {
     std::size_t end = i + 1;
     while (end < uses.size() && key(uses[end]) == key(uses[i])) ++end;
     const std::string face = "face " + std::to_string(uses[i].triangle);
-    const std::string at = words(surface_.vertices_m.row(uses[i].from).transpose()) + " to " + words(surface_.vertices_m.row(uses[i].to).transpose());
-    if (end - i == 1) throw InputError(name_, "the boundary" + air + " is open at an edge of " + face, at, "a closed surface around the liquid");
+    const std::string at = words(surface_.vertices_m.row(uses[i].from).transpose()) + " to " +
+                           words(surface_.vertices_m.row(uses[i].to).transpose());
+    if (end - i == 1)
+      throw InputError(name_, "the boundary" + air + " is open at an edge of " + face, at,
+                       "a closed surface around the liquid");
     if (end - i == 2 && uses[i].from == uses[i + 1].from)
-      throw InputError(name_, "inconsistent normals: " + face + " and face " + std::to_string(uses[i + 1].triangle) + " run the same way along their edge",
+      throw InputError(name_,
+                       "inconsistent normals: " + face + " and face " + std::to_string(uses[i + 1].triangle) +
+                           " run the same way along their edge",
                        at, "faces counter-clockwise seen from outside");
     // Splashes touch themselves along edges: as many faces must run each way.
     int balance = 0;
     for (std::size_t k = i; k < end; ++k) balance += uses[k].from < uses[k].to ? 1 : -1;
     if (balance != 0)
-      throw InputError(name_, "inconsistent normals: " + std::to_string(end - i) + " faces share an edge of " + face, at,
-                       "as many one way as the other");
+      throw InputError(name_, "inconsistent normals: " + std::to_string(end - i) + " faces share an edge of " + face,
+                       at, "as many one way as the other");
     i = end;
   }
 }
@@ -195,7 +205,8 @@ void LiquidBoundary::sample(double crease_angle_deg) {
     const Vector3d normal = cross / twice;
     area += 0.5 * twice;
     for (int c = 0; c < 3; ++c) {
-      const Vector3d u = (corner(t, (c + 1) % 3) - corner(t, c)).normalized(), v = (corner(t, (c + 2) % 3) - corner(t, c)).normalized();
+      const Vector3d u = (corner(t, (c + 1) % 3) - corner(t, c)).normalized(),
+                     v = (corner(t, (c + 2) % 3) - corner(t, c)).normalized();
       const double angle = std::acos(std::clamp(u.dot(v), -1.0, 1.0));
       auto& list = groups[static_cast<std::size_t>(surface_.triangles(t, c))];
       const int region = region_[static_cast<std::size_t>(t)];
@@ -213,8 +224,9 @@ void LiquidBoundary::sample(double crease_angle_deg) {
   for (std::size_t v = 0; v < groups.size(); ++v)
     for (const Group& g : groups[v]) {
       const double length = g.sum.norm();
-      samples_.push_back({surface_.vertices_m.row(static_cast<Index>(v)).transpose(), length > 0.0 ? Vector3d(g.sum / length) : g.first,
-                          g.area, static_cast<BoundaryRegion>(g.region), static_cast<int>(v)});
+      samples_.push_back({surface_.vertices_m.row(static_cast<Index>(v)).transpose(),
+                          length > 0.0 ? Vector3d(g.sum / length) : g.first, g.area,
+                          static_cast<BoundaryRegion>(g.region), static_cast<int>(v)});
     }
   spacing_m_ = std::sqrt(area / static_cast<double>(samples_.size()));
 }
@@ -258,7 +270,8 @@ std::optional<Vector3d> LiquidBoundary::nearest(const Vector3d& x_m, const Wante
       if (distance_sq < here.distance_sq) here = {distance_sq, at};
     }
   });
-  const Best& first = *std::min_element(best.begin(), best.end(), [](const Best& a, const Best& b) { return a.distance_sq < b.distance_sq; });
+  const Best& first = *std::min_element(best.begin(), best.end(),
+                                        [](const Best& a, const Best& b) { return a.distance_sq < b.distance_sq; });
   return first.distance_sq < HUGE_VAL ? std::optional(first.point) : std::nullopt;
 }
 

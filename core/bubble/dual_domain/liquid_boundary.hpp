@@ -14,7 +14,8 @@ enum class BoundaryRegion : int {
   kFreeSurface = 0,  ///< liquid against air: P = 0 seen from the liquid
   kRigidWall = 1,    ///< vessel: dP/dn = 0 on both sides
   kWetSolid = 2,     ///< a solid in the liquid: rigid, and no part of the air's boundary
-  kDrySolid = 3      ///< the part of such a solid that stands out of the liquid: normals out of the solid, air's boundary only
+  kDrySolid =
+      3  ///< the part of such a solid that stands out of the liquid: normals out of the solid, air's boundary only
 };
 
 /// Triangles of the boundary and the region of each.
@@ -34,9 +35,10 @@ struct BoundarySample {
 };
 
 struct BoundaryOptions {
-  double expand_m = 0.0;           ///< free surface pushed out by this, against bubbles and sources that lie close to it; 0 to 1
-  double crease_angle_deg = 40.0;  ///< triangles of a vertex whose normals differ more get samples of their own, 5 to 180
-  void validate() const;           ///< InputError
+  double expand_m = 0.0;  ///< free surface pushed out by this, against bubbles and sources that lie close to it; 0 to 1
+  double crease_angle_deg =
+      40.0;               ///< triangles of a vertex whose normals differ more get samples of their own, 5 to 180
+  void validate() const;  ///< InputError
 };
 
 /// The boundary of a body of liquid, checked: closed, consistently oriented, normals outwards, with free surface.
@@ -51,7 +53,7 @@ class LiquidBoundary {
   const std::vector<BoundarySample>& samples() const { return samples_; }
   const mesh::SurfaceMesh& surface() const { return surface_; }  ///< welded and expanded; triangles as given
   int welded_vertex(int vertex) const { return target_[static_cast<std::size_t>(vertex)]; }  ///< of a vertex as given
-  const std::vector<int>& region() const { return region_; }     ///< of each triangle
+  const std::vector<int>& region() const { return region_; }                                 ///< of each triangle
   const std::string& name() const { return name_; }
   double volume_m3() const { return volume_m3_; }
   double free_area_m2() const { return free_area_m2_; }
@@ -74,7 +76,9 @@ class LiquidBoundary {
   void check_closed(bool of_liquid) const;
   bool inside(const Eigen::Vector3d& x_m, bool of_liquid) const;
   bool counts(std::size_t triangle, bool of_liquid) const;
-  Eigen::Vector3d corner(Eigen::Index triangle, int c) const { return surface_.vertices_m.row(surface_.triangles(triangle, c)).transpose(); }
+  Eigen::Vector3d corner(Eigen::Index triangle, int c) const {
+    return surface_.vertices_m.row(surface_.triangles(triangle, c)).transpose();
+  }
   template <class Wanted>
   std::optional<Eigen::Vector3d> nearest(const Eigen::Vector3d& x_m, const Wanted& wanted) const;
   void measure();

@@ -15,18 +15,24 @@ enum class Domain { kLiquid, kAir, kSolid };  // of the sources: the air's stand
 
 bool bounds(const BoundarySample& s, Domain domain) {
   switch (domain) {
-    case Domain::kLiquid: return s.region != BoundaryRegion::kDrySolid;
-    case Domain::kAir: return s.region != BoundaryRegion::kWetSolid;
-    case Domain::kSolid: return s.region == BoundaryRegion::kWetSolid || s.region == BoundaryRegion::kDrySolid;
+    case Domain::kLiquid:
+      return s.region != BoundaryRegion::kDrySolid;
+    case Domain::kAir:
+      return s.region != BoundaryRegion::kWetSolid;
+    case Domain::kSolid:
+      return s.region == BoundaryRegion::kWetSolid || s.region == BoundaryRegion::kDrySolid;
   }
   return false;
 }
 
 bool inside(const LiquidBoundary& boundary, const Vector3d& x, Domain domain) {
   switch (domain) {
-    case Domain::kLiquid: return boundary.inside_liquid(x);
-    case Domain::kAir: return boundary.inside_air_boundary(x);
-    case Domain::kSolid: return boundary.inside_air_boundary(x) && !boundary.inside_liquid(x);
+    case Domain::kLiquid:
+      return boundary.inside_liquid(x);
+    case Domain::kAir:
+      return boundary.inside_air_boundary(x);
+    case Domain::kSolid:
+      return boundary.inside_air_boundary(x) && !boundary.inside_liquid(x);
   }
   return false;
 }
@@ -49,7 +55,9 @@ std::vector<Vector3d> draw(const LiquidBoundary& boundary, std::size_t count, Do
   double depth = 2.0 * boundary.spacing_m();
   std::vector<Vector3d> points;
   for (int round = 0; points.size() < count; ++round) {
-    if (round == 60) throw InputError(boundary.name(), "no room for source points inside", std::to_string(points.size()) + " found", std::to_string(count));
+    if (round == 60)
+      throw InputError(boundary.name(), "no room for source points inside", std::to_string(points.size()) + " found",
+                       std::to_string(count));
     std::vector<Vector3d> candidates(2 * count + 16);
     for (Vector3d& x : candidates)
       for (int a = 0; a < 3; ++a) x[a] = random.uniform(low[a], high[a]);
@@ -88,10 +96,12 @@ SourcePoints random_source_points(const LiquidBoundary& boundary, int n_fluid, i
   checked("dual domain", "air sources", n_air, 0, 100000);
   SourcePoints points;
   points.seed = seed;
-  if (n_fluid > 0) points.fluid_m = draw(boundary, static_cast<std::size_t>(n_fluid), Domain::kLiquid, RandomStream(seed, 0));
+  if (n_fluid > 0)
+    points.fluid_m = draw(boundary, static_cast<std::size_t>(n_fluid), Domain::kLiquid, RandomStream(seed, 0));
   if (n_air > 0) points.air_m = draw(boundary, static_cast<std::size_t>(n_air), Domain::kAir, RandomStream(seed, 1));
   if (const int n_solid = solid_sources(boundary, n_fluid); n_solid > 0)
-    points.solid_m = draw(boundary, static_cast<std::size_t>(n_solid), Domain::kSolid, RandomStream(seed, kSolidStream));
+    points.solid_m =
+        draw(boundary, static_cast<std::size_t>(n_solid), Domain::kSolid, RandomStream(seed, kSolidStream));
   return points;
 }
 

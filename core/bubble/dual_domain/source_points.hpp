@@ -12,7 +12,8 @@ namespace klang::bubble {
 struct SourcePoints {
   std::vector<Eigen::Vector3d> fluid_m;  ///< of pass 1, inside the liquid
   std::vector<Eigen::Vector3d> air_m;    ///< of pass 2, inside what the air goes around
-  std::vector<Eigen::Vector3d> solid_m;  ///< of pass 1 too, inside wet solids: what a solid throws back is singular within it
+  std::vector<Eigen::Vector3d>
+      solid_m;  ///< of pass 1 too, inside wet solids: what a solid throws back is singular within it
   std::uint64_t seed = 0;
   std::uint32_t n_replaced = 0;  ///< points that left and were drawn again
 };

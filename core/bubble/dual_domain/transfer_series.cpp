@@ -30,18 +30,23 @@ void TransferSeriesOptions::validate() const {
   checked("transfer series", "decay_per_s", decay_per_s, 0.0, 1e6);
 }
 
-TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s, const std::function<LiquidBoundary(std::size_t)>& boundary,
-                                     const BubblePath& path, const Eigen::Vector3d& listener_m, const TransferSeriesOptions& options,
+TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s,
+                                     const std::function<LiquidBoundary(std::size_t)>& boundary, const BubblePath& path,
+                                     const Eigen::Vector3d& listener_m, const TransferSeriesOptions& options,
                                      Monitor& monitor) {
   options.validate();
   KLANG_CHECK(!path.time_s.empty() && path.time_s.size() == path.position_m.size(), "a path has a position a time");
   for (std::size_t i = 1; i < path.time_s.size(); ++i)
-    if (!(path.time_s[i] > path.time_s[i - 1])) throw InputError("bubble path", "times do not rise at point " + std::to_string(i), to_text(path.time_s[i]));
+    if (!(path.time_s[i] > path.time_s[i - 1]))
+      throw InputError("bubble path", "times do not rise at point " + std::to_string(i), to_text(path.time_s[i]));
   const double birth_s = path.time_s.front();
   if (frame_time_s.empty() || birth_s < frame_time_s.front() || birth_s > frame_time_s.back())
-    throw InputError("bubble path", "starts outside the frames", to_text(birth_s),
-                     frame_time_s.empty() ? "" : to_text(frame_time_s.front()) + " to " + to_text(frame_time_s.back()) + " s");
-  const double step_s = frame_time_s.size() > 1 ? (frame_time_s.back() - frame_time_s.front()) / static_cast<double>(frame_time_s.size() - 1) : 0.0;
+    throw InputError(
+        "bubble path", "starts outside the frames", to_text(birth_s),
+        frame_time_s.empty() ? "" : to_text(frame_time_s.front()) + " to " + to_text(frame_time_s.back()) + " s");
+  const double step_s = frame_time_s.size() > 1 ? (frame_time_s.back() - frame_time_s.front()) /
+                                                      static_cast<double>(frame_time_s.size() - 1)
+                                                : 0.0;
   const double life_s = options.decay_per_s > 0.0 ? std::log(1000.0) / options.decay_per_s : HUGE_VAL;
 
   TransferSeriesResult result;
@@ -81,17 +86,22 @@ TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s, co
       result.steps.push_back(held);
       continue;
     }
-    if (liquid.inside_air_boundary(listener_m)) throw InputError("listener", "lies inside the liquid (" + liquid.name() + ")");
-    const DualDomainResult solved = solve_dual_domain(liquid, options.frequency_hz, *points, {at}, {options.radius_m}, options.solver)[0];
+    if (liquid.inside_air_boundary(listener_m))
+      throw InputError("listener", "lies inside the liquid (" + liquid.name() + ")");
+    const DualDomainResult solved =
+        solve_dual_domain(liquid, options.frequency_hz, *points, {at}, {options.radius_m}, options.solver)[0];
     if (!solved.usable()) {
       result.status = TransferSeriesResult::Status::kFailed;
       result.message = "at " + to_text(time_s) + " s: " + solved.message;
       return result;
     }
     ++result.n_solves;
-    result.n_fluid_sources = result.n_solves == 1 ? solved.n_fluid_sources : std::min(result.n_fluid_sources, solved.n_fluid_sources);
-    result.n_air_sources = result.n_solves == 1 ? solved.n_air_sources : std::min(result.n_air_sources, solved.n_air_sources);
-    result.steps.push_back({time_s, air_pressure(solved, listener_m), solved.fit_error_fluid, solved.fit_error_air, false});
+    result.n_fluid_sources =
+        result.n_solves == 1 ? solved.n_fluid_sources : std::min(result.n_fluid_sources, solved.n_fluid_sources);
+    result.n_air_sources =
+        result.n_solves == 1 ? solved.n_air_sources : std::min(result.n_air_sources, solved.n_air_sources);
+    result.steps.push_back(
+        {time_s, air_pressure(solved, listener_m), solved.fit_error_fluid, solved.fit_error_air, false});
     // Half a step of slack: frames do not fall on the grown steps exactly.
     next_s = time_s + step_s * (std::exp(options.decay_per_s * (time_s - birth_s)) - 0.5);
   }

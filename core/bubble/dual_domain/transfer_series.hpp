@@ -49,8 +49,9 @@ struct TransferSeriesResult {
 /// Source points are drawn in the first frame of the bubble's life and keep their places (drawn again where the liquid leaves them).
 /// The bubble lives from the path's first time on; once it is outside the liquid, or its path has ended, the transfer stays frozen.
 /// @throws InputError: the path starts outside the frames or outside the liquid
-TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s, const std::function<LiquidBoundary(std::size_t)>& boundary,
-                                     const BubblePath& path, const Eigen::Vector3d& listener_m, const TransferSeriesOptions& options,
+TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s,
+                                     const std::function<LiquidBoundary(std::size_t)>& boundary, const BubblePath& path,
+                                     const Eigen::Vector3d& listener_m, const TransferSeriesOptions& options,
                                      Monitor& monitor = silent_monitor());
 
 /// time_s,re,im a line, as klang bubble synth reads it.

@@ -43,8 +43,7 @@ class PointGlue {
 
   void insert(const Eigen::Vector3d& point, int index) {
     std::array<std::int64_t, 3> key;
-    for (int axis = 0; axis < 3; ++axis)
-      key[axis] = static_cast<std::int64_t>(std::floor(point[axis] / cell_m_));
+    for (int axis = 0; axis < 3; ++axis) key[axis] = static_cast<std::int64_t>(std::floor(point[axis] / cell_m_));
     cells_.emplace(hash(key), index);
   }
 
@@ -101,8 +100,7 @@ double Segment::at(double u) const {
 std::vector<Segment> mirrored_segments(int n, double half_length_m, const std::string& low_face,
                                        const std::string& high_face, double grading) {
   if (n % 2 != 0) return {{n, -half_length_m, half_length_m, low_face, high_face}};
-  return {{n / 2, 0.0, -half_length_m, "", low_face, grading},
-          {n / 2, 0.0, half_length_m, "", high_face, grading}};
+  return {{n / 2, 0.0, -half_length_m, "", low_face, grading}, {n / 2, 0.0, half_length_m, "", high_face, grading}};
 }
 
 TetMesh mesh_blocks(const std::vector<Block>& blocks, int order, double glue_m) {
@@ -131,8 +129,8 @@ TetMesh mesh_blocks(const std::vector<Block>& blocks, int order, double glue_m) 
     for (int k = 0; k <= n[2]; ++k)
       for (int j = 0; j <= n[1]; ++j)
         for (int i = 0; i <= n[0]; ++i) {
-          const Eigen::Vector3d point = block.map(
-              static_cast<double>(i) / n[0], static_cast<double>(j) / n[1], static_cast<double>(k) / n[2]);
+          const Eigen::Vector3d point =
+              block.map(static_cast<double>(i) / n[0], static_cast<double>(j) / n[1], static_cast<double>(k) / n[2]);
           const bool on_boundary = i == 0 || i == n[0] || j == 0 || j == n[1] || k == 0 || k == n[2];
           int index = on_boundary ? glue.find(point, points) : -1;
           if (index < 0) {
@@ -166,8 +164,7 @@ TetMesh mesh_blocks(const std::vector<Block>& blocks, int order, double glue_m) 
               corner[c + 1][axis] = cell[axis] + (corner[0][axis] == cell[axis] ? step : 0);
             }
             if (!positive) std::swap(corner[1], corner[2]);
-            for (int c = 0; c < 4; ++c)
-              mesh.elements(row, c) = slot(corner[c][0], corner[c][1], corner[c][2]);
+            for (int c = 0; c < 4; ++c) mesh.elements(row, c) = slot(corner[c][0], corner[c][1], corner[c][2]);
             if (order == 2)
               for (int e = 0; e < 6; ++e) {
                 const auto& a = corner[kTetEdges[e][0]];
@@ -175,12 +172,10 @@ TetMesh mesh_blocks(const std::vector<Block>& blocks, int order, double glue_m) 
                 mesh.elements(row, 4 + e) = slot((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2);
               }
             const Eigen::Vector3d& p0 = points[mesh.elements(row, 0)];
-            const double det =
-                (points[mesh.elements(row, 1)] - p0)
-                    .dot((points[mesh.elements(row, 2)] - p0).cross(points[mesh.elements(row, 3)] - p0));
+            const double det = (points[mesh.elements(row, 1)] - p0)
+                                   .dot((points[mesh.elements(row, 2)] - p0).cross(points[mesh.elements(row, 3)] - p0));
             if (!(det > 0.0))
-              throw InputError("mesh",
-                               "the divisions are too coarse for the curvature, element has no volume",
+              throw InputError("mesh", "the divisions are too coarse for the curvature, element has no volume",
                                std::to_string(row), "more divisions around");
             ++row;
           }

@@ -129,9 +129,8 @@ void ByteCursor::fail(std::string_view problem, std::string_view value, std::str
   if (binary_)
     place += ": byte " + std::to_string(at_);
   else
-    place +=
-        ": line " + std::to_string(1 + std::count(bytes_.begin(),
-                                                  bytes_.begin() + static_cast<std::ptrdiff_t>(at_), '\n'));
+    place += ": line " +
+             std::to_string(1 + std::count(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(at_), '\n'));
   throw InputError(place, problem, value, allowed);
 }
 

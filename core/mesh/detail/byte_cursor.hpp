@@ -49,8 +49,7 @@ class ByteCursor {
 
   /// Text formats fail with a line number (from 1), binary ones with a byte.
   void set_binary(bool binary) { binary_ = binary; }
-  [[noreturn]] void fail(std::string_view problem, std::string_view value = {},
-                         std::string_view allowed = {}) const;
+  [[noreturn]] void fail(std::string_view problem, std::string_view value = {}, std::string_view allowed = {}) const;
   const std::string& name() const { return name_; }
 
  private:

@@ -13,8 +13,7 @@ constexpr double kDiskAxis = 0.50, kDiskDiagonal = 0.40;
 constexpr double kBallAxis = 0.50, kBallDiagonal = 0.41, kBallSpace = 0.35;
 
 Eigen::Vector2d quarter_core(double u, double v) {
-  return {kDiskAxis * u * (1.0 - v) + kDiskDiagonal * u * v,
-          kDiskAxis * v * (1.0 - u) + kDiskDiagonal * u * v};
+  return {kDiskAxis * u * (1.0 - v) + kDiskDiagonal * u * v, kDiskAxis * v * (1.0 - u) + kDiskDiagonal * u * v};
 }
 
 Eigen::Vector2d quarter_ring(double u, double v) {
@@ -26,8 +25,8 @@ Eigen::Vector3d octant_core(double u, double v, double w) {
   // Trilinear in the seven corners; written so that exchanging two parameters exchanges two coordinates
   // exactly.
   const auto coordinate = [](double own, double a, double b) {
-    return own * (kBallAxis * (1.0 - a) * (1.0 - b) + kBallDiagonal * (a * (1.0 - b) + b * (1.0 - a)) +
-                  kBallSpace * a * b);
+    return own *
+           (kBallAxis * (1.0 - a) * (1.0 - b) + kBallDiagonal * (a * (1.0 - b) + b * (1.0 - a)) + kBallSpace * a * b);
   };
   return {coordinate(u, v, w), coordinate(v, u, w), coordinate(w, u, v)};
 }

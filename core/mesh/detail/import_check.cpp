@@ -27,8 +27,7 @@ void check_indices(const TetMesh& mesh, const std::string& name) {
                          "finite coordinates up to 1e9 m");
       for (Eigen::Index k = 0; k < c; ++k)
         if (mesh.elements(e, k) == node)
-          throw InputError(name, element_name(e) + ": a node repeats", std::to_string(node),
-                           "distinct nodes");
+          throw InputError(name, element_name(e) + ": a node repeats", std::to_string(node), "distinct nodes");
     }
 }
 
@@ -40,8 +39,7 @@ void turn_inverted(TetMesh& mesh, const std::string& name) {
     double longest = 0.0;
     for (const auto& edge : kTetEdges)
       longest = std::max(
-          longest,
-          (mesh.nodes_m.row(mesh.elements(e, edge[0])) - mesh.nodes_m.row(mesh.elements(e, edge[1]))).norm());
+          longest, (mesh.nodes_m.row(mesh.elements(e, edge[0])) - mesh.nodes_m.row(mesh.elements(e, edge[1]))).norm());
     const double det = sides.determinant();
     if (!(std::abs(det) > 1e-12 * longest * longest * longest))
       throw InputError(name, element_name(e) + " has no volume", to_text(det / 6.0) + " m^3",
@@ -75,16 +73,14 @@ void check_faces(const TetMesh& mesh, const std::string& name) {
   for (std::size_t i = 2; i < faces.size(); ++i)
     if (faces[i].corners == faces[i - 2].corners) bad = std::min(bad, faces[i].element);
   if (bad < mesh.n_elements())
-    throw InputError(name, element_name(bad) + " is the third on one face", "",
-                     "at most two elements a face");
+    throw InputError(name, element_name(bad) + " is the third on one face", "", "at most two elements a face");
 }
 
 void check_mid_nodes(const TetMesh& mesh, const std::string& name) {
   std::unordered_map<std::uint64_t, int> mid_of_edge;
   for (int e = 0; e < mesh.n_elements(); ++e)
     for (int m = 0; m < 6; ++m) {
-      const auto [low, high] =
-          std::minmax(mesh.elements(e, kTetEdges[m][0]), mesh.elements(e, kTetEdges[m][1]));
+      const auto [low, high] = std::minmax(mesh.elements(e, kTetEdges[m][0]), mesh.elements(e, kTetEdges[m][1]));
       const auto key = static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint32_t>(high);
       const auto [it, added] = mid_of_edge.try_emplace(key, mesh.elements(e, 4 + m));
       if (!added && it->second != mesh.elements(e, 4 + m))
@@ -112,8 +108,7 @@ void drop_unused(TetMesh& mesh) {
     if (new_index[i] >= 0) nodes.row(new_index[i]) = mesh.nodes_m.row(i);
   mesh.nodes_m = std::move(nodes);
   for (int e = 0; e < mesh.n_elements(); ++e)
-    for (Eigen::Index c = 0; c < mesh.elements.cols(); ++c)
-      mesh.elements(e, c) = new_index[mesh.elements(e, c)];
+    for (Eigen::Index c = 0; c < mesh.elements.cols(); ++c) mesh.elements(e, c) = new_index[mesh.elements(e, c)];
   for (auto it = mesh.node_sets.begin(); it != mesh.node_sets.end();) {
     std::vector<int> kept;
     for (const int node : it->second)

@@ -38,20 +38,16 @@ double point_segment_distance(const Vector2d& p, const Vector2d& a, const Vector
   return (p - a - t * d).norm();
 }
 
-bool segments_meet(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d,
-                   double tolerance_m) {
+bool segments_meet(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d, double tolerance_m) {
   const double c_side = cross(b - a, c - a), d_side = cross(b - a, d - a);
   const double a_side = cross(d - c, a - c), b_side = cross(d - c, b - c);
-  if (((c_side > 0) != (d_side > 0)) && ((a_side > 0) != (b_side > 0)) && c_side != d_side &&
-      a_side != b_side)
+  if (((c_side > 0) != (d_side > 0)) && ((a_side > 0) != (b_side > 0)) && c_side != d_side && a_side != b_side)
     return true;
   return point_segment_distance(a, c, d) <= tolerance_m || point_segment_distance(b, c, d) <= tolerance_m ||
          point_segment_distance(c, a, b) <= tolerance_m || point_segment_distance(d, a, b) <= tolerance_m;
 }
 
-std::string side_name(std::size_t i, std::size_t n) {
-  return std::to_string(i) + " to " + std::to_string((i + 1) % n);
-}
+std::string side_name(std::size_t i, std::size_t n) { return std::to_string(i) + " to " + std::to_string((i + 1) % n); }
 
 void close_polygon(std::vector<Vector2d>& p, const std::string& name, double tolerance_m) {
   if (p.size() > 1 && (p.front() - p.back()).norm() <= tolerance_m) {
@@ -63,8 +59,8 @@ void close_polygon(std::vector<Vector2d>& p, const std::string& name, double tol
   for (std::size_t i = 0; i + 1 < p.size(); ++i) longest = std::max(longest, (p[i + 1] - p[i]).norm());
   const double gap = (p.front() - p.back()).norm();
   if (!(gap <= 2.0 * longest))
-    throw InputError(name, "open profile: the last point does not meet the first",
-                     "gap " + to_text(gap) + " m", "a closed polygon; repeat the first point to force it");
+    throw InputError(name, "open profile: the last point does not meet the first", "gap " + to_text(gap) + " m",
+                     "a closed polygon; repeat the first point to force it");
 }
 
 }  // namespace
@@ -89,8 +85,7 @@ Profile parse_profile(std::string_view text, const std::string& name) {
     if (!numeric && first) {  // header
       const std::size_t r_at = line.find("r_m"), z_at = line.find("z_m");
       if (r_at == std::string_view::npos || z_at == std::string_view::npos || r_at > z_at)
-        throw InputError(place, "not a profile", std::string(line.substr(0, 40)),
-                         "header r_m,z_m, or two numbers");
+        throw InputError(place, "not a profile", std::string(line.substr(0, 40)), "header r_m,z_m, or two numbers");
       first = false;
       continue;
     }
@@ -99,8 +94,7 @@ Profile parse_profile(std::string_view text, const std::string& name) {
       throw InputError(place, "not two numbers", std::string(line.substr(0, 40)), "r_m, z_m");
     if (!std::isfinite(numbers[0]) || !std::isfinite(numbers[1]) || std::abs(numbers[1]) > 1e6)
       throw InputError(place, "not a finite length", std::string(line.substr(0, 40)), "up to 1e6 m");
-    if (!(numbers[0] >= 0.0 && numbers[0] <= 1e6))
-      throw InputError(place, "r_m", to_text(numbers[0]), "0 to 1e6");
+    if (!(numbers[0] >= 0.0 && numbers[0] <= 1e6)) throw InputError(place, "r_m", to_text(numbers[0]), "0 to 1e6");
     p.push_back({numbers[0], numbers[1]});
     lines.push_back(line_number);
     if (p.size() > 20000) throw InputError(place, "too many points", "", "up to 20000");
@@ -131,8 +125,7 @@ Profile parse_profile(std::string_view text, const std::string& name) {
     const Vector2d& next = p[(i + 2) % n];
     // A side that turns straight back touches its neighbour along a line.
     if (std::abs(cross(b - a, next - b)) <= tolerance * (b - a).norm() && (b - a).dot(next - b) < 0.0)
-      throw InputError(name, "profile touches itself at side (0-based points)", side_name(i, n),
-                       "a simple polygon");
+      throw InputError(name, "profile touches itself at side (0-based points)", side_name(i, n), "a simple polygon");
     for (std::size_t j = i + 2; j < n; ++j) {
       if (i == 0 && j == n - 1) continue;
       if (std::max(p[j].x(), p[(j + 1) % n].x()) < std::min(a.x(), b.x()) - tolerance ||

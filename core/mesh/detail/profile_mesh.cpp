@@ -78,15 +78,13 @@ FlatMesh clip_ears(const Profile& profile, const std::string& name) {
   while (ring.size() > 3) {
     const std::size_t m = ring.size();
     const std::size_t best = std::max_element(qualities.begin(), qualities.end()) - qualities.begin();
-    if (!(qualities[best] > 0.0))
-      throw InputError(name, "profile cannot be triangulated", "", "a simple polygon");
+    if (!(qualities[best] > 0.0)) throw InputError(name, "profile cannot be triangulated", "", "a simple polygon");
     mesh.triangles.push_back({ring[(best + m - 1) % m], ring[best], ring[(best + 1) % m]});
     ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(best));
     qualities.erase(qualities.begin() + static_cast<std::ptrdiff_t>(best));
     // Only the two neighbours change, and ears that were blocked by the point that left.
     for (std::size_t i = 0; i < ring.size(); ++i)
-      if (i + 1 == best || i == best || qualities[i] < 0.0 || i == 0 || i + 1 == ring.size())
-        qualities[i] = quality(i);
+      if (i + 1 == best || i == best || qualities[i] < 0.0 || i == 0 || i + 1 == ring.size()) qualities[i] = quality(i);
   }
   mesh.triangles.push_back({ring[0], ring[1], ring[2]});
   return mesh;
@@ -173,9 +171,8 @@ void smooth(FlatMesh& mesh) {
     const auto smallest = [&] {
       double area = HUGE_VAL;
       for (const int t : around[i])
-        area = std::min(area,
-                        twice_area(mesh.points_m[mesh.triangles[t][0]], mesh.points_m[mesh.triangles[t][1]],
-                                   mesh.points_m[mesh.triangles[t][2]]));
+        area = std::min(area, twice_area(mesh.points_m[mesh.triangles[t][0]], mesh.points_m[mesh.triangles[t][1]],
+                                         mesh.points_m[mesh.triangles[t][2]]));
       return area;
     };
     const double area_before = smallest();
@@ -211,8 +208,7 @@ FlatMesh refined(const FlatMesh& mesh) {
   };
   for (const auto& t : mesh.triangles) {
     const int ab = mid(t[0], t[1]), bc = mid(t[1], t[2]), ca = mid(t[2], t[0]);
-    fine.triangles.insert(fine.triangles.end(),
-                          {{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}});
+    fine.triangles.insert(fine.triangles.end(), {{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}});
   }
   return fine;
 }

@@ -16,8 +16,7 @@ namespace {
 /// half-layer. Points on the axis are the same in every layer.
 class SweptNodes {
  public:
-  SweptNodes(const FlatMesh& flat, int n_around)
-      : flat_points_(flat.points_m), n_half_layers_(2 * n_around) {}
+  SweptNodes(const FlatMesh& flat, int n_around) : flat_points_(flat.points_m), n_half_layers_(2 * n_around) {}
 
   int corner(int point, int half_layer) { return node(point, half_layer); }
 
@@ -86,10 +85,9 @@ TetMesh mesh_revolution(const Profile& profile, const std::array<int, 3>& counts
     for (std::array<int, 3> t : flat.triangles) {
       std::sort(t.begin(), t.end());
       const int below = 2 * sector, above = below + 2;
-      const std::array<std::array<End, 4>, 3> tets{
-          {{{{t[0], below}, {t[1], below}, {t[2], below}, {t[2], above}}},
-           {{{t[0], below}, {t[1], below}, {t[1], above}, {t[2], above}}},
-           {{{t[0], below}, {t[0], above}, {t[1], above}, {t[2], above}}}}};
+      const std::array<std::array<End, 4>, 3> tets{{{{{t[0], below}, {t[1], below}, {t[2], below}, {t[2], above}}},
+                                                    {{{t[0], below}, {t[1], below}, {t[1], above}, {t[2], above}}},
+                                                    {{{t[0], below}, {t[0], above}, {t[1], above}, {t[2], above}}}}};
       for (std::array<End, 4> tet : tets) {
         std::array<int, 4> corner;
         for (int c = 0; c < 4; ++c) corner[c] = nodes.corner(tet[c].point, tet[c].layer);
@@ -97,8 +95,8 @@ TetMesh mesh_revolution(const Profile& profile, const std::array<int, 3>& counts
         for (const auto& edge : kTetEdges) collapsed |= corner[edge[0]] == corner[edge[1]];
         if (collapsed) continue;
         const Eigen::Vector3d p0 = nodes.nodes_m[corner[0]];
-        const double det = (nodes.nodes_m[corner[1]] - p0)
-                               .dot((nodes.nodes_m[corner[2]] - p0).cross(nodes.nodes_m[corner[3]] - p0));
+        const double det =
+            (nodes.nodes_m[corner[1]] - p0).dot((nodes.nodes_m[corner[2]] - p0).cross(nodes.nodes_m[corner[3]] - p0));
         if (det < 0.0) {
           std::swap(tet[1], tet[2]);
           std::swap(corner[1], corner[2]);
@@ -123,8 +121,7 @@ TetMesh mesh_revolution(const Profile& profile, const std::array<int, 3>& counts
     mesh.nodes_m.row(static_cast<Eigen::Index>(i)) = nodes.nodes_m[i];
   mesh.elements.resize(static_cast<Eigen::Index>(rows.size()), order == 2 ? 10 : 4);
   for (std::size_t e = 0; e < rows.size(); ++e)
-    for (Eigen::Index c = 0; c < mesh.elements.cols(); ++c)
-      mesh.elements(static_cast<Eigen::Index>(e), c) = rows[e][c];
+    for (Eigen::Index c = 0; c < mesh.elements.cols(); ++c) mesh.elements(static_cast<Eigen::Index>(e), c) = rows[e][c];
 
   const SurfaceMesh surface = boundary_surface(mesh);
   std::vector<char> on_surface(mesh.n_nodes(), 0);

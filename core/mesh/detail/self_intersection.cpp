@@ -73,12 +73,10 @@ class BoxTree {
       int axis = 0;
       (node.box.high - node.box.low).maxCoeff(&axis);
       const int middle = (begin + end) / 2;
-      std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
-                       [&](int a, int b) {
-                         const double ca = boxes_[a].low[axis] + boxes_[a].high[axis],
-                                      cb = boxes_[b].low[axis] + boxes_[b].high[axis];
-                         return ca != cb ? ca < cb : a < b;
-                       });
+      std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](int a, int b) {
+        const double ca = boxes_[a].low[axis] + boxes_[a].high[axis], cb = boxes_[b].low[axis] + boxes_[b].high[axis];
+        return ca != cb ? ca < cb : a < b;
+      });
       const int left = build(begin, middle);
       const int right = build(middle, end);
       nodes_[index].left = left;
@@ -94,12 +92,10 @@ class BoxTree {
 
 /// Does the segment pq meet the triangle abc, borders included? Segments in the plane of the triangle are
 /// left to the flat test.
-bool segment_meets_triangle(const double* p, const double* q, const double* a, const double* b,
-                            const double* c) {
+bool segment_meets_triangle(const double* p, const double* q, const double* a, const double* b, const double* c) {
   const int side_p = orientation_sign(a, b, c, p), side_q = orientation_sign(a, b, c, q);
   if (side_p == side_q) return false;
-  const int ab = orientation_sign(p, q, a, b), bc = orientation_sign(p, q, b, c),
-            ca = orientation_sign(p, q, c, a);
+  const int ab = orientation_sign(p, q, a, b), bc = orientation_sign(p, q, b, c), ca = orientation_sign(p, q, c, a);
   return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
 }
 
@@ -149,8 +145,7 @@ class PairTest {
     };
     if (n_shared == 1) return edge_meets(own[1], own[2], other) || edge_meets(other[1], other[2], own);
     for (int i = 0; i < 3; ++i)
-      if (edge_meets(own[i], own[(i + 1) % 3], other) || edge_meets(other[i], other[(i + 1) % 3], own))
-        return true;
+      if (edge_meets(own[i], own[(i + 1) % 3], other) || edge_meets(other[i], other[(i + 1) % 3], own)) return true;
     return false;
   }
 

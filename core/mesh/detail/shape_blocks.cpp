@@ -13,8 +13,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-std::vector<Block> tube_blocks(double length_m, double outer_radius_m, double wall_m,
-                               const std::array<int, 3>& n) {
+std::vector<Block> tube_blocks(double length_m, double outer_radius_m, double wall_m, const std::array<int, 3>& n) {
   std::vector<Block> blocks;
   const double inner_radius_m = outer_radius_m - wall_m;
   for (const Segment& z : mirrored_segments(n[0], 0.5 * length_m, "z_min", "z_max"))
@@ -67,10 +66,8 @@ std::vector<Block> shell_box_blocks(double edge_m, double wall_m, const std::arr
     const double inner = 0.5 * edge_m - wall_m;
     for (const double sign : {-1.0, 1.0}) {
       result.push_back({{std::max(1, (n[0] + 1) / 2), 0.0, sign * inner, "", ""}, false, "", ""});
-      result.push_back({{n[1], sign * inner, sign * 0.5 * edge_m, "", ""},
-                        true,
-                        "inner",
-                        axis + (sign < 0.0 ? "_min" : "_max")});
+      result.push_back(
+          {{n[1], sign * inner, sign * 0.5 * edge_m, "", ""}, true, "inner", axis + (sign < 0.0 ? "_min" : "_max")});
     }
     return result;
   };
@@ -81,12 +78,11 @@ std::vector<Block> shell_box_blocks(double edge_m, double wall_m, const std::arr
         const int n_beyond = x.beyond + y.beyond + z.beyond;
         if (n_beyond == 0) continue;
         const auto inner = [&](const Part& part) { return n_beyond == 1 ? part.inner_face : std::string(); };
-        blocks.push_back(
-            {{x.segment.n, y.segment.n, z.segment.n},
-             [xs = x.segment, ys = y.segment, zs = z.segment](double u, double v, double w) -> Vector3d {
-               return {xs.at(u), ys.at(v), zs.at(w)};
-             },
-             {inner(x), x.outer_face, inner(y), y.outer_face, inner(z), z.outer_face}});
+        blocks.push_back({{x.segment.n, y.segment.n, z.segment.n},
+                          [xs = x.segment, ys = y.segment, zs = z.segment](double u, double v, double w) -> Vector3d {
+                            return {xs.at(u), ys.at(v), zs.at(w)};
+                          },
+                          {inner(x), x.outer_face, inner(y), y.outer_face, inner(z), z.outer_face}});
       }
   return blocks;
 }
@@ -104,8 +100,7 @@ std::vector<Block> ellipsoid_blocks(const Vector3d& semi_axes_m, const std::arra
 
 /// A disk bent over spheres of all radii through the wall: disk radius is polar angle over that of the flat
 /// rim.
-std::vector<Block> bowl_blocks(double outer_radius_m, double wall_m, double depth_m,
-                               const std::array<int, 3>& n) {
+std::vector<Block> bowl_blocks(double outer_radius_m, double wall_m, double depth_m, const std::array<int, 3>& n) {
   std::vector<Block> blocks;
   for (const DiskPiece& piece : disk_pieces())
     blocks.push_back({{piece.ring ? n[1] : n[0], n[0], n[2]},
@@ -114,8 +109,7 @@ std::vector<Block> bowl_blocks(double outer_radius_m, double wall_m, double dept
                         const double rim_angle = std::acos((outer_radius_m - depth_m) / radius_m);
                         const Vector2d disk = map(u, v);
                         const double angle = rim_angle * disk.norm();
-                        const double sine_ratio =
-                            angle > 0.0 ? rim_angle * std::sin(angle) / angle : rim_angle;
+                        const double sine_ratio = angle > 0.0 ? rim_angle * std::sin(angle) / angle : rim_angle;
                         return {radius_m * sine_ratio * disk.x(), radius_m * sine_ratio * disk.y(),
                                 outer_radius_m - radius_m * std::cos(angle)};
                       },

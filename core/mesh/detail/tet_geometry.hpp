@@ -13,13 +13,11 @@ inline Eigen::Matrix3d tet_jacobian(const TetMesh& mesh, int e, const Eigen::Vec
       (Eigen::Matrix<double, 4, 3>() << -1, -1, -1, 1, 0, 0, 0, 1, 0, 0, 0, 1).finished();
   Eigen::Matrix3d jacobian = Eigen::Matrix3d::Zero();
   if (mesh.order() == 1) {
-    for (int c = 0; c < 4; ++c)
-      jacobian += mesh.nodes_m.row(mesh.elements(e, c)).transpose() * kGradients.row(c);
+    for (int c = 0; c < 4; ++c) jacobian += mesh.nodes_m.row(mesh.elements(e, c)).transpose() * kGradients.row(c);
     return jacobian;
   }
   for (int c = 0; c < 4; ++c)
-    jacobian +=
-        mesh.nodes_m.row(mesh.elements(e, c)).transpose() * ((4.0 * bary[c] - 1.0) * kGradients.row(c));
+    jacobian += mesh.nodes_m.row(mesh.elements(e, c)).transpose() * ((4.0 * bary[c] - 1.0) * kGradients.row(c));
   for (int m = 0; m < 6; ++m) {
     const int a = kTetEdges[m][0], b = kTetEdges[m][1];
     jacobian += mesh.nodes_m.row(mesh.elements(e, 4 + m)).transpose() *
@@ -53,8 +51,7 @@ inline double smallest_jacobian(const TetMesh& mesh, int e) {
     inner[c] = 0.58541019662496845446;
     at(inner);
   }
-  for (const auto& edge : kTetEdges)
-    at(0.5 * (Eigen::Vector4d::Unit(edge[0]) + Eigen::Vector4d::Unit(edge[1])));
+  for (const auto& edge : kTetEdges) at(0.5 * (Eigen::Vector4d::Unit(edge[0]) + Eigen::Vector4d::Unit(edge[1])));
   return smallest;
 }
 

@@ -46,17 +46,14 @@ std::string update_reader(vtkXMLReader* reader, const std::string& bytes, const 
 }
 
 void check_promises(std::string_view bytes, const std::string& name) {
-  for (const std::string_view attribute :
-       {std::string_view("NumberOfPoints=\""), std::string_view("NumberOfCells=\"")})
-    for (std::size_t at = bytes.find(attribute); at != std::string_view::npos;
-         at = bytes.find(attribute, at + 1)) {
+  for (const std::string_view attribute : {std::string_view("NumberOfPoints=\""), std::string_view("NumberOfCells=\"")})
+    for (std::size_t at = bytes.find(attribute); at != std::string_view::npos; at = bytes.find(attribute, at + 1)) {
       const std::size_t begin = at + attribute.size(), end = bytes.find('"', begin);
       long long n = 0;
       if (end == std::string_view::npos || !parse_integer(bytes.substr(begin, end - begin), n) || n < 0 ||
           n > 2147483647 || static_cast<double>(n) > 100.0 * static_cast<double>(bytes.size()))
         throw InputError(
-            name,
-            std::string(attribute.substr(0, attribute.size() - 2)) + " does not fit the length of the file",
+            name, std::string(attribute.substr(0, attribute.size() - 2)) + " does not fit the length of the file",
             std::string(bytes.substr(begin, std::min<std::size_t>(24, bytes.size() - begin))
                             .substr(0, bytes.substr(begin).find('"'))));
     }
@@ -109,9 +106,7 @@ GridFile::GridFile(const std::filesystem::path& path, std::string what, const ch
   }
 }
 
-void GridFile::fail(const std::string& problem) const {
-  throw InputError(place_, "is no " + what_ + ": " + problem);
-}
+void GridFile::fail(const std::string& problem) const { throw InputError(place_, "is no " + what_ + ": " + problem); }
 
 Eigen::VectorXd GridFile::numbers(const std::string& name) const {
   auto* array = vtkDoubleArray::SafeDownCast(grid_->GetFieldData()->GetAbstractArray(name.c_str()));

@@ -15,8 +15,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 // c = alpha op(a) b + beta c through BLAS: these products are most of what is done besides the solves.
-void multiply(char op_a, double alpha, const Eigen::Ref<const MatrixXd>& a,
-              const Eigen::Ref<const MatrixXd>& b, double beta, Eigen::Ref<MatrixXd> c) {
+void multiply(char op_a, double alpha, const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b,
+              double beta, Eigen::Ref<MatrixXd> c) {
   const auto as_int = [](Index i) { return static_cast<int>(i); };
   const int m = as_int(c.rows()), n = as_int(c.cols()), k = as_int(b.rows());
   const int lda = as_int(a.outerStride()), ldb = as_int(b.outerStride()), ldc = as_int(c.outerStride());
@@ -42,8 +42,7 @@ bool orthonormalise(MatrixXd& x, MatrixXd& mass_x, const BlockMass& mass, Matrix
     const Eigen::LLT<MatrixXd> factor(gram);
     if (factor.info() != Eigen::Success) return false;
     const MatrixXd upper = MatrixXd(factor.matrixU()) * scale.cwiseInverse().asDiagonal();
-    const MatrixXd inverse =
-        upper.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(x.cols(), x.cols()));
+    const MatrixXd inverse = upper.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(x.cols(), x.cols()));
     MatrixXd turned(x.rows(), x.cols());
     multiply('N', 1, x, inverse, 0, turned);
     x.swap(turned);
@@ -88,16 +87,14 @@ BlockLanczosResult block_lanczos(const std::function<MatrixXd(const MatrixXd&)>&
       projected.block(0, n_done, used, b) = h;
       projected.block(n_done, 0, b, used) = h.transpose();
       n_done = used;
-      if (!orthonormalise(next, mass_x, mass, r))
-        return result;  // the space is exhausted: the caller goes dense
+      if (!orthonormalise(next, mass_x, mass, r)) return result;  // the space is exhausted: the caller goes dense
       basis.middleCols(used, b) = next;
 
       // Test now and then, and at the end of the space.
       if (n_done < n_wanted + b || (result.n_blocks % 2 != 0 && n_done + b <= n_space)) continue;
       const MatrixXd part = projected.topLeftCorner(n_done, n_done);
       const Eigen::SelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (part + part.transpose()));
-      const MatrixXd coupling =
-          r * ritz.eigenvectors().bottomRows(b);  // rows: the part of Op u outside the space
+      const MatrixXd coupling = r * ritz.eigenvectors().bottomRows(b);  // rows: the part of Op u outside the space
       bool all = true;
       for (Index k = n_done - n_wanted; k < n_done; ++k) {
         all = all && coupling.col(k).norm() <= tolerance * ritz.eigenvalues()(k);

@@ -20,7 +20,7 @@ struct BlockLanczosResult {
 ///   apply(X) = Op M X for a block, given M X.
 /// Stops when every ||Op u - theta u||_M <= tolerance theta, or after max_restarts.
 BlockLanczosResult block_lanczos(const std::function<Eigen::MatrixXd(const Eigen::MatrixXd& mass_x)>& apply,
-                                 const BlockMass& mass, Eigen::MatrixXd start, Eigen::Index n_wanted,
-                                 double tolerance, int max_restarts);
+                                 const BlockMass& mass, Eigen::MatrixXd start, Eigen::Index n_wanted, double tolerance,
+                                 int max_restarts);
 
 }  // namespace klang::modal::detail

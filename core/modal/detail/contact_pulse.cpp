@@ -12,9 +12,8 @@ namespace {
 constexpr double kReach = 8.5;  // standard deviations
 
 // Gauss-Legendre on [-1, 1], 10 points (Abramowitz & Stegun 25.4.30), positive half.
-constexpr std::array<double, 5> kAbscissae = {0.148874338981631211, 0.433395394129247191,
-                                              0.679409568299024406, 0.865063366688984511,
-                                              0.973906528517171720};
+constexpr std::array<double, 5> kAbscissae = {0.148874338981631211, 0.433395394129247191, 0.679409568299024406,
+                                              0.865063366688984511, 0.973906528517171720};
 constexpr std::array<double, 5> kWeights = {0.295524224714752870, 0.269266719309996355, 0.219086362515982044,
                                             0.149451349150580593, 0.066671344308688138};
 
@@ -54,8 +53,7 @@ ContactPulse::ContactPulse(double time_s, double standard_deviation_s, double sa
   for (long n = first_sample_; n < last; ++n) {
     const double from_centre = static_cast<double>(n * step_s_ - time_s);
     if (!same_points) {
-      const double begin = std::max(0.0, -kReach * s - from_centre),
-                   end = std::min(step, kReach * s - from_centre);
+      const double begin = std::max(0.0, -kReach * s - from_centre), end = std::min(step, kReach * s - from_centre);
       points = begin < end ? panels(begin, end, s) : std::vector<Point>{};
     }
     if (!same_points || rules_.empty()) {

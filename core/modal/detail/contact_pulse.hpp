@@ -15,9 +15,7 @@ class ContactPulse {
   ContactPulse(double time_s, double standard_deviation_s, double sample_rate_hz);
 
   long first_sample() const { return first_sample_; }  ///< the body is at rest there (may be negative)
-  long last_sample() const {
-    return first_sample_ + static_cast<long>(steps_.size());
-  }  ///< the force is over there
+  long last_sample() const { return first_sample_ + static_cast<long>(steps_.size()); }  ///< the force is over there
 
   struct State {
     long double z = 0, zd = 0;

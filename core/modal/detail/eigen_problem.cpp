@@ -18,10 +18,9 @@
 #include "core/solid/rigid_modes.hpp"
 
 extern "C" void dsygvx_(const int* itype, const char* jobz, const char* range, const char* uplo, const int* n,
-                        double* a, const int* lda, double* b, const int* ldb, const double* vl,
-                        const double* vu, const int* il, const int* iu, const double* abstol, int* m,
-                        double* w, double* z, const int* ldz, double* work, const int* lwork, int* iwork,
-                        int* ifail, int* info);
+                        double* a, const int* lda, double* b, const int* ldb, const double* vl, const double* vu,
+                        const int* il, const int* iu, const double* abstol, int* m, double* w, double* z,
+                        const int* ldz, double* work, const int* lwork, int* iwork, int* ifail, int* info);
 
 namespace klang::modal::detail {
 
@@ -85,8 +84,7 @@ Pairs merged(const Pairs& a, const Pairs& b) {
 class ShiftInvert {
  public:
   using Scalar = double;
-  ShiftInvert(EigenProblem& problem, const Eigen::MatrixXd& known, double scale)
-      : problem_(problem), scale_(scale) {
+  ShiftInvert(EigenProblem& problem, const Eigen::MatrixXd& known, double scale) : problem_(problem), scale_(scale) {
     vectors_.resize(problem.n_dofs(), problem.n_rigid() + known.cols());
     vectors_ << problem.rigid_, known;
     mass_vectors_.resize(vectors_.rows(), vectors_.cols());
@@ -177,8 +175,7 @@ Pairs EigenProblem::lowest(Eigen::Index n, double tolerance, int max_restarts, c
   mass_.multiply(start.data(), forced.data());
   Eigen::VectorXd next(n_dofs());
   unscaled.perform_op(forced.data(), next.data());
-  const double scale =
-      start.dot(forced) / next.dot(forced);  // Rayleigh quotient of K - shift M, about the lowest
+  const double scale = start.dot(forced) / next.dot(forced);  // Rayleigh quotient of K - shift M, about the lowest
   start = next;
 
   const Eigen::Index room = n_dofs() - n_rigid() - known.cols();
@@ -245,8 +242,8 @@ Pairs EigenProblem::lowest_dense(Eigen::Index wanted) const {
   int found = 0, info = 0, lwork = -1;
   double work_size = 0;
   const auto call = [&](double* work) {
-    dsygvx_(&itype, "V", "I", "L", &n, a.data(), &n, b.data(), &n, &none, &none, &first, &last, &abstol,
-            &found, value.data(), pairs.vector.data(), &n, work, &lwork, iwork.data(), ifail.data(), &info);
+    dsygvx_(&itype, "V", "I", "L", &n, a.data(), &n, b.data(), &n, &none, &none, &first, &last, &abstol, &found,
+            value.data(), pairs.vector.data(), &n, work, &lwork, iwork.data(), ifail.data(), &info);
   };
   call(&work_size);
   lwork = static_cast<int>(work_size);
@@ -311,8 +308,7 @@ std::optional<long> EigenProblem::n_below(double omega_sq) {
   return count;
 }
 
-void EigenProblem::residuals(const Pairs& pairs, Eigen::VectorXd& relative,
-                             Eigen::VectorXd& round_off) const {
+void EigenProblem::residuals(const Pairs& pairs, Eigen::VectorXd& relative, Eigen::VectorXd& round_off) const {
   const Eigen::MatrixXd stiffness_u = symmetric_times(stiffness_, pairs.vector);
   const Eigen::MatrixXd mass_u = mass_.times(pairs.vector);
   const Eigen::VectorXd diagonal = stiffness_.diagonal();

@@ -27,8 +27,7 @@ Pairs merged(const Pairs& a, const Pairs& b);
 /// K u = omega^2 M u of one body with its rigid motions known.
 class EigenProblem {
  public:
-  EigenProblem(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
-               const solid::Material& material);
+  EigenProblem(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled, const solid::Material& material);
 
   Eigen::Index n_dofs() const { return stiffness_.rows(); }
   int n_rigid() const { return static_cast<int>(rigid_.cols()); }
@@ -97,7 +96,6 @@ double gap_above(const Pairs& pairs, Eigen::Index wanted);
 
 /// Counts at omega_sq; while modes are missing there, looks for them among what is M-orthogonal to those
 /// found (at most max_searches times) and merges them in.
-Proof prove(EigenProblem& problem, Pairs& pairs, double omega_sq, double tolerance, int max_restarts,
-            int max_searches);
+Proof prove(EigenProblem& problem, Pairs& pairs, double omega_sq, double tolerance, int max_restarts, int max_searches);
 
 }  // namespace klang::modal::detail

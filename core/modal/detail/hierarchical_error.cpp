@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 constexpr Index kChunk = 16, kChunkOfLarge = 8;
 constexpr int kLargeNodes = 40000;
 constexpr int kMaxSteps = 3;
-constexpr double kEnough = 0.1;       // a step that adds less than this share is the last
+constexpr double kEnough = 0.1;  // a step that adds less than this share is the last
 constexpr double kSameOmegaSq = 2e-7;
 constexpr double kLargestRatio = 0.5;  // of what neighbouring steps add
 
@@ -52,9 +52,7 @@ VectorXd dot(const MatrixXd& a, const MatrixXd& b) {
 }
 
 // 0 / 0 once a residual has vanished.
-VectorXd ratio(const VectorXd& a, const VectorXd& b) {
-  return (b.array() > 0).select(a.array() / b.array(), 0.0);
-}
+VectorXd ratio(const VectorXd& a, const VectorXd& b) { return (b.array() > 0).select(a.array() / b.array(), 0.0); }
 
 // The first of the modes that share a frequency. Those of a symmetric body's pairs have one exact frequency too, and so
 // one error: it is worked out once.

@@ -17,8 +17,8 @@ using Vector = double __attribute__((vector_size(kLane * sizeof(double))));
 
 }  // namespace
 
-KLANG_CLONES void mix_columns(const double* table, const double* states, std::size_t n_rows,
-                              const Column* columns, std::size_t n_groups, double* output) {
+KLANG_CLONES void mix_columns(const double* table, const double* states, std::size_t n_rows, const Column* columns,
+                              std::size_t n_groups, double* output) {
   for (std::size_t panel = 0; panel < kBlockFrames / kLane; ++panel) {
     const double* const rows = table + panel * n_rows * kLane;
     const std::size_t first = panel * kLane;

@@ -60,8 +60,7 @@ Tables make_tables(int order) {
     for (const auto& [i, j] : mesh::kTetEdges) add(4 * l[i] * l[j], 4 * (l[i] * dl(j) + l[j] * dl(i)));
     if (order == 1) continue;
     for (const auto& [i, j] : mesh::kTetEdges) {
-      add(l[i] * l[j] * (l[i] - l[j]),
-          (l[i] * dl(j) + l[j] * dl(i)) * (l[i] - l[j]) + l[i] * l[j] * (dl(i) - dl(j)));
+      add(l[i] * l[j] * (l[i] - l[j]), (l[i] * dl(j) + l[j] * dl(i)) * (l[i] - l[j]) + l[i] * l[j] * (dl(i) - dl(j)));
     }
     for (const auto& [i, j, k] : mesh::kTetFaces) {
       add(l[i] * l[j] * l[k], l[j] * l[k] * dl(i) + l[i] * l[k] * dl(j) + l[i] * l[j] * dl(k));
@@ -123,8 +122,7 @@ void multiply(const char* op_b, int m, int n, int k, const double* a, const doub
 
 }  // namespace
 
-EnrichedSpace::EnrichedSpace(const mesh::TetMesh& mesh, const AssembledSolid& assembled,
-                             const Material& material)
+EnrichedSpace::EnrichedSpace(const mesh::TetMesh& mesh, const AssembledSolid& assembled, const Material& material)
     : mesh_(mesh), material_(material), n_nodes_(mesh.n_nodes()), n_local_(tables(mesh.order()).n_added) {
   std::vector<char> held(n_nodes_, 1);
   for (const int node : assembled.free_nodes) held[node] = 0;
@@ -161,9 +159,8 @@ void EnrichedSpace::number_added(const std::vector<char>& held) {
       }
     }
   });
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-    return std::tie(a.corners, a.slot) < std::tie(b.corners, b.slot);
-  });
+  std::sort(places.begin(), places.end(),
+            [](const Place& a, const Place& b) { return std::tie(a.corners, a.slot) < std::tie(b.corners, b.slot); });
   n_added_ = 0;
   for (std::size_t k = 0; k < n_slots; ++k) {
     if (k == 0 || places[k].corners != places[k - 1].corners) {

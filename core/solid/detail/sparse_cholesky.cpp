@@ -148,8 +148,8 @@ void SparseCholesky::solve(const double* b, double* x, Eigen::Index n_columns) {
   rhs.x = const_cast<double*>(b);
   rhs.xtype = CHOLMOD_REAL;
   rhs.dtype = CHOLMOD_DOUBLE;
-  const int done = cholmod_solve2(CHOLMOD_A, state_->factor, &rhs, nullptr, &state_->x, nullptr, &state_->y,
-                                  &state_->e, &state_->common.value);
+  const int done = cholmod_solve2(CHOLMOD_A, state_->factor, &rhs, nullptr, &state_->x, nullptr, &state_->y, &state_->e,
+                                  &state_->common.value);
   KLANG_CHECK(done, "out of memory in a triangular solve");
   const double* from = static_cast<const double*>(state_->x->x);
   std::copy(from, from + rhs.nzmax, x);

@@ -53,7 +53,8 @@ BallRule octant_rule(int degree) {
 }
 
 /// Products of Legendre polynomials at points; axis >= 0: their slopes along that axis.
-Eigen::MatrixXd products(const std::vector<std::array<int, 3>>& degrees, int degree, const Eigen::Matrix3Xd& points, int axis) {
+Eigen::MatrixXd products(const std::vector<std::array<int, 3>>& degrees, int degree, const Eigen::Matrix3Xd& points,
+                         int axis) {
   Eigen::MatrixXd table(points.cols(), static_cast<Eigen::Index>(degrees.size()));
   std::array<std::vector<double>, 3> value, slope;
   for (int d = 0; d < 3; ++d) value[d].resize(degree + 2), slope[d].resize(degree + 2);

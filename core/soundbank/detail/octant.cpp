@@ -30,7 +30,8 @@ Octant even_octant(int n_theta, int n_phi) {
   return octant;
 }
 
-void crowded_rule(double centre, double near, double far, double density, Eigen::VectorXd& points, Eigen::VectorXd& weights) {
+void crowded_rule(double centre, double near, double far, double density, Eigen::VectorXd& points,
+                  Eigen::VectorXd& weights) {
   const auto s_of = [&](double x) { return std::asinh((x - centre) / near) + (x - centre) / far; };
   const auto slope = [&](double x) { return 1.0 / std::sqrt((x - centre) * (x - centre) + near * near) + 1.0 / far; };
   const double first = s_of(0.0), last = s_of(0.5 * kPi);
@@ -57,7 +58,8 @@ void crowded_rule(double centre, double near, double far, double density, Eigen:
   }
 }
 
-ClassHarmonics::ClassHarmonics(int mode_class, int degree) : degree_(degree), step_(mode_class >> 2 & 1), sine_((mode_class & 2) != 0) {
+ClassHarmonics::ClassHarmonics(int mode_class, int degree)
+    : degree_(degree), step_(mode_class >> 2 & 1), sine_((mode_class & 2) != 0) {
   const int m_parity = (mode_class & 1) ^ (mode_class >> 1 & 1);
   Eigen::Index columns = 0;
   for (int m = m_parity; m + step_ <= degree; m += 2) {
@@ -71,7 +73,8 @@ ClassHarmonics::ClassHarmonics(int mode_class, int degree) : degree_(degree), st
     for (int n = m; n <= degree; ++n) {
       const double square = static_cast<double>(n + 1) * (n + 1) - static_cast<double>(m) * m;
       const double up = std::sqrt((4.0 * (n + 1) * (n + 1) - 1.0) / square);
-      const double down = n > m ? std::sqrt((static_cast<double>(n) * n - static_cast<double>(m) * m) / (4.0 * n * n - 1.0)) : 0.0;
+      const double down =
+          n > m ? std::sqrt((static_cast<double>(n) * n - static_cast<double>(m) * m) / (4.0 * n * n - 1.0)) : 0.0;
       recurrence_.push_back({up, up * down});
     }
 }

@@ -19,7 +19,8 @@ Octant even_octant(int n_theta, int n_phi);
 
 /// Gauss points of a variable s on [0, pi/2] with ds/dx = 1 / sqrt((x - centre)^2 + near^2) + 1 / far: crowded at the centre, where
 /// the integrand nearly is singular, and nowhere further apart than `far` wants. `density` points a unit of s, 4 to 200 in all.
-void crowded_rule(double centre, double near, double far, double density, Eigen::VectorXd& points, Eigen::VectorXd& weights);
+void crowded_rule(double centre, double near, double far, double density, Eigen::VectorXd& points,
+                  Eigen::VectorXd& weights);
 
 /// Real spherical harmonics of a class: P_n^m(cos theta) times cos or sin(m phi), m and n - m of one parity each. P_n^m > 0 near
 /// theta = 0, normalised so that P_n^m e^{i m phi} is orthonormal on the sphere.

@@ -54,10 +54,13 @@ KLANG_CLONES void mirrored_normal_derivative(const SourceColumns& sources, const
   }
 }
 
-KLANG_CLONES std::array<double, 2> mirrored_far_field(const SourceColumns& sources, const std::array<double, 3>& direction, int mode_class,
-                                                      double wavenumber_per_m, double eta_per_m, const double* q_re, const double* q_im) {
+KLANG_CLONES std::array<double, 2> mirrored_far_field(const SourceColumns& sources,
+                                                      const std::array<double, 3>& direction, int mode_class,
+                                                      double wavenumber_per_m, double eta_per_m, const double* q_re,
+                                                      const double* q_im) {
   Vector sum_re{}, sum_im{};
-  const double k[3] = {wavenumber_per_m * direction[0], wavenumber_per_m * direction[1], wavenumber_per_m * direction[2]};
+  const double k[3] = {wavenumber_per_m * direction[0], wavenumber_per_m * direction[1],
+                       wavenumber_per_m * direction[2]};
   for (std::size_t j = 0; j < sources.n_padded; j += kLanes) {
     Vector value[3], slope[3];  // cos(k_a y_a), or sin where odd; and k_a nu_a times its derivative
     for (int axis = 0; axis < 3; ++axis) {

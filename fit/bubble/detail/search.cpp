@@ -14,18 +14,25 @@ namespace klang::fit::bubble::detail {
 namespace {
 
 constexpr Eigen::Index kWhiteningReach = 1024;
-constexpr double kHopelessDecay = 40.0;     // of theory's, up or down: no ring
-constexpr double kAttackShare = 0.5;       // while neighbours are not yet found, their sound must not pass for an attack
-constexpr double kLeastShare = 0.35;       // of what stands above the noise around it: less is a patch of a splash
-constexpr double kLeastStartShare = 0.1;   // the same before any fitting
-constexpr double kLeastTryShare = 0.2;     // and after a few steps
-constexpr std::array<std::pair<double, double>, 8> kStartPitches = {
-    {{0.0, 0.0}, {10.0, 20.0}, {16.0, 35.0}, {25.0, 20.0}, {25.0, 40.0}, {50.0, 20.0}, {50.0, 60.0}, {-15.0, 0.0}}};  // rate, growth [1/s]
-constexpr int kMostFailures = 20;          // candidates in a row that were none: the rest are weaker still
+constexpr double kHopelessDecay = 40.0;   // of theory's, up or down: no ring
+constexpr double kAttackShare = 0.5;      // while neighbours are not yet found, their sound must not pass for an attack
+constexpr double kLeastShare = 0.35;      // of what stands above the noise around it: less is a patch of a splash
+constexpr double kLeastStartShare = 0.1;  // the same before any fitting
+constexpr double kLeastTryShare = 0.2;    // and after a few steps
+constexpr std::array<std::pair<double, double>, 8> kStartPitches = {{{0.0, 0.0},
+                                                                     {10.0, 20.0},
+                                                                     {16.0, 35.0},
+                                                                     {25.0, 20.0},
+                                                                     {25.0, 40.0},
+                                                                     {50.0, 20.0},
+                                                                     {50.0, 60.0},
+                                                                     {-15.0, 0.0}}};  // rate, growth [1/s]
+constexpr int kMostFailures = 20;  // candidates in a row that were none: the rest are weaker still
 
 }  // namespace
 
-double decay_of(const klang::bubble::BubbleMedium& medium, klang::bubble::BubbleTheory theory, double radius_m, double omega) {
+double decay_of(const klang::bubble::BubbleMedium& medium, klang::bubble::BubbleTheory theory, double radius_m,
+                double omega) {
   return klang::bubble::bubble_damping(medium, theory, radius_m, omega).decay_per_s;
 }
 
@@ -35,9 +42,11 @@ ChirpLaw Search::law_at(double frequency_hz, const ChirpLaw& like) const {
   ChirpLaw law = like;
   law.pitch = pitch;
   law.amplitude_exponent = options_.amplitude_exponent;
-  const double radius_m = radius_of_frequency_m(frequency_hz, options_.medium, options_.theory), omega = 2.0 * kPi * frequency_hz;
+  const double radius_m = radius_of_frequency_m(frequency_hz, options_.medium, options_.theory),
+               omega = 2.0 * kPi * frequency_hz;
   law.decay_exponent = std::log(decay_of(options_.medium, options_.theory, radius_m, 1.05 * omega) /
-                                decay_of(options_.medium, options_.theory, radius_m, omega / 1.05)) / (2.0 * std::log(1.05));
+                                decay_of(options_.medium, options_.theory, radius_m, omega / 1.05)) /
+                       (2.0 * std::log(1.05));
   return law;
 }
 
@@ -46,13 +55,15 @@ Span Search::span_of(const Chirp& chirp) const {
   const auto n = residual_.size();
   Span span;
   span.first = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil(chirp.onset_s * rate_)), 0, n - 1);
-  span.last = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil((chirp.onset_s + kHeardSpan / beta) * rate_)), span.first + 1, n);
+  span.last = std::clamp<Eigen::Index>(
+      static_cast<Eigen::Index>(std::ceil((chirp.onset_s + kHeardSpan / beta) * rate_)), span.first + 1, n);
   return span;
 }
 
 std::pair<double, double> Search::band_of(const FoundBubble& bubble) const {
   const double beta = std::exp(bubble.chirp.log_decay), f = std::exp(bubble.chirp.log_frequency);
-  const double ratio = std::exp(bubble.law.pitch_at(2.5 / beta, bubble.chirp.pitch).log_ratio), side = 3.0 * beta / (2.0 * kPi);
+  const double ratio = std::exp(bubble.law.pitch_at(2.5 / beta, bubble.chirp.pitch).log_ratio),
+               side = 3.0 * beta / (2.0 * kPi);
   return {std::max(options_.band.low_hz, 0.75 * std::min(f, f * ratio) - side),
           std::min(high_hz_, 1.35 * std::max(f, f * ratio) + side)};
 }
@@ -83,7 +94,8 @@ ChirpWindow Search::window_of(const std::vector<const FoundBubble*>& group) cons
 }
 
 void Search::whiten(const Eigen::VectorXd& change, Eigen::Index first, Eigen::Index n) {
-  const Eigen::Index low = std::max<Eigen::Index>(0, first - kWhiteningReach), high = std::min(whitened_.size(), first + n + kWhiteningReach);
+  const Eigen::Index low = std::max<Eigen::Index>(0, first - kWhiteningReach),
+                     high = std::min(whitened_.size(), first + n + kWhiteningReach);
   const Eigen::Index n_fft = audio::good_fft_size(high - low + kWhiteningReach);
   const Eigen::Index even = n_fft % 2 ? audio::good_fft_size(n_fft + 1) : n_fft;
   Eigen::VectorXd padded = Eigen::VectorXd::Zero(even);
@@ -92,7 +104,8 @@ void Search::whiten(const Eigen::VectorXd& change, Eigen::Index first, Eigen::In
   for (Eigen::Index k = 0; k < spectrum.size(); ++k) {
     const double f = rate_ * static_cast<double>(k) / static_cast<double>(even);
     // Steep edges would ring before a strong onset.
-    const double edge = std::clamp(std::min((f / options_.band.low_hz - 1.0) / 0.25, (1.0 - f / high_hz_) / 0.1), 0.0, 1.0);
+    const double edge =
+        std::clamp(std::min((f / options_.band.low_hz - 1.0) / 0.25, (1.0 - f / high_hz_) / 0.1), 0.0, 1.0);
     spectrum[k] *= edge > 0.0 ? edge * edge * (3.0 - 2.0 * edge) / std::sqrt(result_.noise.at(f)) : 0.0;
   }
   const Eigen::VectorXd white = audio::real_from_spectrum(spectrum, even);
@@ -112,14 +125,16 @@ void Search::add(const FoundBubble& bubble, double sign) {
 void Search::make_filters() {
   std::vector<DampedFilterBank::Atom> atoms;
   for (double f = 1.05 * options_.band.low_hz; f < 0.97 * high_hz_;) {
-    const double beta = decay_of(options_.medium, options_.theory, radius_of_frequency_m(f, options_.medium, options_.theory), 2.0 * kPi * f);
+    const double beta = decay_of(options_.medium, options_.theory,
+                                 radius_of_frequency_m(f, options_.medium, options_.theory), 2.0 * kPi * f);
     atoms.push_back({f, beta});
     f += beta / kPi;  // neighbours are off by no more than the decay: at most 1 dB is lost
   }
   filters_ = std::make_unique<DampedFilterBank>(std::move(atoms), rate_, residual_.size());
 }
 
-std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& peak, const DampedFilterBank::Atom& atom) const {
+std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& peak,
+                                               const DampedFilterBank::Atom& atom) const {
   FoundBubble bubble;
   if (!options_.soft_attack) bubble.law.quick_attack_per_s = kQuickAttack * atom.frequency_hz;
   bubble.law = law_at(atom.frequency_hz, bubble.law);
@@ -146,17 +161,20 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
       starts.push_back({chirp, chi});
     }
   }
-  std::stable_sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.chi_square < b.chi_square; });
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.chi_square < b.chi_square; });
   const double silent_chi = wide.data.cwiseProduct(wide.weight.cast<std::complex<double>>()).squaredNorm();
   const double wanted = std::pow(10.0, 0.1 * options_.min_snr_db);
   // No start explains a third of what is asked for: a blot of noise that no chirp will fit.
   const double found = silent_chi - starts.front().chi_square;
-  if (!(found >= 0.3 * wanted && found >= kLeastStartShare * (silent_chi - static_cast<double>(wide.n_real_data())))) return std::nullopt;
+  if (!(found >= 0.3 * wanted && found >= kLeastStartShare * (silent_chi - static_cast<double>(wide.n_real_data()))))
+    return std::nullopt;
   starts.resize(std::min<std::size_t>(starts.size(), 3));
   // A few steps from each, then only the best goes on.
   std::vector<ChirpFit> tries(starts.size());
   parallel_for(starts.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) tries[i] = fit_chirps(wide, {bubble.law}, {starts[i].chirp}, {}, 8, false);
+    for (std::size_t i = begin; i < end; ++i)
+      tries[i] = fit_chirps(wide, {bubble.law}, {starts[i].chirp}, {}, 8, false);
   });
   double best = 1e300;
   for (const ChirpFit& fit : tries) {
@@ -165,7 +183,8 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
     bubble.chirp = fit.chirps[0];
   }
   if (best >= 1e300) return std::nullopt;
-  if (!(silent_chi - best >= kLeastTryShare * (silent_chi - static_cast<double>(wide.n_real_data())))) return std::nullopt;
+  if (!(silent_chi - best >= kLeastTryShare * (silent_chi - static_cast<double>(wide.n_real_data()))))
+    return std::nullopt;
   // Once more under the window that its own pitch and decay ask for.
   FoundBubble silent = bubble;
   silent.chirp.cosine = silent.chirp.sine = 0.0;
@@ -199,7 +218,8 @@ void Search::refit(const std::vector<std::size_t>& group, bool last) {
   for (const std::size_t i : group) {
     const FoundBubble& bubble = result_.found[i];
     members.push_back(&bubble);
-    laws.push_back(law_at(std::clamp(std::exp(bubble.chirp.log_frequency), options_.band.low_hz, high_hz_), bubble.law));
+    laws.push_back(
+        law_at(std::clamp(std::exp(bubble.chirp.log_frequency), options_.band.low_hz, high_hz_), bubble.law));
     start.push_back(bubble.chirp);
   }
   const ChirpWindow window = window_of(members);
@@ -221,13 +241,17 @@ void Search::refit(const std::vector<std::size_t>& group, bool last) {
 std::vector<std::vector<std::size_t>> Search::groups() const {
   std::vector<std::size_t> order(result_.found.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return result_.found[a].chirp.onset_s < result_.found[b].chirp.onset_s; });
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return result_.found[a].chirp.onset_s < result_.found[b].chirp.onset_s;
+  });
   std::vector<std::vector<std::size_t>> list;
   for (const std::size_t i : order) {
     std::vector<std::size_t>* home = nullptr;
     for (auto& group : list) {
       if (group.size() >= kMostTogether) continue;
-      if (std::any_of(group.begin(), group.end(), [&](std::size_t j) { return overlap(result_.found[i], result_.found[j]); })) home = &group;
+      if (std::any_of(group.begin(), group.end(),
+                      [&](std::size_t j) { return overlap(result_.found[i], result_.found[j]); }))
+        home = &group;
     }
     if (home) {
       home->push_back(i);
@@ -270,7 +294,8 @@ BubbleSearchResult Search::run() {
       const DampedFilterBank::Atom& atom = filters_->atom(best.atom);
       const auto bubble = fitted_near(best, atom);
       // Tried once: what is left there afterwards is nothing new.
-      filters_->mask(best.sample, best.sample + 1, 0.94 * atom.frequency_hz, 1.06 * atom.frequency_hz, (bubble ? 0.5 : 1.1) * best.score);
+      filters_->mask(best.sample, best.sample + 1, 0.94 * atom.frequency_hz, 1.06 * atom.frequency_hz,
+                     (bubble ? 0.5 : 1.1) * best.score);
       n_failures = bubble ? 0 : n_failures + 1;
       if (n_failures > kMostFailures) break;
       if (!bubble) continue;
@@ -293,11 +318,13 @@ BubbleSearchResult Search::run() {
     }
   }
   prune();
-  std::sort(result_.found.begin(), result_.found.end(), [](const FoundBubble& a, const FoundBubble& b) { return a.chirp.onset_s < b.chirp.onset_s; });
+  std::sort(result_.found.begin(), result_.found.end(),
+            [](const FoundBubble& a, const FoundBubble& b) { return a.chirp.onset_s < b.chirp.onset_s; });
   for (FoundBubble& bubble : result_.found) {
     judge(bubble);
   }
-  result_.explained_energy = energy > 0.0 ? std::optional(1.0 - whitened_.cast<double>().squaredNorm() / energy) : std::nullopt;
+  result_.explained_energy =
+      energy > 0.0 ? std::optional(1.0 - whitened_.cast<double>().squaredNorm() / energy) : std::nullopt;
   result_.status = result_.found.empty() ? BubbleSearchStatus::kNothingFound : BubbleSearchStatus::kDone;
   if (result_.found.empty()) result_.message = "no decaying chirp stands above the noise";
   return std::move(result_);

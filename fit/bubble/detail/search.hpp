@@ -10,12 +10,12 @@
 
 namespace klang::fit::bubble::detail {
 
-inline constexpr double kChi2OfScore = 2.0;       // a ring's chi square is twice its best matched-filter score
-inline constexpr std::size_t kMostTogether = 6;   // rings fitted in one least-squares problem
-inline constexpr double kHeardSpan = 7.0;         // decay times until a ring is over (-61 dB)
+inline constexpr double kChi2OfScore = 2.0;      // a ring's chi square is twice its best matched-filter score
+inline constexpr std::size_t kMostTogether = 6;  // rings fitted in one least-squares problem
+inline constexpr double kHeardSpan = 7.0;        // decay times until a ring is over (-61 dB)
 // And so is what it leaves at any pitch while it begins.
 inline constexpr double kOnsetFragmentEnergy = 0.003, kOnsetS = 0.003, kFarFragmentEnergy = 3e-4;
-inline constexpr double kQuickAttack = 2.0;       // rate of the quick attack over the frequency: a twelfth of a cycle
+inline constexpr double kQuickAttack = 2.0;  // rate of the quick attack over the frequency: a twelfth of a cycle
 
 /// Samples of a ring: from its onset until it is over.
 struct Span {
@@ -31,7 +31,8 @@ class Search {
     result_.mono.origin = recording.origin;
     result_.mono.samples = recording.samples.rowwise().mean();
     high_hz_ = std::min(options.band.high_hz, 0.45 * rate_);
-    if (!(high_hz_ > options.band.low_hz)) throw InputError(recording.origin, "band lies above 0.45 of the sample rate");
+    if (!(high_hz_ > options.band.low_hz))
+      throw InputError(recording.origin, "band lies above 0.45 of the sample rate");
   }
 
   BubbleSearchResult run();
@@ -68,6 +69,7 @@ class Search {
 };
 
 /// Decay of the amplitude of a bubble of this radius that rings at omega [1/s].
-double decay_of(const klang::bubble::BubbleMedium& medium, klang::bubble::BubbleTheory theory, double radius_m, double omega);
+double decay_of(const klang::bubble::BubbleMedium& medium, klang::bubble::BubbleTheory theory, double radius_m,
+                double omega);
 
 }  // namespace klang::fit::bubble::detail

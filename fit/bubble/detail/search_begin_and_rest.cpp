@@ -6,12 +6,12 @@
 namespace klang::fit::bubble::detail {
 namespace {
 
-constexpr double kScrapEnergy = 0.1;       // of a ring's, beginning with it: may be what its attack leaves
-constexpr double kAttackGain = 10.0;       // chi square that another kind of attack must win
-constexpr double kRestGain = 25.0;          // chi square that a rest must win, with its time one more free number
-constexpr double kRestShare = 0.2;          // and of what is left above the noise
+constexpr double kScrapEnergy = 0.1;  // of a ring's, beginning with it: may be what its attack leaves
+constexpr double kAttackGain = 10.0;  // chi square that another kind of attack must win
+constexpr double kRestGain = 25.0;    // chi square that a rest must win, with its time one more free number
+constexpr double kRestShare = 0.2;    // and of what is left above the noise
 constexpr std::size_t kRestStarts = 5;
-constexpr double kLatestRest = 3.0;         // decay times: later nothing is heard of it
+constexpr double kLatestRest = 3.0;  // decay times: later nothing is heard of it
 
 }  // namespace
 
@@ -45,7 +45,9 @@ double Search::choose_attack(const ChirpWindow& own, FoundBubble& bubble, double
   const double coarse = start.onset_s - bubble.chirp.onset_s;
   for (int step = -8; step <= 8; ++step) consider(coarse + 0.03 * step / f);
   const ChirpFit other = fit_chirps(own, {law}, {start}, {}, 40, false);
-  if (!(other.ok && other.chi_square < chi_square - std::max(share > 0.0 ? kAttackGain : 0.0, share * (chi_square - n_data)))) return chi_square;
+  if (!(other.ok &&
+        other.chi_square < chi_square - std::max(share > 0.0 ? kAttackGain : 0.0, share * (chi_square - n_data))))
+    return chi_square;
   bubble.law = law;
   bubble.chirp = other.chirps[0];
   return other.chi_square;
@@ -85,7 +87,8 @@ double Search::choose_rest(const ChirpWindow& own, FoundBubble& bubble, double c
       starts.push_back({rest_s, start, chi});
     }
   }
-  std::stable_sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.chi_square < b.chi_square; });
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.chi_square < b.chi_square; });
   starts.resize(std::min<std::size_t>(starts.size(), kRestStarts));
   for (const Start& start : starts) consider(start.rest_s, start.chirp, 8);
   if (!best.law.rest_s) return chi_square;
@@ -111,7 +114,9 @@ void Search::choose_attacks() {
     const double near_s = std::max(kOnsetS, 0.3 / std::exp(bubble.chirp.log_decay));
     std::vector<std::size_t> scraps;
     for (std::size_t j = 0; j < result_.found.size(); ++j)
-      if (j != i && keep[j] && energy[j] < kScrapEnergy * energy[i] && std::abs(result_.found[j].chirp.onset_s - bubble.chirp.onset_s) < near_s) scraps.push_back(j);
+      if (j != i && keep[j] && energy[j] < kScrapEnergy * energy[i] &&
+          std::abs(result_.found[j].chirp.onset_s - bubble.chirp.onset_s) < near_s)
+        scraps.push_back(j);
     if (scraps.size() >= kMostTogether) scraps.resize(kMostTogether - 1);
     std::vector<const FoundBubble*> members = {&bubble};
     std::vector<ChirpLaw> laws = {bubble.law};

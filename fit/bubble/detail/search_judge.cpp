@@ -6,13 +6,13 @@
 namespace klang::fit::bubble::detail {
 namespace {
 
-constexpr double kHeardLevel = 0.05;       // of the amplitude at the onset: the end of what tells the pitch
+constexpr double kHeardLevel = 0.05;  // of the amplitude at the onset: the end of what tells the pitch
 // A weak ring on top of a strong one is what the strong one's model leaves, not a bubble.
 constexpr double kFragmentEnergy = 0.03, kFragmentOctaves = 0.5;
 // Standard deviations beyond which a ring is too short or too noisy to be called anything: as wide as the prior.
 constexpr double kUnclearRatePerS = 40.0, kUnclearDecay = 0.4, kUnclearPitch = 0.03;
-constexpr double kOnsetCycles = 0.1;       // how well a quick attack's form tells the onset
-constexpr double kOnsetDecays = 0.1;       // and a soft one's, in decay times: it may have been quick and faint
+constexpr double kOnsetCycles = 0.1;  // how well a quick attack's form tells the onset
+constexpr double kOnsetDecays = 0.1;  // and a soft one's, in decay times: it may have been quick and faint
 constexpr double kLeastDecayRatio = 0.6, kMostDecayRatio = 10.0, kLeastRise = 0.05;
 
 }  // namespace
@@ -27,14 +27,18 @@ double Search::energy_of(const FoundBubble& bubble) const {
 }
 
 void Search::mask(const FoundBubble& bubble) {
-  const double score = energy_of(bubble) / kChi2OfScore, beta = std::exp(bubble.chirp.log_decay), onset = bubble.chirp.onset_s;
+  const double score = energy_of(bubble) / kChi2OfScore, beta = std::exp(bubble.chirp.log_decay),
+               onset = bubble.chirp.onset_s;
   const auto sample = [&](double time_s) { return static_cast<Eigen::Index>(std::max(0.0, time_s) * rate_); };
-  filters_->mask(sample(onset - kOnsetS), sample(onset + std::max(kOnsetS, 0.2 / beta)), 0.0, 1e9, kOnsetFragmentEnergy * score);
+  filters_->mask(sample(onset - kOnsetS), sample(onset + std::max(kOnsetS, 0.2 / beta)), 0.0, 1e9,
+                 kOnsetFragmentEnergy * score);
   const double side = std::exp2(kFragmentOctaves), step = 0.5 / beta;
   for (double since = -0.01; since < kHeardSpan / beta; since += step) {
     const double at = std::max(since, 0.0), ratio = std::exp(bubble.law.pitch_at(at, bubble.chirp.pitch).log_ratio);
-    const double f = ratio * std::exp(bubble.chirp.log_frequency), left = std::exp(-2.0 * std::max(0.0, beta * at - 1.0));
-    filters_->mask(sample(onset + since), sample(onset + since + step), f / side, f * side, kFragmentEnergy * score * left);
+    const double f = ratio * std::exp(bubble.chirp.log_frequency),
+                 left = std::exp(-2.0 * std::max(0.0, beta * at - 1.0));
+    filters_->mask(sample(onset + since), sample(onset + since + step), f / side, f * side,
+                   kFragmentEnergy * score * left);
     filters_->mask(sample(onset + since), sample(onset + since + step), 0.0, 1e9, kFarFragmentEnergy * score * left);
   }
 }
@@ -54,7 +58,8 @@ void Search::prune() {
       if (!(energy[i] < kFragmentEnergy * energy[j])) continue;
       const double since = weak.chirp.onset_s - strong.chirp.onset_s, beta = std::exp(strong.chirp.log_decay);
       if (since < -0.01 || since > kHeardSpan / beta) continue;
-      const double there = strong.chirp.log_frequency + strong.law.pitch_at(std::max(since, 0.0), strong.chirp.pitch).log_ratio;
+      const double there =
+          strong.chirp.log_frequency + strong.law.pitch_at(std::max(since, 0.0), strong.chirp.pitch).log_ratio;
       if (std::abs(weak.chirp.log_frequency - there) < kFragmentOctaves * std::log(2.0)) keep[i] = false;
     }
   }

@@ -12,14 +12,16 @@ namespace {
 
 using namespace klang;
 using namespace klang::bubble;
-using klang::test::Complex;
 using Eigen::Vector3d;
+using klang::test::Complex;
 
 constexpr double kBallRadiusM = 0.05;
 
-std::vector<DualDomainResult> solve(const LiquidBoundary& boundary, double frequency_hz, const Vector3d& bubble_m, int n_fluid, int n_air,
-                                    std::uint64_t seed = 1, const DualDomainOptions& options = {}) {
-  return solve_dual_domain(boundary, frequency_hz, random_source_points(boundary, n_fluid, n_air, seed), {bubble_m}, {0.001}, options);
+std::vector<DualDomainResult> solve(const LiquidBoundary& boundary, double frequency_hz, const Vector3d& bubble_m,
+                                    int n_fluid, int n_air, std::uint64_t seed = 1,
+                                    const DualDomainOptions& options = {}) {
+  return solve_dual_domain(boundary, frequency_hz, random_source_points(boundary, n_fluid, n_air, seed), {bubble_m},
+                           {0.001}, options);
 }
 
 /// reference/fluid.json: pressure_release_sphere, rows with b = 0.
@@ -33,7 +35,8 @@ constexpr BallRow kConcentric[] = {{500, 31.889474788404545}, {1500, 32.36282971
 double eccentric_slope(double k, double a, double b, double gamma) {
   double sum = 0.0, p0 = 1.0, p1 = std::cos(gamma);
   for (int n = 0; n < 40; ++n) {
-    const double ratio = std::sph_bessel(static_cast<unsigned>(n), k * b) / std::sph_bessel(static_cast<unsigned>(n), k * a);
+    const double ratio =
+        std::sph_bessel(static_cast<unsigned>(n), k * b) / std::sph_bessel(static_cast<unsigned>(n), k * a);
     sum += (2 * n + 1) * ratio * p0;
     const double next = ((2 * n + 3) * std::cos(gamma) * p1 - (n + 1) * p0) / (n + 2);
     p0 = p1;
@@ -58,7 +61,8 @@ Complex shell_slope(double k, double a, double b, double r0, double gamma) {
     const Complex at_b = -j(n, k * r0) * out, at_a = -source * ja;
     const double det = jb * ya - yb * ja;
     const Complex regular = (at_b * ya - yb * at_a) / det, singular = (jb * at_a - at_b * ja) / det;
-    sum += (2.0 * n + 1.0) * p0 * k * (j(n, k * r0) * out_slope + regular * slope(j, n, k * b) + singular * slope(y, n, k * b));
+    sum += (2.0 * n + 1.0) * p0 * k *
+           (j(n, k * r0) * out_slope + regular * slope(j, n, k * b) + singular * slope(y, n, k * b));
     const double next = ((2 * n + 3) * std::cos(gamma) * p1 - (n + 1) * p0) / (n + 2);
     p0 = p1;
     p1 = next;
@@ -75,7 +79,8 @@ bubble::BoundaryMesh shell(double inner_m, double outer_m, int divisions) {
   mesh.surface.triangles.conservativeResize(m + solid.surface.triangles.rows(), 3);
   for (Eigen::Index t = 0; t < solid.surface.triangles.rows(); ++t) {  // out of the liquid: into the solid
     const auto corners = solid.surface.triangles.row(t);
-    mesh.surface.triangles.row(m + t) << static_cast<int>(n) + corners[0], static_cast<int>(n) + corners[2], static_cast<int>(n) + corners[1];
+    mesh.surface.triangles.row(m + t) << static_cast<int>(n) + corners[0], static_cast<int>(n) + corners[2],
+        static_cast<int>(n) + corners[1];
   }
   mesh.region.insert(mesh.region.end(), static_cast<std::size_t>(solid.surface.triangles.rows()), 2);
   return mesh;
@@ -98,9 +103,13 @@ TEST(SunkSolid, SurfaceSlopeBesideARigidBallIsTheSeries) {
       if (s.region != BoundaryRegion::kFreeSurface) continue;
       const double gamma = std::acos(std::clamp(s.point_m.z() / s.point_m.norm(), -1.0, 1.0));
       const Complex exact = shell_slope(2 * kPi * frequency_hz / 1497, kInner, kBallRadiusM, kDepth, gamma);
-      error += s.area_m2 * std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
-      regular_error += s.area_m2 * std::norm(unable[0].normal_derivative[static_cast<Eigen::Index>(i)] / unable[0].source_strength - exact);
-      without += s.area_m2 * std::norm(eccentric_slope(2 * kPi * frequency_hz / 1497, kBallRadiusM, kDepth, gamma) - exact);
+      error += s.area_m2 *
+               std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
+      regular_error +=
+          s.area_m2 *
+          std::norm(unable[0].normal_derivative[static_cast<Eigen::Index>(i)] / unable[0].source_strength - exact);
+      without +=
+          s.area_m2 * std::norm(eccentric_slope(2 * kPi * frequency_hz / 1497, kBallRadiusM, kDepth, gamma) - exact);
       size += s.area_m2 * std::norm(exact);
     }
     EXPECT_LE(std::sqrt(error / size), 0.005) << frequency_hz;
@@ -130,8 +139,10 @@ TEST(PressureReleaseBall, SurfaceSlopeOfABubbleOffTheCentreIsTheSeries) {
       double error = 0.0, size = 0.0;
       for (std::size_t i = 0; i < boundary.samples().size(); ++i) {
         const BoundarySample& s = boundary.samples()[i];
-        const double exact = eccentric_slope(2 * kPi * frequency_hz / 1497, 0.05, b, std::acos(s.point_m.z() / s.point_m.norm()));
-        const double off = std::abs(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
+        const double exact =
+            eccentric_slope(2 * kPi * frequency_hz / 1497, 0.05, b, std::acos(s.point_m.z() / s.point_m.norm()));
+        const double off =
+            std::abs(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
         error += s.area_m2 * off * off;
         size += s.area_m2 * exact * exact;
       }
@@ -151,7 +162,8 @@ TEST(ConcentricBall, PressureInTheAirIsTheExactTwoWayOne) {
   for (const auto& row : rows) {
     const auto result = solve(boundary, row.frequency_hz, Vector3d::Zero(), 60, 100);
     ASSERT_TRUE(result[0].usable()) << result[0].message;
-    for (const Vector3d& direction : {Vector3d(1, 0, 0), Vector3d(0, -1, 0), Vector3d(0.6, 0, 0.8), Vector3d(0, 0, -1)}) {
+    for (const Vector3d& direction :
+         {Vector3d(1, 0, 0), Vector3d(0, -1, 0), Vector3d(0.6, 0, 0.8), Vector3d(0, 0, -1)}) {
       const Complex p = air_pressure(result[0], 0.5 * direction) / result[0].source_strength;
       EXPECT_LE(std::abs(p - row.exact) / std::abs(row.exact), 1e-2) << row.frequency_hz;
     }
@@ -160,7 +172,8 @@ TEST(ConcentricBall, PressureInTheAirIsTheExactTwoWayOne) {
 
 TEST(ClosedTank, ReferenceAgreesWithItself) {
   const test::TankImages images({0.30, 0.22, 0.15}, 2 * kPi * 1500 / 1497);
-  EXPECT_NEAR(images.by_modes(0.075, 0.05), images.by_images(0.075, 0.05), 1e-5 * std::abs(images.by_modes(0.075, 0.05)));
+  EXPECT_NEAR(images.by_modes(0.075, 0.05), images.by_images(0.075, 0.05),
+              1e-5 * std::abs(images.by_modes(0.075, 0.05)));
   // reference/fluid.json: layer, f 500, H 0.1, d 0.02, r 0.1 and 0.01
   const test::TankImages layer({1, 1, 0.1}, 2 * kPi * 500 / 1497);
   EXPECT_NEAR(layer.layer(0.1, 0.02), 3.7322308342317947, 1e-8);
@@ -170,12 +183,14 @@ TEST(ClosedTank, ReferenceAgreesWithItself) {
 TEST(ClosedTank, FreeSurfaceSlopeIsWithinEightPercentOfTheImagesAndFallsWithSources) {
   const Vector3d size(0.30, 0.22, 0.15);
   const LiquidBoundary boundary(test::tank(size, 0.0125));
-  for (const Vector3d& bubble : {Vector3d(0.13, 0.10, -0.05), Vector3d(0.15, 0.11, -0.075), Vector3d(0.07, 0.15, -0.02), Vector3d(0.2, 0.06, -0.12)})
+  for (const Vector3d& bubble : {Vector3d(0.13, 0.10, -0.05), Vector3d(0.15, 0.11, -0.075), Vector3d(0.07, 0.15, -0.02),
+                                 Vector3d(0.2, 0.06, -0.12)})
     for (const double frequency_hz : {500.0, 1500.0}) {
       const test::TankImages images(size, 2 * kPi * frequency_hz / 1497);
       std::vector<double> exact;
       for (const BoundarySample& s : boundary.samples())
-        if (s.region == BoundaryRegion::kFreeSurface) exact.push_back(images.top_slope(s.point_m.x(), s.point_m.y(), bubble));
+        if (s.region == BoundaryRegion::kFreeSurface)
+          exact.push_back(images.top_slope(s.point_m.x(), s.point_m.y(), bubble));
       double before = 1e9;
       for (const int n : {5, 15, 30, 60}) {
         const auto result = solve(boundary, frequency_hz, bubble, n, 20);
@@ -185,7 +200,9 @@ TEST(ClosedTank, FreeSurfaceSlopeIsWithinEightPercentOfTheImagesAndFallsWithSour
         for (std::size_t i = 0; i < boundary.samples().size(); ++i) {
           const BoundarySample& s = boundary.samples()[i];
           if (s.region != BoundaryRegion::kFreeSurface) continue;
-          error += s.area_m2 * std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact[at]);
+          error += s.area_m2 *
+                   std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength -
+                             exact[at]);
           scale += s.area_m2 * exact[at] * exact[at];
           ++at;
         }
@@ -211,7 +228,8 @@ TEST(ClosedTank, WithoutImagesOfTheBubbleSixtySourcesStillDo) {
       const BoundarySample& s = boundary.samples()[i];
       if (s.region != BoundaryRegion::kFreeSurface) continue;
       const double exact = images.top_slope(s.point_m.x(), s.point_m.y(), bubble);
-      error += s.area_m2 * std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
+      error += s.area_m2 *
+               std::norm(result[0].normal_derivative[static_cast<Eigen::Index>(i)] / result[0].source_strength - exact);
       scale += s.area_m2 * exact * exact;
     }
     EXPECT_LE(std::sqrt(error / scale), 0.08) << frequency_hz;
@@ -308,7 +326,8 @@ TEST(DualDomain, CoarseSurfacesUseFewerSourcesAndStayRight) {
   ASSERT_TRUE(result[0].usable()) << result[0].message;
   EXPECT_EQ(result[0].n_fluid_sources, 9);
   EXPECT_EQ(result[0].n_air_sources, 6);
-  const Complex exact(5.469712482068791e-05, 1.5735696951745025e-05);  // reference/fluid.json: concentric_two_way_exact, 4000 Hz
+  const Complex exact(5.469712482068791e-05,
+                      1.5735696951745025e-05);  // reference/fluid.json: concentric_two_way_exact, 4000 Hz
   EXPECT_LE(std::abs(air_pressure(result[0], {0.5, 0, 0}) / result[0].source_strength - exact) / std::abs(exact), 1e-2);
 }
 

@@ -75,7 +75,8 @@ TEST(LiquidBoundary, TurnedFaceIsNamed) {
 TEST(LiquidBoundary, TurnedPatchIsNamed) {
   BoundaryMesh mesh = test::tank({0.30, 0.22, 0.15}, 0.05);
   for (Eigen::Index t = 0; t < mesh.surface.triangles.rows(); ++t)
-    if (mesh.region[static_cast<std::size_t>(t)] == 0) std::swap(mesh.surface.triangles(t, 1), mesh.surface.triangles(t, 2));
+    if (mesh.region[static_cast<std::size_t>(t)] == 0)
+      std::swap(mesh.surface.triangles(t, 1), mesh.surface.triangles(t, 2));
   EXPECT_TRUE(says(refusal([&] { LiquidBoundary b(mesh); }), "inconsistent normals"));
 }
 
@@ -118,9 +119,11 @@ TEST(LiquidBoundary, SunkSolidIsPartOfTheLiquidsBoundaryOnly) {
   mesh.surface.vertices_m.conservativeResize(first + stone.surface.vertices_m.rows(), 3);
   mesh.surface.vertices_m.bottomRows(stone.surface.vertices_m.rows()) = stone.surface.vertices_m;
   mesh.surface.triangles.conservativeResize(n + stone.surface.triangles.rows(), 3);
-  mesh.surface.triangles.bottomRows(stone.surface.triangles.rows()) = stone.surface.triangles.array() + static_cast<int>(first);
-  mesh.surface.triangles.bottomRows(stone.surface.triangles.rows()).col(1).swap(
-      mesh.surface.triangles.bottomRows(stone.surface.triangles.rows()).col(2));
+  mesh.surface.triangles.bottomRows(stone.surface.triangles.rows()) =
+      stone.surface.triangles.array() + static_cast<int>(first);
+  mesh.surface.triangles.bottomRows(stone.surface.triangles.rows())
+      .col(1)
+      .swap(mesh.surface.triangles.bottomRows(stone.surface.triangles.rows()).col(2));
   mesh.region.insert(mesh.region.end(), static_cast<std::size_t>(stone.surface.triangles.rows()), 2);
   const LiquidBoundary boundary(mesh);
   EXPECT_FALSE(boundary.inside_liquid({0.15, 0.11, -0.08}));
@@ -145,8 +148,11 @@ TEST(SourcePoints, FollowTheLiquidAndKeepTheirPlacesOtherwise) {
   // A turn by 0.01 rad around the middle; the midpoint rule errs by angle^3 / 6 of the radius.
   int carried = 0;
   for (std::size_t i = 0; i < points.fluid_m.size(); ++i) {
-    const double c = std::cos(0.01), s = std::sin(0.01), x = before.fluid_m[i].x() - 0.15, y = before.fluid_m[i].y() - 0.11;
-    carried += (points.fluid_m[i] - Vector3d(0.15 + c * x - s * y, 0.11 + s * x + c * y, before.fluid_m[i].z())).norm() <= 1e-7;
+    const double c = std::cos(0.01), s = std::sin(0.01), x = before.fluid_m[i].x() - 0.15,
+                 y = before.fluid_m[i].y() - 0.11;
+    carried +=
+        (points.fluid_m[i] - Vector3d(0.15 + c * x - s * y, 0.11 + s * x + c * y, before.fluid_m[i].z())).norm() <=
+        1e-7;
   }
   EXPECT_GE(carried, 18);
   const SourcePoints rested = points;

@@ -15,7 +15,8 @@ namespace klang::test {
 using Complex = std::complex<double>;
 
 /// Free ball, vertices on the sphere.
-inline bubble::BoundaryMesh ball(double radius_m, int divisions, const Eigen::Vector3d& centre_m = Eigen::Vector3d::Zero()) {
+inline bubble::BoundaryMesh ball(double radius_m, int divisions,
+                                 const Eigen::Vector3d& centre_m = Eigen::Vector3d::Zero()) {
   bubble::BoundaryMesh mesh;
   mesh.name = "ball";
   mesh.surface = acoustics::geodesic_sphere(radius_m, divisions);
@@ -32,7 +33,8 @@ inline bubble::BoundaryMesh tank(const Eigen::Vector3d& size_m, double h_m) {
   std::vector<Eigen::Vector3i> triangles;
   bubble::BoundaryMesh mesh;
   mesh.name = "tank";
-  const auto face = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v, int region) {  // u x v outwards
+  const auto face = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
+                        int region) {  // u x v outwards
     const int nu = static_cast<int>(std::lround(u.norm() / h_m)), nv = static_cast<int>(std::lround(v.norm() / h_m));
     const int first = static_cast<int>(vertices.size());
     for (int j = 0; j <= nv; ++j)
@@ -58,9 +60,11 @@ inline bubble::BoundaryMesh tank(const Eigen::Vector3d& size_m, double h_m) {
   face(floor, z, y, 1);
   face(floor + x, y, z, 1);
   mesh.surface.vertices_m.resize(static_cast<Eigen::Index>(vertices.size()), 3);
-  for (std::size_t i = 0; i < vertices.size(); ++i) mesh.surface.vertices_m.row(static_cast<Eigen::Index>(i)) = vertices[i].transpose();
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    mesh.surface.vertices_m.row(static_cast<Eigen::Index>(i)) = vertices[i].transpose();
   mesh.surface.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  for (std::size_t i = 0; i < triangles.size(); ++i) mesh.surface.triangles.row(static_cast<Eigen::Index>(i)) = triangles[i].transpose();
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    mesh.surface.triangles.row(static_cast<Eigen::Index>(i)) = triangles[i].transpose();
   return mesh;
 }
 
@@ -77,7 +81,8 @@ class TankImages {
       for (int j = -4; j <= 4; ++j)
         for (const int p : {-1, 1})
           for (const int q : {-1, 1}) {
-            const double rho = std::hypot(x - p * source_m.x() - 2.0 * size_.x() * i, y - q * source_m.y() - 2.0 * size_.y() * j);
+            const double rho =
+                std::hypot(x - p * source_m.x() - 2.0 * size_.x() * i, y - q * source_m.y() - 2.0 * size_.y() * j);
             if (rho < 1.6) sum += layer(rho, -source_m.z());
           }
     return sum;
@@ -101,10 +106,12 @@ class TankImages {
     const double h = size_.z(), depths[] = {d, 2 * h - d, 2 * h + d, 4 * h - d}, signs[] = {1, 1, -1, -1};
     Complex sum = 0.0;
     for (int n = -kPeriods; n <= kPeriods; ++n) {
-      const double t = std::abs(n) / (kPeriods + 1.0), taper = t < 0.3 ? 1.0 : 0.5 * (1.0 + std::cos(std::numbers::pi * (t - 0.3) / 0.7));
+      const double t = std::abs(n) / (kPeriods + 1.0),
+                   taper = t < 0.3 ? 1.0 : 0.5 * (1.0 + std::cos(std::numbers::pi * (t - 0.3) / 0.7));
       for (int q = 0; q < 4; ++q) {
         const double z = depths[q] + 4.0 * h * n, r = std::hypot(rho, z);
-        sum += taper * signs[q] * std::polar(1.0 / (4.0 * std::numbers::pi * r), -k_ * r) * Complex(1.0 / r, k_) * (z / r);
+        sum +=
+            taper * signs[q] * std::polar(1.0 / (4.0 * std::numbers::pi * r), -k_ * r) * Complex(1.0 / r, k_) * (z / r);
       }
     }
     return sum.real();

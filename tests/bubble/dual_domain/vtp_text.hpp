@@ -11,8 +11,10 @@ inline std::string vtp_text(const bubble::BoundaryMesh& mesh, const std::string&
   std::ostringstream out;
   out.precision(17);
   const auto n = mesh.surface.triangles.rows();
-  out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n<Piece NumberOfPoints=\""
-      << mesh.surface.vertices_m.rows() << "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" << n
+  out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
+         "byte_order=\"LittleEndian\">\n<PolyData>\n<Piece NumberOfPoints=\""
+      << mesh.surface.vertices_m.rows()
+      << "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" << n
       << "\">\n<CellData><DataArray type=\"Int32\" Name=\"" << array_name << "\" format=\"ascii\">";
   for (const int r : mesh.region) out << r << ' ';
   out << "</DataArray></CellData>\n<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">";

@@ -16,11 +16,11 @@ namespace klang::bubble::detail {
 namespace {
 
 constexpr int kBucketsPerColumn = 4;
-constexpr int kCopies = 2;            // buckets that each row goes to
-constexpr double kTolerance = 1e-3;   // error of A x over the residual that stays
-constexpr double kFloor = 1e-7;       // the same over the data: what rounding leaves
+constexpr int kCopies = 2;           // buckets that each row goes to
+constexpr double kTolerance = 1e-3;  // error of A x over the residual that stays
+constexpr double kFloor = 1e-7;      // the same over the data: what rounding leaves
 constexpr int kMaxSteps = 300;
-constexpr int kTile = 192;            // of the Gram matrix
+constexpr int kTile = 192;  // of the Gram matrix
 constexpr std::size_t kRowsPerRange = 384;
 
 /// Which rows go into each bucket of the sketch, and with which sign.
@@ -70,7 +70,8 @@ template <class Scalar>
 Matrix<Scalar> sketch_data(const Embedding& embedding, const Matrix<Scalar>& b) {
   Matrix<Scalar> sums = Matrix<Scalar>::Zero(static_cast<Eigen::Index>(embedding.buckets.size()), b.cols());
   for (std::size_t k = 0; k < embedding.buckets.size(); ++k)
-    for (const Embedding::Entry& entry : embedding.buckets[k]) sums.row(static_cast<Eigen::Index>(k)) += entry.sign * b.row(entry.row);
+    for (const Embedding::Entry& entry : embedding.buckets[k])
+      sums.row(static_cast<Eigen::Index>(k)) += entry.sign * b.row(entry.row);
   return sums;
 }
 
@@ -87,8 +88,8 @@ Matrix<Scalar> gram(const Matrix<Scalar>& m) {
   parallel_for(tiles.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const auto [i, j] = tiles[t];
-      gemm('N', 'C', std::min(kTile, n - i), std::min(kTile, n - j), k, Scalar(1.0), m.data() + i, n, m.data() + j, n, Scalar(0.0),
-           g.data() + static_cast<Eigen::Index>(j) * n + i, n);
+      gemm('N', 'C', std::min(kTile, n - i), std::min(kTile, n - j), k, Scalar(1.0), m.data() + i, n, m.data() + j, n,
+           Scalar(0.0), g.data() + static_cast<Eigen::Index>(j) * n + i, n);
     }
   });
   return g;
@@ -157,9 +158,10 @@ Matrix<Scalar> sum_over_rows(const Matrix<Scalar>& adjoint, const Matrix<Scalar>
 template <class Scalar>
 Matrix<Scalar> normal_times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& x) {
   const std::vector<double> pairs = to_pairs(x);
-  return sum_over_rows(adjoint, x, [&](const double* m, std::size_t, std::size_t n_rows, std::size_t n, std::size_t count, double* w) {
-    rows_normal(m, n_rows, n, pairs.data(), count, w);
-  });
+  return sum_over_rows(
+      adjoint, x, [&](const double* m, std::size_t, std::size_t n_rows, std::size_t n, std::size_t count, double* w) {
+        rows_normal(m, n_rows, n, pairs.data(), count, w);
+      });
 }
 
 /// Data as the kernel reads it: a row's pairs one after the other.
@@ -173,7 +175,8 @@ std::vector<double> row_pairs(const Matrix<double>& b) {
   const std::size_t width = 2 * n_pairs(b);
   std::vector<double> rows(static_cast<std::size_t>(b.rows()) * width, 0.0);
   for (Eigen::Index i = 0; i < b.rows(); ++i)
-    for (Eigen::Index c = 0; c < b.cols(); ++c) rows[static_cast<std::size_t>(i) * width + static_cast<std::size_t>(c)] = b(i, c);
+    for (Eigen::Index c = 0; c < b.cols(); ++c)
+      rows[static_cast<std::size_t>(i) * width + static_cast<std::size_t>(c)] = b(i, c);
   return rows;
 }
 
@@ -181,23 +184,27 @@ std::vector<double> row_pairs(const Matrix<double>& b) {
 template <class Scalar>
 Matrix<Scalar> adjoint_times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& b) {
   const std::vector<double> data = row_pairs(b);
-  return sum_over_rows(adjoint, b, [&](const double* m, std::size_t first, std::size_t n_rows, std::size_t n, std::size_t count, double* w) {
-    rows_add(m, n_rows, n, data.data() + 2 * count * first, count, w);
-  });
+  return sum_over_rows(adjoint, b,
+                       [&](const double* m, std::size_t first, std::size_t n_rows, std::size_t n, std::size_t count,
+                           double* w) { rows_add(m, n_rows, n, data.data() + 2 * count * first, count, w); });
 }
 
 /// rows^H (b - rows x) in one reading; the residual itself has all its digits, unlike a difference of sums.
 template <class Scalar>
 Matrix<Scalar> residual_times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& x, const Matrix<Scalar>& b) {
   const std::vector<double> pairs = to_pairs(x), data = row_pairs(b);
-  return sum_over_rows(adjoint, b, [&](const double* m, std::size_t first, std::size_t n_rows, std::size_t n, std::size_t count, double* w) {
-    rows_residual(m, n_rows, n, pairs.data(), data.data() + 2 * count * first, count, w);
-  });
+  return sum_over_rows(
+      adjoint, b,
+      [&](const double* m, std::size_t first, std::size_t n_rows, std::size_t n, std::size_t count, double* w) {
+        rows_residual(m, n_rows, n, pairs.data(), data.data() + 2 * count * first, count, w);
+      });
 }
 
 template <class Scalar>
-RidgeSolution<Scalar> solve_direct(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b, double eps) {
-  const int n = static_cast<int>(adjoint.rows()), n_rows = static_cast<int>(adjoint.cols()), columns = static_cast<int>(b.cols());
+RidgeSolution<Scalar> solve_direct(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b,
+                                   double eps) {
+  const int n = static_cast<int>(adjoint.rows()), n_rows = static_cast<int>(adjoint.cols()),
+            columns = static_cast<int>(b.cols());
   Matrix<Scalar> system = Matrix<Scalar>::Zero(n_rows + n, n), data = Matrix<Scalar>::Zero(n_rows + n, columns);
   system.topRows(n_rows) = adjoint.adjoint() * scale.asDiagonal();
   system.bottomRows(n).diagonal().setConstant(Scalar(eps));
@@ -228,7 +235,8 @@ std::optional<Matrix<Scalar>> cholesky(const Matrix<Scalar>& g, double eps) {
 }
 
 template <class Scalar>
-RidgeSolution<Scalar> solve_sketched(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b, double eps) {
+RidgeSolution<Scalar> solve_sketched(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale,
+                                     const Matrix<Scalar>& b, double eps) {
   RidgeSolution<Scalar> result;
   const int n = static_cast<int>(adjoint.rows()), columns = static_cast<int>(b.cols());
   const bool small = kBucketsPerColumn * adjoint.rows() >= adjoint.cols();  // then the sketch is the problem itself
@@ -303,9 +311,10 @@ RidgeSolution<Scalar> solve_sketched(const Matrix<Scalar>& adjoint, const Eigen:
 }  // namespace
 
 template <class Scalar>
-RidgeSolution<Scalar> solve_ridge(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b, double eps,
-                                  RidgeMethod method) {
-  KLANG_CHECK(b.rows() == adjoint.cols() && scale.size() == adjoint.rows() && eps >= 0.0, "a ridge system has one row of data a row");
+RidgeSolution<Scalar> solve_ridge(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b,
+                                  double eps, RidgeMethod method) {
+  KLANG_CHECK(b.rows() == adjoint.cols() && scale.size() == adjoint.rows() && eps >= 0.0,
+              "a ridge system has one row of data a row");
   KLANG_CHECK(adjoint.rows() % kMultiple<Scalar> == 0, "unknowns of a ridge system come padded");
   return method == RidgeMethod::kDirect ? solve_direct(adjoint, scale, b, eps) : solve_sketched(adjoint, scale, b, eps);
 }
@@ -331,7 +340,8 @@ Matrix<Scalar> times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& x) {
   return y;
 }
 
-template RidgeSolution<double> solve_ridge(const Matrix<double>&, const Eigen::VectorXd&, const Matrix<double>&, double, RidgeMethod);
+template RidgeSolution<double> solve_ridge(const Matrix<double>&, const Eigen::VectorXd&, const Matrix<double>&, double,
+                                           RidgeMethod);
 template RidgeSolution<std::complex<double>> solve_ridge(const Matrix<std::complex<double>>&, const Eigen::VectorXd&,
                                                          const Matrix<std::complex<double>>&, double, RidgeMethod);
 template Matrix<double> times(const Matrix<double>&, const Matrix<double>&);

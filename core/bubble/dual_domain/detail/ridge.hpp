@@ -36,17 +36,21 @@ struct RidgeSolution {
 /// The same bits on any number of threads. It starts from the solution of the sketched problem and ends when the error of A x is
 /// 1e-3 of the residual that stays (the residual itself then is within 1e-6), or 1e-7 of the data.
 template <class Scalar>
-RidgeSolution<Scalar> solve_ridge(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b, double eps,
-                                  RidgeMethod method);
+RidgeSolution<Scalar> solve_ridge(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b,
+                                  double eps, RidgeMethod method);
 
-extern template RidgeSolution<double> solve_ridge(const Matrix<double>&, const Eigen::VectorXd&, const Matrix<double>&, double, RidgeMethod);
-extern template RidgeSolution<std::complex<double>> solve_ridge(const Matrix<std::complex<double>>&, const Eigen::VectorXd&,
-                                                                const Matrix<std::complex<double>>&, double, RidgeMethod);
+extern template RidgeSolution<double> solve_ridge(const Matrix<double>&, const Eigen::VectorXd&, const Matrix<double>&,
+                                                  double, RidgeMethod);
+extern template RidgeSolution<std::complex<double>> solve_ridge(const Matrix<std::complex<double>>&,
+                                                                const Eigen::VectorXd&,
+                                                                const Matrix<std::complex<double>>&, double,
+                                                                RidgeMethod);
 
 /// rows x (no scale), in parallel.
 template <class Scalar>
 Matrix<Scalar> times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& x);
 extern template Matrix<double> times(const Matrix<double>&, const Matrix<double>&);
-extern template Matrix<std::complex<double>> times(const Matrix<std::complex<double>>&, const Matrix<std::complex<double>>&);
+extern template Matrix<std::complex<double>> times(const Matrix<std::complex<double>>&,
+                                                   const Matrix<std::complex<double>>&);
 
 }  // namespace klang::bubble::detail

@@ -31,52 +31,53 @@ double sum(const double* v) { return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + 
 #define KLANG_STORE(at, v) std::memcpy((at), &(v), sizeof(Vector))
 
 // Two rows a, b against one pair of vectors x: sums to ya, yb (two numbers each).
-#define KLANG_DOT2(a, b, n, x, ya, yb)                \
-  do {                                                \
-    const double *const ra_ = (a), *const rb_ = (b);  \
+#define KLANG_DOT2(a, b, n, x, ya, yb)                     \
+  do {                                                     \
+    const double *const ra_ = (a), *const rb_ = (b);       \
     const double *const x0_ = (x), *const x1_ = x0_ + (n); \
-    Vector a0_{}, a1_{}, b0_{}, b1_{};                \
-    for (std::size_t j_ = 0; j_ < (n); j_ += kLane) { \
-      KLANG_LOAD(u0_, x0_ + j_);                      \
-      KLANG_LOAD(u1_, x1_ + j_);                      \
-      KLANG_LOAD(ma_, ra_ + j_);                      \
-      KLANG_LOAD(mb_, rb_ + j_);                      \
-      a0_ += ma_ * u0_;                               \
-      a1_ += ma_ * u1_;                               \
-      b0_ += mb_ * u0_;                               \
-      b1_ += mb_ * u1_;                               \
-    }                                                 \
-    double sums_[4][kLane];                           \
-    KLANG_STORE(sums_[0], a0_);                       \
-    KLANG_STORE(sums_[1], a1_);                       \
-    KLANG_STORE(sums_[2], b0_);                       \
-    KLANG_STORE(sums_[3], b1_);                       \
-    (ya)[0] = sum(sums_[0]);                          \
-    (ya)[1] = sum(sums_[1]);                          \
-    (yb)[0] = sum(sums_[2]);                          \
-    (yb)[1] = sum(sums_[3]);                          \
+    Vector a0_{}, a1_{}, b0_{}, b1_{};                     \
+    for (std::size_t j_ = 0; j_ < (n); j_ += kLane) {      \
+      KLANG_LOAD(u0_, x0_ + j_);                           \
+      KLANG_LOAD(u1_, x1_ + j_);                           \
+      KLANG_LOAD(ma_, ra_ + j_);                           \
+      KLANG_LOAD(mb_, rb_ + j_);                           \
+      a0_ += ma_ * u0_;                                    \
+      a1_ += ma_ * u1_;                                    \
+      b0_ += mb_ * u0_;                                    \
+      b1_ += mb_ * u1_;                                    \
+    }                                                      \
+    double sums_[4][kLane];                                \
+    KLANG_STORE(sums_[0], a0_);                            \
+    KLANG_STORE(sums_[1], a1_);                            \
+    KLANG_STORE(sums_[2], b0_);                            \
+    KLANG_STORE(sums_[3], b1_);                            \
+    (ya)[0] = sum(sums_[0]);                               \
+    (ya)[1] = sum(sums_[1]);                               \
+    (yb)[0] = sum(sums_[2]);                               \
+    (yb)[1] = sum(sums_[3]);                               \
   } while (false)
 
 // w += a ya + b yb for the pair w.
-#define KLANG_ADD2(a, b, n, ya, yb, w)                \
-  do {                                                \
-    const double *const ra_ = (a), *const rb_ = (b);  \
-    double *const w0_ = (w), *const w1_ = w0_ + (n);  \
+#define KLANG_ADD2(a, b, n, ya, yb, w)                                           \
+  do {                                                                           \
+    const double *const ra_ = (a), *const rb_ = (b);                             \
+    double *const w0_ = (w), *const w1_ = w0_ + (n);                             \
     const double ya0_ = (ya)[0], ya1_ = (ya)[1], yb0_ = (yb)[0], yb1_ = (yb)[1]; \
-    for (std::size_t j_ = 0; j_ < (n); j_ += kLane) { \
-      KLANG_LOAD(ma_, ra_ + j_);                      \
-      KLANG_LOAD(mb_, rb_ + j_);                      \
-      KLANG_LOAD(s0_, w0_ + j_);                      \
-      KLANG_LOAD(s1_, w1_ + j_);                      \
-      s0_ += ma_ * ya0_ + mb_ * yb0_;                 \
-      s1_ += ma_ * ya1_ + mb_ * yb1_;                 \
-      KLANG_STORE(w0_ + j_, s0_);                     \
-      KLANG_STORE(w1_ + j_, s1_);                     \
-    }                                                 \
+    for (std::size_t j_ = 0; j_ < (n); j_ += kLane) {                            \
+      KLANG_LOAD(ma_, ra_ + j_);                                                 \
+      KLANG_LOAD(mb_, rb_ + j_);                                                 \
+      KLANG_LOAD(s0_, w0_ + j_);                                                 \
+      KLANG_LOAD(s1_, w1_ + j_);                                                 \
+      s0_ += ma_ * ya0_ + mb_ * yb0_;                                            \
+      s1_ += ma_ * ya1_ + mb_ * yb1_;                                            \
+      KLANG_STORE(w0_ + j_, s0_);                                                \
+      KLANG_STORE(w1_ + j_, s1_);                                                \
+    }                                                                            \
   } while (false)
 
 // An odd last row goes with itself: its second copy counts 0.
-KLANG_CLONES void rows_times(const double* m, std::size_t n_rows, std::size_t n, const double* x, std::size_t n_pairs, double* y) {
+KLANG_CLONES void rows_times(const double* m, std::size_t n_rows, std::size_t n, const double* x, std::size_t n_pairs,
+                             double* y) {
   for (std::size_t i = 0; i < n_rows; i += 2)
     for (std::size_t p = 0; p < n_pairs; ++p) {
       const std::size_t second = i + 1 < n_rows ? i + 1 : i;
@@ -87,7 +88,8 @@ KLANG_CLONES void rows_times(const double* m, std::size_t n_rows, std::size_t n,
     }
 }
 
-KLANG_CLONES void rows_add(const double* m, std::size_t n_rows, std::size_t n, const double* y, std::size_t n_pairs, double* w) {
+KLANG_CLONES void rows_add(const double* m, std::size_t n_rows, std::size_t n, const double* y, std::size_t n_pairs,
+                           double* w) {
   for (std::size_t i = 0; i < n_rows; i += 2)
     for (std::size_t p = 0; p < n_pairs; ++p) {
       const std::size_t second = i + 1 < n_rows ? i + 1 : i;
@@ -97,8 +99,8 @@ KLANG_CLONES void rows_add(const double* m, std::size_t n_rows, std::size_t n, c
     }
 }
 
-KLANG_CLONES void rows_residual(const double* m, std::size_t n_rows, std::size_t n, const double* x, const double* y, std::size_t n_pairs,
-                                double* w) {
+KLANG_CLONES void rows_residual(const double* m, std::size_t n_rows, std::size_t n, const double* x, const double* y,
+                                std::size_t n_pairs, double* w) {
   for (std::size_t i = 0; i < n_rows; i += 2)
     for (std::size_t p = 0; p < n_pairs; ++p) {
       const std::size_t second = i + 1 < n_rows ? i + 1 : i;
@@ -112,7 +114,8 @@ KLANG_CLONES void rows_residual(const double* m, std::size_t n_rows, std::size_t
     }
 }
 
-KLANG_CLONES void rows_normal(const double* m, std::size_t n_rows, std::size_t n, const double* x, std::size_t n_pairs, double* w) {
+KLANG_CLONES void rows_normal(const double* m, std::size_t n_rows, std::size_t n, const double* x, std::size_t n_pairs,
+                              double* w) {
   for (std::size_t i = 0; i < n_rows; i += 2)
     for (std::size_t p = 0; p < n_pairs; ++p) {
       const std::size_t second = i + 1 < n_rows ? i + 1 : i;
@@ -123,7 +126,8 @@ KLANG_CLONES void rows_normal(const double* m, std::size_t n_rows, std::size_t n
     }
 }
 
-KLANG_CLONES void distances(const double* sources, std::size_t n_padded, double k, const double* at, double* r, double* phase) {
+KLANG_CLONES void distances(const double* sources, std::size_t n_padded, double k, const double* at, double* r,
+                            double* phase) {
   for (std::size_t s = 0; s < n_padded; ++s) {
     const double x = at[0] - sources[s], y = at[1] - sources[n_padded + s], z = at[2] - sources[2 * n_padded + s];
     r[s] = std::sqrt(x * x + y * y + z * z);
@@ -131,10 +135,12 @@ KLANG_CLONES void distances(const double* sources, std::size_t n_padded, double 
   }
 }
 
-KLANG_CLONES void singular_slopes(const double* sources, std::size_t n_sources, std::size_t n_padded, double k, const double* at,
-                                  const double* normal, const double* r, const double* cosine, const double* sine, double weight, double* row, double* square) {
+KLANG_CLONES void singular_slopes(const double* sources, std::size_t n_sources, std::size_t n_padded, double k,
+                                  const double* at, const double* normal, const double* r, const double* cosine,
+                                  const double* sine, double weight, double* row, double* square) {
   // As quadrupole_slopes of wave_rows.cpp, eight sources at a time. F_l = h_l / u^l; gradient of F_l: -k^2 r F_{l+1}.
-  const double mono = 1.0 / std::sqrt(4.0 * kPi), di = std::sqrt(3.0 / (4.0 * kPi)), quad = std::sqrt(15.0 / (4.0 * kPi));
+  const double mono = 1.0 / std::sqrt(4.0 * kPi), di = std::sqrt(3.0 / (4.0 * kPi)),
+               quad = std::sqrt(15.0 / (4.0 * kPi));
   const double root3 = std::numbers::sqrt3, ksq = k * k;
   const double nx = normal[0], ny = normal[1], nz = normal[2];
   for (std::size_t s = 0; s < n_sources; s += kLane) {
@@ -161,7 +167,8 @@ KLANG_CLONES void singular_slopes(const double* sources, std::size_t n_sources, 
       hi = ti;
       power *= inverse;
     }
-    const Vector q4 = x * y, q5 = y * z, q6 = z * x, q7 = 0.5 * (x * x - y * y), q8 = (2.0 * z * z - x * x - y * y) / (2.0 * root3);
+    const Vector q4 = x * y, q5 = y * z, q6 = z * x, q7 = 0.5 * (x * x - y * y),
+                 q8 = (2.0 * z * z - x * x - y * y) / (2.0 * root3);
     const Vector g4 = x * ny + y * nx, g5 = y * nz + z * ny, g6 = z * nx + x * nz, g7 = x * nx - y * ny,
                  g8 = (2.0 * z * nz - x * nx - y * ny) / root3;
     for (int part = 0; part < 2; ++part) {
@@ -186,7 +193,8 @@ KLANG_CLONES void singular_slopes(const double* sources, std::size_t n_sources, 
       before += a * a + b * b;
       KLANG_STORE(squares, before);
       double* const out = row + 2 * (f * n_sources + s);
-      const Vector low = __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11), high = __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15);
+      const Vector low = __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11),
+                   high = __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15);
       if (s + kLane <= n_sources) {
         KLANG_STORE(out, low);
         KLANG_STORE(out + kLane, high);

@@ -12,7 +12,8 @@ void rows_times(const double* m, std::size_t n_rows, std::size_t n, const double
 /// w += M^T y.
 void rows_add(const double* m, std::size_t n_rows, std::size_t n, const double* y, std::size_t n_pairs, double* w);
 /// w += M^T (y - M x), and w += M^T (M x): each row is used twice while it is in the cache.
-void rows_residual(const double* m, std::size_t n_rows, std::size_t n, const double* x, const double* y, std::size_t n_pairs, double* w);
+void rows_residual(const double* m, std::size_t n_rows, std::size_t n, const double* x, const double* y,
+                   std::size_t n_pairs, double* w);
 void rows_normal(const double* m, std::size_t n_rows, std::size_t n, const double* x, std::size_t n_pairs, double* w);
 
 /// Distances r and phases k r from n_padded points (multiple of kLane; x, y, z one array after the other) to at.
@@ -21,7 +22,8 @@ void distances(const double* sources, std::size_t n_padded, double k, const doub
 /// Slopes along normal of the 9 singular functions (wave_rows.hpp) about the first n_sources of those points, seen from at: order
 /// function by function, row[2 (f n_sources + s)] weight times the real part, + 1 minus the imaginary one (conjugated).
 /// cosine, sine: of the phases. square (9 x n_padded) gets the squared moduli added.
-void singular_slopes(const double* sources, std::size_t n_sources, std::size_t n_padded, double k, const double* at, const double* normal,
-                     const double* r, const double* cosine, const double* sine, double weight, double* row, double* square);
+void singular_slopes(const double* sources, std::size_t n_sources, std::size_t n_padded, double k, const double* at,
+                     const double* normal, const double* r, const double* cosine, const double* sine, double weight,
+                     double* row, double* square);
 
 }  // namespace klang::bubble::detail

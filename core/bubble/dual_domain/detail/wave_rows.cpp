@@ -57,7 +57,8 @@ Radial<Complex> singular_radial(double u) {
   return f;
 }
 
-const double kMono = 1.0 / std::sqrt(4.0 * kPi), kDi = std::sqrt(3.0 / (4.0 * kPi)), kQuad = std::sqrt(15.0 / (4.0 * kPi));
+const double kMono = 1.0 / std::sqrt(4.0 * kPi), kDi = std::sqrt(3.0 / (4.0 * kPi)),
+             kQuad = std::sqrt(15.0 / (4.0 * kPi));
 const double kRoot3 = std::numbers::sqrt3;
 
 template <class Scalar>
@@ -77,7 +78,8 @@ void quadrupole(double k, const Eigen::Vector3d& r, const Radial<Scalar>& f, Sca
 
 /// The gradient of f_l = F_l(u) / u^l is -k^2 r f_{l+1}.
 template <class Scalar>
-void quadrupole_slopes(double k, const Eigen::Vector3d& r, const Eigen::Vector3d& n, const Radial<Scalar>& f, Scalar* out) {
+void quadrupole_slopes(double k, const Eigen::Vector3d& r, const Eigen::Vector3d& n, const Radial<Scalar>& f,
+                       Scalar* out) {
   const double x = r.x(), y = r.y(), z = r.z(), rn = r.dot(n), ksq = k * k;
   out[0] = -kMono * ksq * rn * f[1];
   const Scalar di = kDi * k * f[1], di_down = kDi * k * ksq * rn * f[2];
@@ -102,13 +104,15 @@ RegularRows::RegularRows(int order, double wavenumber_per_m)
 }
 
 RegularRows::Scratch RegularRows::scratch() const {
-  return {Eigen::VectorXcd(acoustics::basis_size(order_ + 1)), std::vector<double>(static_cast<std::size_t>(order_) + 2)};
+  return {Eigen::VectorXcd(acoustics::basis_size(order_ + 1)),
+          std::vector<double>(static_cast<std::size_t>(order_) + 2)};
 }
 
 void RegularRows::fill(const Eigen::Vector3d& r_m, Scratch& scratch) const {
   const double distance = r_m.norm();
   acoustics::spherical_bessel_j(wavenumber_per_m_ * distance, scratch.bessel);
-  harmonics_.evaluate(distance > 0.0 ? Eigen::Vector3d(r_m / distance) : Eigen::Vector3d::UnitZ(), scratch.harmonics.data());
+  harmonics_.evaluate(distance > 0.0 ? Eigen::Vector3d(r_m / distance) : Eigen::Vector3d::UnitZ(),
+                      scratch.harmonics.data());
   for (int n = 0; n <= order_ + 1; ++n)
     for (int m = 0; m <= n; ++m) scratch.harmonics[basis_index(n, m)] *= scratch.bessel[static_cast<std::size_t>(n)];
 }
@@ -125,7 +129,8 @@ void RegularRows::values(const Eigen::Vector3d& r_m, Scratch& scratch, double* r
   }
 }
 
-void RegularRows::slopes(const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal, Scratch& scratch, double* row) const {
+void RegularRows::slopes(const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal, Scratch& scratch,
+                         double* row) const {
   fill(r_m, scratch);
   const Eigen::VectorXcd& f = scratch.harmonics;
   const double k = wavenumber_per_m_, nz = k * normal.z();
@@ -164,7 +169,8 @@ void regular_quadrupole(double wavenumber_per_m, const Eigen::Vector3d& r_m, dou
   quadrupole(wavenumber_per_m, r_m, regular_radial(wavenumber_per_m * r_m.norm()), values);
 }
 
-void regular_quadrupole_slopes(double wavenumber_per_m, const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal, double* slopes) {
+void regular_quadrupole_slopes(double wavenumber_per_m, const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal,
+                               double* slopes) {
   quadrupole_slopes(wavenumber_per_m, r_m, normal, regular_radial(wavenumber_per_m * r_m.norm()), slopes);
 }
 
@@ -172,7 +178,8 @@ void singular_quadrupole(double wavenumber_per_m, const Eigen::Vector3d& r_m, Co
   quadrupole(wavenumber_per_m, r_m, singular_radial(wavenumber_per_m * r_m.norm()), values);
 }
 
-void singular_quadrupole_slopes(double wavenumber_per_m, const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal, Complex* slopes) {
+void singular_quadrupole_slopes(double wavenumber_per_m, const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal,
+                                Complex* slopes) {
   quadrupole_slopes(wavenumber_per_m, r_m, normal, singular_radial(wavenumber_per_m * r_m.norm()), slopes);
 }
 

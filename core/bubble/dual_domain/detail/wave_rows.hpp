@@ -39,7 +39,8 @@ class RegularRows {
 ///   1, x, y, z, xy, yz, zx, (x^2 - y^2)/2, (2z^2 - x^2 - y^2)/(2 sqrt 3)  times  j_l or h_l^(2)(k r) / r^l, orthonormal on the sphere.
 inline constexpr int kQuadrupoleSize = 9;
 void regular_quadrupole(double wavenumber_per_m, const Eigen::Vector3d& r_m, double* values);
-void regular_quadrupole_slopes(double wavenumber_per_m, const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal, double* slopes);
+void regular_quadrupole_slopes(double wavenumber_per_m, const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal,
+                               double* slopes);
 void singular_quadrupole(double wavenumber_per_m, const Eigen::Vector3d& r_m, std::complex<double>* values);
 void singular_quadrupole_slopes(double wavenumber_per_m, const Eigen::Vector3d& r_m, const Eigen::Vector3d& normal,
                                 std::complex<double>* slopes);

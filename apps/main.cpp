@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <new>
 
-#include "command.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/parallel.hpp"
+#include "apps/kit/command.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
 
 namespace {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/errors.hpp"
-#include "core/modal/eigen_solver.hpp"
-#include "core/solid/assembly.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/modal/eigen_solver.hpp"
+#include "core/physics/solid/assembly.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
 #include "datasets-synthetic/ritz_tube.hpp"
 

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/monitor.hpp"
-#include "core/mesh/shape.hpp"
-#include "core/solid/material.hpp"
-#include "core/solid/support.hpp"
+#include "core/foundation/base/monitor.hpp"
+#include "core/geometry/shapes/shape.hpp"
+#include "core/physics/solid/material.hpp"
+#include "core/physics/solid/support.hpp"
 
 namespace klang::datasets {
 

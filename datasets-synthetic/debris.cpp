@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/random.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/random.hpp"
 #include "datasets-synthetic/detail/convex_cell.hpp"
 
 namespace klang::datasets {

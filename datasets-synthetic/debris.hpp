@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/mesh/tet_mesh.hpp"
+#include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::datasets {
 

@@ -7,7 +7,7 @@
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
-#include "core/base/conventions.hpp"
+#include "core/foundation/base/conventions.hpp"
 
 namespace klang::datasets {
 namespace {

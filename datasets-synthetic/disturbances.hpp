@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "core/base/random.hpp"
+#include "core/foundation/base/random.hpp"
 
 namespace klang::datasets {
 

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <set>
 
-#include "core/base/errors.hpp"
-#include "core/base/random.hpp"
-#include "core/bubble/bubble_physics.hpp"
-#include "core/toml/toml_table.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/random.hpp"
+#include "core/foundation/config/toml_table.hpp"
+#include "core/physics/bubble/bubble_physics.hpp"
 
 namespace klang::datasets {
 namespace {

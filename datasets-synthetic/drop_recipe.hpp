@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/bubble/bubble_motion.hpp"
-#include "core/bubble/pitch_formulas.hpp"
+#include "core/physics/bubble/bubble_motion.hpp"
+#include "core/physics/bubble/pitch_formulas.hpp"
 
 namespace klang::datasets {
 

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/json.hpp"
-#include "core/base/parallel.hpp"
-#include "core/base/provenance.hpp"
-#include "core/bubble/bubble_physics.hpp"
-#include "core/bubble/ringdown_formulas.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/provenance.hpp"
+#include "core/physics/bubble/bubble_physics.hpp"
+#include "core/physics/bubble/ringdown_formulas.hpp"
 #include "datasets-synthetic/disturbances.hpp"
 #include "datasets-synthetic/oscillator_ode.hpp"
 

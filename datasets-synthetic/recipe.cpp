@@ -4,13 +4,13 @@
 #include <cmath>
 #include <complex>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/json.hpp"
-#include "core/base/output_file.hpp"
-#include "core/base/parallel.hpp"
-#include "core/base/provenance.hpp"
-#include "core/modal/oscillator_bank.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/provenance.hpp"
+#include "core/sound/stage/oscillator_bank.hpp"
 #include "datasets-synthetic/body_modes.hpp"
 #include "datasets-synthetic/disturbances.hpp"
 #include "datasets-synthetic/drops.hpp"

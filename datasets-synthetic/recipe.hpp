@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/audio/signal.hpp"
-#include "core/base/monitor.hpp"
+#include "core/foundation/base/monitor.hpp"
+#include "core/sound/audio/signal.hpp"
 
 namespace klang::datasets {
 

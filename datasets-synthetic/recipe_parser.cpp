@@ -4,9 +4,9 @@
 #include <limits>
 #include <set>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/toml/toml_table.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/toml_table.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 
 namespace klang::datasets {

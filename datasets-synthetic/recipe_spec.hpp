@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/mesh/shape.hpp"
-#include "core/solid/material.hpp"
-#include "core/solid/support.hpp"
+#include "core/geometry/shapes/shape.hpp"
+#include "core/physics/solid/material.hpp"
+#include "core/physics/solid/support.hpp"
 
 namespace klang::datasets {
 

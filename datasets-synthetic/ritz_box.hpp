@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "core/solid/material.hpp"
+#include "core/physics/solid/material.hpp"
 
 namespace klang::datasets {
 

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/solid/material.hpp"
+#include "core/physics/solid/material.hpp"
 
 namespace klang::datasets {
 

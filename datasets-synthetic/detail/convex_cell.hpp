@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/mesh/tet_mesh.hpp"
+#include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::datasets::detail {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/base/check.hpp"
-#include "core/base/conventions.hpp"
+#include "core/foundation/base/check.hpp"
+#include "core/foundation/base/conventions.hpp"
 
 extern "C" void dsyevr_(const char* jobz, const char* range, const char* uplo, const int* n, double* a, const int* lda,
                         const double* vl, const double* vu, const int* il, const int* iu, const double* abstol, int* m,

@@ -1,6 +1,6 @@
 #include "fit/bubble/bubble_search.hpp"
 
-#include "core/base/errors.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "fit/bubble/detail/search.hpp"
 
 namespace klang::fit::bubble {

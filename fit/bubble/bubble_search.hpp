@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "core/audio/signal.hpp"
-#include "core/base/conventions.hpp"
-#include "core/base/monitor.hpp"
-#include "core/bubble/bubble_medium.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/monitor.hpp"
+#include "core/physics/bubble/bubble_medium.hpp"
+#include "core/sound/audio/signal.hpp"
 #include "fit/bubble/chirp_fit.hpp"
 
 namespace klang::fit::bubble {

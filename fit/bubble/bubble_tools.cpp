@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/audio/fft.hpp"
-#include "core/base/errors.hpp"
-#include "core/bubble/bubble_formulas.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/bubble/bubble_formulas.hpp"
+#include "core/sound/audio/fft.hpp"
 #include "fit/bubble/bubble_search.hpp"
 
 namespace klang::fit::bubble {

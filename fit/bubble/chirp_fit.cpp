@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/audio/fft.hpp"
-#include "core/base/conventions.hpp"
-#include "core/base/parallel.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/sound/audio/fft.hpp"
 
 namespace klang::fit::bubble {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/conventions.hpp"
-#include "core/bubble/ringdown_formulas.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/physics/bubble/ringdown_formulas.hpp"
 
 namespace klang::fit::bubble {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/conventions.hpp"
-#include "core/base/parallel.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/parallel.hpp"
 
 namespace klang::fit::bubble {
 namespace {

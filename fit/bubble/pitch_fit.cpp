@@ -7,9 +7,9 @@
 #include <cmath>
 #include <map>
 
-#include "core/base/csv.hpp"
-#include "core/base/errors.hpp"
-#include "core/bubble/spline.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/csv.hpp"
+#include "core/foundation/math/spline.hpp"
 
 namespace klang::fit::bubble {
 namespace {
@@ -26,7 +26,7 @@ std::shared_ptr<const PitchLaw> law_of(const BubbleRise& rise, double max_factor
     return std::make_shared<const DepthPitch>([depth, speed](double t) { return depth - speed * t; },
                                               [speed](double) { return speed; }, max_factor);
   }
-  const auto spline = std::make_shared<const klang::bubble::CubicSpline>(rise.times_s, rise.phi_m);
+  const auto spline = std::make_shared<const klang::CubicSpline>(rise.times_s, rise.phi_m);
   return std::make_shared<const DepthPitch>([spline](double t) { return -spline->at(t).v; },
                                             [spline](double t) { return spline->at(t).d; }, max_factor);
 }

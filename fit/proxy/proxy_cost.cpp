@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/base/conventions.hpp"
+#include "core/foundation/base/conventions.hpp"
 
 namespace klang::fit {
 namespace {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/soundbank/proxy.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/sound/soundbank/proxy.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 
 namespace klang::fit {

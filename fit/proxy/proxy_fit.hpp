@@ -1,8 +1,8 @@
 #pragma once
 #include <string>
 
-#include "core/base/monitor.hpp"
-#include "core/soundbank/soundbank.hpp"
+#include "core/foundation/base/monitor.hpp"
+#include "core/sound/soundbank/soundbank.hpp"
 #include "fit/proxy/proxy_search.hpp"
 #include "fit/proxy/proxy_target.hpp"
 

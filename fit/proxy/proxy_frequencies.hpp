@@ -2,7 +2,7 @@
 #include <array>
 #include <vector>
 
-#include "core/soundbank/soundbank.hpp"
+#include "core/sound/soundbank/soundbank.hpp"
 
 namespace klang::fit {
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/soundbank/proxy.hpp"
+#include "core/sound/soundbank/proxy.hpp"
 #include "fit/proxy/proxy_frequencies.hpp"
 #include "fit/proxy/proxy_target.hpp"
 

@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 
-#include "core/base/errors.hpp"
-#include "core/base/parallel.hpp"
-#include "core/base/random.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/random.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 
 namespace klang::fit {

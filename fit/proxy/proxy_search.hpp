@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/base/monitor.hpp"
+#include "core/foundation/base/monitor.hpp"
 #include "fit/proxy/proxy_model.hpp"
 #include "fit/proxy/proxy_sound.hpp"
 

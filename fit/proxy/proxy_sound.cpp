@@ -5,9 +5,9 @@
 #include <cmath>
 #include <complex>
 
-#include "core/audio/sound_level.hpp"
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/sound/audio/sound_level.hpp"
 
 namespace klang::fit {
 namespace {

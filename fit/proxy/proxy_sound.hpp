@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/audio/signal.hpp"
-#include "core/audio/spectral_distance.hpp"
+#include "core/sound/audio/signal.hpp"
+#include "core/sound/audio/spectral_distance.hpp"
 
 namespace klang::fit {
 

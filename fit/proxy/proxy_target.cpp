@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/mesh/inertia.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/mass_properties.hpp"
 
 namespace klang::fit {
 

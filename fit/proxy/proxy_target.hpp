@@ -1,10 +1,10 @@
 #pragma once
 #include <optional>
 
-#include "core/acoustics/transfer_model.hpp"
-#include "core/modal/modal_model.hpp"
-#include "fit/partial_table.hpp"
+#include "core/physics/modal/modal_model.hpp"
+#include "core/sound/transfer/transfer_model.hpp"
 #include "fit/proxy/proxy_sound.hpp"
+#include "fit/ringdown/partial_table.hpp"
 
 namespace klang::fit {
 

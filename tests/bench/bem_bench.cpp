@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "core/acoustics/radiate.hpp"
-#include "core/acoustics/sphere_radiation.hpp"
-#include "core/mesh/shape.hpp"
-#include "core/modal/eigen_solver.hpp"
-#include "core/solid/assembly.hpp"
+#include "core/geometry/shapes/shape.hpp"
+#include "core/physics/modal/eigen_solver.hpp"
+#include "core/physics/solid/assembly.hpp"
+#include "core/sound/bem/sphere_radiation.hpp"
+#include "core/sound/transfer/radiate.hpp"
 
 namespace {
 

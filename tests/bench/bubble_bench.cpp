@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/bubble/bubble_scene.hpp"
+#include "core/sound/stage/bubble_scene.hpp"
 
 namespace {
 

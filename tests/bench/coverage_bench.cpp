@@ -1,8 +1,8 @@
 // How often intervals hold the truth on the six chimes of datasets-synthetic/recipes: too long for a test at a hundred sounds.
 #include <benchmark/benchmark.h>
 
-#include "../fit/coverage.hpp"
-#include "core/base/output_file.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "tests/fit/coverage.hpp"
 
 namespace {
 

@@ -3,8 +3,8 @@
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
-#include "../bubble/dual_domain/liquid_shapes.hpp"
-#include "core/bubble/dual_domain/dual_domain.hpp"
+#include "core/sound/dual_domain/dual_domain.hpp"
+#include "tests/core/sound/dual_domain/liquid_shapes.hpp"
 
 extern "C" void zgels_(const char* trans, const int* m, const int* n, const int* n_rhs, std::complex<double>* a,
                        const int* lda, std::complex<double>* b, const int* ldb, std::complex<double>* work,

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "fit/fit.hpp"
+#include "fit/run/fit.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 #include <benchmark/benchmark.h>
 
-#include "core/mesh/shape.hpp"
-#include "core/modal/revolution_modes.hpp"
+#include "core/geometry/shapes/shape.hpp"
+#include "core/physics/modal/revolution_modes.hpp"
 
 namespace {
 

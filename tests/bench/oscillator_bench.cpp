@@ -1,10 +1,10 @@
 // Throughput of the oscillator bank on one core: items are mode-samples.
 #include <benchmark/benchmark.h>
 
-#include "core/base/conventions.hpp"
-#include "core/base/parallel.hpp"
-#include "core/base/random.hpp"
-#include "core/modal/oscillator_bank.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/random.hpp"
+#include "core/sound/stage/oscillator_bank.hpp"
 
 namespace {
 

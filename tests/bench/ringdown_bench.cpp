@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "core/base/conventions.hpp"
-#include "core/base/random.hpp"
-#include "fit/ringdown.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/random.hpp"
+#include "fit/ringdown/ringdown.hpp"
 
 namespace {
 

@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "../soundbank/small_bank.hpp"
-#include "core/soundbank/detail/shell_kernel.hpp"
-#include "core/soundbank/ellipsoid_radiation.hpp"
-#include "core/soundbank/proxy.hpp"
+#include "core/sound/soundbank/detail/shell_kernel.hpp"
+#include "core/sound/soundbank/ellipsoid_radiation.hpp"
+#include "core/sound/soundbank/proxy.hpp"
+#include "tests/core/sound/soundbank/small_bank.hpp"
 
 namespace {
 

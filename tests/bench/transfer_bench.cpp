@@ -5,10 +5,10 @@
 #include <cstdlib>
 #include <numeric>
 
-#include "../acoustics/transfer_samples.hpp"
-#include "core/acoustics/transfer_evaluation.hpp"
-#include "core/acoustics/transfer_opencl.hpp"
-#include "core/base/parallel.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/sound/transfer/transfer_evaluation.hpp"
+#include "core/sound/transfer/transfer_opencl.hpp"
+#include "tests/core/sound/transfer/transfer_samples.hpp"
 
 namespace {
 using namespace klang;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "expect_refused.hpp"
-#include "klang_process.hpp"
+#include "tests/cli/expect_refused.hpp"
+#include "tests/cli/klang_process.hpp"
 
 using klang::test::expect_refused;
 using klang::test::run_klang;

@@ -9,12 +9,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "../bubble/dual_domain/liquid_shapes.hpp"
-#include "../bubble/dual_domain/vtp_text.hpp"
-#include "core/base/conventions.hpp"
-#include "expect_refused.hpp"
-#include "json_file.hpp"
-#include "klang_process.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "tests/cli/expect_refused.hpp"
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
+#include "tests/core/sound/dual_domain/liquid_shapes.hpp"
+#include "tests/core/sound/dual_domain/vtp_text.hpp"
 
 using namespace klang;
 using klang::test::expect_refused;

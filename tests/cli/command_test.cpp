@@ -5,8 +5,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "json_file.hpp"
-#include "klang_process.hpp"
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
 
 using klang::test::read_json;
 using klang::test::run_klang;

@@ -1,7 +1,7 @@
 #pragma once
 #include <gtest/gtest.h>
 
-#include "klang_process.hpp"
+#include "tests/cli/klang_process.hpp"
 
 namespace klang::test {
 

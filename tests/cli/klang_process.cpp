@@ -1,4 +1,4 @@
-#include "klang_process.hpp"
+#include "tests/cli/klang_process.hpp"
 
 #include <sys/wait.h>
 #include <unistd.h>

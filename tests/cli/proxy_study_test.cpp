@@ -4,9 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "expect_refused.hpp"
-#include "json_file.hpp"
-#include "klang_process.hpp"
+#include "tests/cli/expect_refused.hpp"
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
 
 using klang::test::expect_refused;
 using klang::test::read_json;

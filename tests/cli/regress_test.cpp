@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "core/base/conventions.hpp"
-#include "core/base/random.hpp"
-#include "json_file.hpp"
-#include "klang_process.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/random.hpp"
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
 
 using klang::test::read_json;
 using klang::test::run_klang;

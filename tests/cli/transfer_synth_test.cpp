@@ -4,12 +4,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/acoustics/spherical_harmonics.hpp"
-#include "core/acoustics/transfer_model_file.hpp"
-#include "core/audio/sound_file.hpp"
-#include "expect_refused.hpp"
-#include "json_file.hpp"
-#include "klang_process.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "core/sound/transfer/transfer_model_file.hpp"
+#include "core/sound/waves/spherical_harmonics.hpp"
+#include "tests/cli/expect_refused.hpp"
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
 
 using klang::test::read_json;
 using klang::test::run_klang;

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/errors.hpp"
-#include "core/mesh/quality.hpp"
-#include "core/mesh/surface_check.hpp"
-#include "core/mesh/tetgen_mesher.hpp"
-#include "core/modal/eigen_solver.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/quality.hpp"
+#include "core/geometry/mesh/surface_check.hpp"
+#include "core/geometry/mesh/tetgen_mesher.hpp"
+#include "core/physics/modal/eigen_solver.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
 
 namespace klang::datasets {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
-#include "core/base/parallel.hpp"
-#include "core/bubble/bubble_physics.hpp"
-#include "core/bubble/bubble_ring.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/physics/bubble/bubble_physics.hpp"
+#include "core/physics/bubble/bubble_ring.hpp"
 #include "datasets-synthetic/oscillator_ode.hpp"
 
 namespace klang::datasets {

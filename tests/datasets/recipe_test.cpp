@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
-#include "core/base/parallel.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parallel.hpp"
 #include "datasets-synthetic/body_modes.hpp"
 #include "datasets-synthetic/disturbances.hpp"
 #include "datasets-synthetic/drop_recipe.hpp"

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "datasets-synthetic/detail/legendre.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
 #include "datasets-synthetic/ritz_tube.hpp"

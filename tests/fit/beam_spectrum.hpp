@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/base/conventions.hpp"
-#include "fit/spectrum_model.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "fit/elastic/spectrum_model.hpp"
 
 namespace klang::tests {
 

@@ -4,9 +4,9 @@
 
 #include <fstream>
 
-#include "core/base/errors.hpp"
-#include "drop_signals.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "fit/bubble/pitch_fit.hpp"
+#include "tests/fit/drop_signals.hpp"
 
 namespace klang::fit::bubble {
 namespace {

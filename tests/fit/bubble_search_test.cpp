@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "core/base/errors.hpp"
-#include "drop_signals.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "fit/bubble/bubble_search.hpp"
-#include "gradient_checker.hpp"
+#include "tests/fit/drop_signals.hpp"
+#include "tests/fit/gradient_checker.hpp"
 
 namespace klang::fit::bubble {
 namespace {

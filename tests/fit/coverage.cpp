@@ -1,16 +1,16 @@
-#include "coverage.hpp"
+#include "tests/fit/coverage.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/parallel.hpp"
+#include "core/foundation/base/parallel.hpp"
 #include "datasets-synthetic/recipe.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
-#include "fit/damping.hpp"
-#include "fit/identifiability.hpp"
-#include "fit/joint_match.hpp"
-#include "fit/reduced_spectrum.hpp"
-#include "fit/ringdown.hpp"
+#include "fit/damping/damping.hpp"
+#include "fit/elastic/identifiability.hpp"
+#include "fit/elastic/joint_match.hpp"
+#include "fit/elastic/reduced_spectrum.hpp"
+#include "fit/ringdown/ringdown.hpp"
 
 namespace klang::fit::test {
 namespace {

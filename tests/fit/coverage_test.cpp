@@ -1,7 +1,7 @@
 // Whether stated intervals hold the truth as often as they say, from sounds of tubes that a Ritz series made.
 #include <gtest/gtest.h>
 
-#include "coverage.hpp"
+#include "tests/fit/coverage.hpp"
 
 namespace klang::fit::test {
 namespace {

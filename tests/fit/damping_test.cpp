@@ -1,12 +1,12 @@
-#include "fit/damping.hpp"
+#include "fit/damping/damping.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/base/conventions.hpp"
-#include "core/base/random.hpp"
-#include "fit/detail/statistics.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/random.hpp"
+#include "core/foundation/math/statistics.hpp"
 
 namespace klang::fit {
 namespace {
@@ -213,21 +213,21 @@ TEST(Damping, DerivativesBesideRadiationAndMountsMatchDifferences) {
 
 TEST(Statistics, StudentQuantilesMatchTables) {
   // Abramowitz and Stegun 1964, table 26.10.
-  EXPECT_NEAR(detail::student_t_975(1), 12.706, 1e-3);
-  EXPECT_NEAR(detail::student_t_975(2), 4.303, 1e-3);
-  EXPECT_NEAR(detail::student_t_975(3), 3.182, 5e-3);
-  EXPECT_NEAR(detail::student_t_975(5), 2.571, 1e-3);
-  EXPECT_NEAR(detail::student_t_975(10), 2.228, 1e-3);
-  EXPECT_NEAR(detail::student_t_975(1e9), 1.960, 1e-3);
+  EXPECT_NEAR(student_t_975(1), 12.706, 1e-3);
+  EXPECT_NEAR(student_t_975(2), 4.303, 1e-3);
+  EXPECT_NEAR(student_t_975(3), 3.182, 5e-3);
+  EXPECT_NEAR(student_t_975(5), 2.571, 1e-3);
+  EXPECT_NEAR(student_t_975(10), 2.228, 1e-3);
+  EXPECT_NEAR(student_t_975(1e9), 1.960, 1e-3);
 }
 
 TEST(Statistics, ScatterMakesTheReducedChiSquaredOne) {
   Eigen::VectorXd residual(6), sigma = Eigen::VectorXd::Constant(6, 0.5), weight = Eigen::VectorXd::Ones(6);
   residual << 1, -2, 3, -1, 2, -3;
-  const double s = detail::scatter_estimate(residual, sigma, weight, 1, 0.0, 0.0);
+  const double s = scatter_estimate(residual, sigma, weight, 1, 0.0, 0.0);
   EXPECT_NEAR((residual.array().square() / (0.25 + s * s)).sum(), 5.0, 1e-6);
-  EXPECT_EQ(detail::scatter_estimate(0.1 * residual, sigma, weight, 1, 0.0, 0.0), 0.0);
-  EXPECT_EQ(detail::scatter_estimate(residual.head(1), sigma.head(1), weight.head(1), 1, 0.7, 0.0), 0.7);
+  EXPECT_EQ(scatter_estimate(0.1 * residual, sigma, weight, 1, 0.0, 0.0), 0.0);
+  EXPECT_EQ(scatter_estimate(residual.head(1), sigma.head(1), weight.head(1), 1, 0.7, 0.0), 0.7);
 }
 
 }  // namespace

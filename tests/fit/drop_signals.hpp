@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include "core/audio/signal.hpp"
-#include "core/bubble/bubble_formulas.hpp"
+#include "core/physics/bubble/bubble_formulas.hpp"
+#include "core/sound/audio/signal.hpp"
 
 namespace klang::tests {
 

@@ -2,11 +2,11 @@
 
 #include <ceres/cost_function.h>
 
-#include "beam_spectrum.hpp"
-#include "core/base/random.hpp"
-#include "fit/identifiability.hpp"
-#include "fit/joint_match.hpp"
-#include "gradient_checker.hpp"
+#include "core/foundation/base/random.hpp"
+#include "fit/elastic/identifiability.hpp"
+#include "fit/elastic/joint_match.hpp"
+#include "tests/fit/beam_spectrum.hpp"
+#include "tests/fit/gradient_checker.hpp"
 
 namespace klang::fit {
 namespace {

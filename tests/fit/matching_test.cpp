@@ -1,4 +1,4 @@
-#include "fit/matching.hpp"
+#include "fit/elastic/matching.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/base/random.hpp"
+#include "core/foundation/base/random.hpp"
 
 namespace klang::fit {
 namespace {

@@ -1,12 +1,12 @@
-#include "fit/partial_table.hpp"
+#include "fit/ringdown/partial_table.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
 
-#include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
 
 namespace fs = std::filesystem;
 using klang::fit::parse_partial_csv;

@@ -3,16 +3,16 @@
 
 #include <cmath>
 
-#include "../soundbank/small_bank.hpp"
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/parallel.hpp"
-#include "core/mesh/shape.hpp"
-#include "core/modal/eigen_solver.hpp"
-#include "core/soundbank/proxy.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/geometry/shapes/shape.hpp"
+#include "core/physics/modal/eigen_solver.hpp"
+#include "core/sound/soundbank/proxy.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 #include "fit/proxy/proxy_fit.hpp"
-#include "gradient_checker.hpp"
+#include "tests/core/sound/soundbank/small_bank.hpp"
+#include "tests/fit/gradient_checker.hpp"
 
 using namespace klang;
 

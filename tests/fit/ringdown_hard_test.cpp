@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "core/base/errors.hpp"
-#include "core/base/parallel.hpp"
-#include "fit/ringdown.hpp"
-#include "ringdown_signals.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "fit/ringdown/ringdown.hpp"
+#include "tests/fit/ringdown_signals.hpp"
 
 using klang::kPi;
 using klang::audio::Signal;

@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "core/audio/fft.hpp"
-#include "fit/detail/esprit.hpp"
-#include "fit/detail/partial_search.hpp"
-#include "fit/detail/sub_band_fit.hpp"
-#include "gradient_checker.hpp"
-#include "ringdown_signals.hpp"
+#include "core/sound/audio/fft.hpp"
+#include "fit/ringdown/detail/esprit.hpp"
+#include "fit/ringdown/detail/partial_search.hpp"
+#include "fit/ringdown/detail/sub_band_fit.hpp"
+#include "tests/fit/gradient_checker.hpp"
+#include "tests/fit/ringdown_signals.hpp"
 
 using klang::kPi;
 using klang::fit::detail::BinBlock;

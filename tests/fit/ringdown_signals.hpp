@@ -3,10 +3,10 @@
 #include <cmath>
 #include <vector>
 
-#include "core/audio/signal.hpp"
-#include "core/base/conventions.hpp"
-#include "core/base/random.hpp"
-#include "fit/partial_table.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/random.hpp"
+#include "core/sound/audio/signal.hpp"
+#include "fit/ringdown/partial_table.hpp"
 
 namespace klang::tests {
 

@@ -1,13 +1,13 @@
-#include "fit/ringdown.hpp"
+#include "fit/ringdown/ringdown.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <cmath>
 
-#include "core/base/errors.hpp"
-#include "core/base/parallel.hpp"
-#include "ringdown_signals.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "tests/fit/ringdown_signals.hpp"
 
 using klang::kPi;
 using klang::audio::Signal;

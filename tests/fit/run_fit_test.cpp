@@ -7,15 +7,15 @@
 #include <cmath>
 #include <fstream>
 
-#include "core/audio/sound_file.hpp"
-#include "core/base/conventions.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/random.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/random.hpp"
+#include "core/sound/audio/sound_file.hpp"
 #include "datasets-synthetic/recipe.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
-#include "fit/fit.hpp"
-#include "fit/fit_json.hpp"
-#include "fit/tune.hpp"
+#include "fit/run/fit.hpp"
+#include "fit/run/fit_json.hpp"
+#include "fit/tune/tune.hpp"
 
 namespace klang::fit {
 namespace {

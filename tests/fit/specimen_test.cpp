@@ -1,11 +1,11 @@
-#include "fit/specimen.hpp"
+#include "fit/specimen/specimen.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
 
 namespace klang::fit {
 namespace {

@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <string_view>
 
-#include "core/base/errors.hpp"
-#include "core/mesh/detail/profile.hpp"
-#include "core/mesh/mesh_file.hpp"
-#include "core/mesh/quality.hpp"
-#include "core/mesh/surface_check.hpp"
-#include "core/mesh/surface_file.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/files/mesh_file.hpp"
+#include "core/geometry/files/surface_file.hpp"
+#include "core/geometry/mesh/quality.hpp"
+#include "core/geometry/mesh/surface_check.hpp"
+#include "core/geometry/shapes/detail/profile.hpp"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "core/audio/sound_file.hpp"
-#include "core/base/errors.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/sound/audio/sound_file.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {

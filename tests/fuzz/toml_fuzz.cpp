@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <string_view>
 
-#include "core/base/errors.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "datasets-synthetic/drop_recipe.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
-#include "fit/specimen.hpp"
+#include "fit/specimen/specimen.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);

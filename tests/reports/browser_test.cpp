@@ -7,11 +7,11 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "core/base/output_file.hpp"
-#include "fixture.hpp"
-#include "reports/field_files.hpp"
-#include "reports/report.hpp"
-#include "validate/study.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "reports/report/report.hpp"
+#include "reports/scenes/field_files.hpp"
+#include "tests/reports/fixture.hpp"
+#include "validate/studies/study.hpp"
 
 /// The pages in a real browser. A copy of the page gets a script in front that catches every error and one
 /// behind that waits for all pictures and sounds and writes what it saw into the document, which the browser

@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
-#include "reports/report.hpp"
-#include "validate/papers.hpp"
-#include "validate/regression.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "reports/report/report.hpp"
+#include "validate/papers/papers.hpp"
+#include "validate/regression/regression.hpp"
 
 namespace klang::reports {
 namespace {

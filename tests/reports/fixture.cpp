@@ -1,16 +1,16 @@
-#include "fixture.hpp"
+#include "tests/reports/fixture.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <sstream>
 
-#include "core/audio/sound_file.hpp"
-#include "core/base/conventions.hpp"
-#include "core/base/json.hpp"
-#include "core/base/output_file.hpp"
-#include "core/base/random.hpp"
-#include "core/mesh/shape.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/random.hpp"
+#include "core/geometry/shapes/shape.hpp"
+#include "core/sound/audio/sound_file.hpp"
 
 namespace klang::reports::fixture {
 namespace {

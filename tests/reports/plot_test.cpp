@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/random.hpp"
-#include "reports/detail/raster.hpp"
-#include "reports/detail/text.hpp"
-#include "reports/svg_plot.hpp"
+#include "core/foundation/base/random.hpp"
+#include "reports/kit/raster.hpp"
+#include "reports/kit/svg_plot.hpp"
+#include "reports/kit/text.hpp"
 
 namespace klang::reports {
 namespace {

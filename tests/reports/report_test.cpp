@@ -1,4 +1,4 @@
-#include "reports/report.hpp"
+#include "reports/report/report.hpp"
 
 #include <gtest/gtest.h>
 #include <png.h>
@@ -12,11 +12,11 @@
 #include <regex>
 #include <set>
 
-#include "core/base/errors.hpp"
-#include "core/base/json.hpp"
-#include "core/base/output_file.hpp"
-#include "fixture.hpp"
-#include "reports/display.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "reports/scenes/display.hpp"
+#include "tests/reports/fixture.hpp"
 
 namespace klang::reports {
 namespace {

@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/base/errors.hpp"
-#include "core/base/output_file.hpp"
-#include "reports/field_files.hpp"
-#include "reports/report.hpp"
-#include "validate/study.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "reports/report/report.hpp"
+#include "reports/scenes/field_files.hpp"
+#include "validate/studies/study.hpp"
 
 namespace klang::reports {
 namespace {

@@ -1,4 +1,4 @@
-#include "reports/detail/text.hpp"
+#include "reports/kit/text.hpp"
 
 #include <gtest/gtest.h>
 

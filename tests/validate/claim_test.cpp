@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "validate/claim.hpp"
-#include "validate/study.hpp"
+#include "validate/claim/claim.hpp"
+#include "validate/studies/study.hpp"
 
 namespace klang::validate {
 namespace {

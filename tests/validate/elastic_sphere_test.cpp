@@ -1,11 +1,11 @@
-#include "validate/elastic_sphere.hpp"
+#include "validate/studies/elastic_sphere.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <tuple>
 
-#include "core/base/errors.hpp"
+#include "core/foundation/base/errors.hpp"
 
 namespace klang::validate {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "core/base/random.hpp"
-#include "validate/order_estimate.hpp"
-#include "validate/study.hpp"
+#include "core/foundation/base/random.hpp"
+#include "validate/claim/order_estimate.hpp"
+#include "validate/studies/study.hpp"
 
 namespace klang::validate {
 namespace {

@@ -1,4 +1,4 @@
-#include "validate/papers.hpp"
+#include "validate/papers/papers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
-#include "core/base/output_file.hpp"
-#include "validate/detail/paper_groups.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "validate/papers/detail/paper_groups.hpp"
 
 namespace klang::validate {
 namespace {

@@ -6,9 +6,9 @@
 #include <map>
 #include <mutex>
 
-#include "core/base/parallel.hpp"
-#include "synthetic_pairs.hpp"
-#include "validate/regression.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "tests/validate/synthetic_pairs.hpp"
+#include "validate/regression/regression.hpp"
 
 using namespace klang;
 

@@ -1,15 +1,15 @@
-#include "validate/regression.hpp"
+#include "validate/regression/regression.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/base/errors.hpp"
-#include "core/base/json.hpp"
-#include "synthetic_pairs.hpp"
-#include "validate/detail/partial_pairs.hpp"
-#include "validate/detail/quantiles.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "tests/validate/synthetic_pairs.hpp"
+#include "validate/regression/detail/partial_pairs.hpp"
+#include "validate/regression/detail/quantiles.hpp"
 
 namespace klang::validate {
 namespace {

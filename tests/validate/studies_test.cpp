@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "core/acoustics/radiating_surface.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/parallel.hpp"
-#include "validate/study.hpp"
-#include "validate/two_medium.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/sound/bem/radiating_surface.hpp"
+#include "validate/studies/study.hpp"
+#include "validate/studies/two_medium.hpp"
 
 namespace klang::validate {
 namespace {

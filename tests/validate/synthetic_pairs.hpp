@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
-#include "core/audio/signal.hpp"
-#include "core/base/conventions.hpp"
-#include "core/base/random.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/random.hpp"
+#include "core/sound/audio/signal.hpp"
 
 /// Struck objects that do not exist, and recordings of them: what regression is tried on.
 namespace klang::tests {

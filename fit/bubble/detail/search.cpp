@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/audio/fft.hpp"
-#include "core/base/errors.hpp"
-#include "core/base/parallel.hpp"
-#include "core/bubble/bubble_formulas.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/physics/bubble/bubble_formulas.hpp"
+#include "core/sound/audio/fft.hpp"
 
 namespace klang::fit::bubble::detail {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/errors.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "fit/bubble/bubble_search.hpp"
 #include "fit/bubble/damped_filter.hpp"
 

@@ -1,0 +1,123 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/kit/command.hpp"
+#include "apps/kit/number_options.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "fit/ringdown/ringdown.hpp"
+#include "reports/report/report.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct AnalyzeOptions {
+  std::string recording;
+  std::string band = "20:20000";
+  int max_partials = 200;
+  double min_snr_db = fit::RingdownOptions{}.min_snr_db;
+  std::string output;
+  std::string csv;
+};
+
+nlohmann::json ringdown_json(const fit::RingdownResult& result) {
+  nlohmann::json partials = nlohmann::json::array();
+  for (const fit::Partial& p : result.partials.partials) {
+    partials.push_back({{"frequency_hz", json_number(p.frequency_hz)},
+                        {"frequency_std_hz", json_number(p.frequency_std_hz)},
+                        {"decay_per_s", json_number(p.decay_per_s)},
+                        {"decay_std_per_s", json_number(p.decay_std_per_s)},
+                        {"amplitude", json_number(p.amplitude)},
+                        {"amplitude_std", json_number(p.amplitude_std)},
+                        {"phase_rad", json_number(p.phase_rad)},
+                        {"phase_std_rad", json_number(p.phase_std_rad)}});
+  }
+  return {{"sample_rate_hz", result.sample_rate_hz},
+          {"strikes_s", result.strikes_s},
+          {"strike_amplitudes", result.strike_amplitudes},
+          {"explained_energy", json_number(result.explained_energy)},
+          {"noise_rms", json_number(result.noise_rms)},
+          {"warnings", result.warnings},
+          {"wall_time_s", result.wall_time_s},
+          {"partials", std::move(partials)}};
+}
+
+void print_partials(const fit::RingdownResult& result, const CommonOptions& common) {
+  say(common, "%14s %10s %12s %10s %11s %9s\n", "frequency_hz", "std_hz", "decay_per_s", "std_per_s", "amplitude_db",
+      "t60_s");
+  for (const fit::Partial& p : result.partials.partials) {
+    const double decay_per_s = p.decay_per_s.value_or(0.0);
+    say(common, "%14.4f %10.2g %12.4f %10.2g %11.1f %9.3f\n", p.frequency_hz, p.frequency_std_hz.value_or(0.0),
+        decay_per_s, p.decay_std_per_s.value_or(0.0), 20.0 * std::log10(p.amplitude.value_or(0.0)),
+        std::log(1000.0) / decay_per_s);
+  }
+}
+
+int run_analyze(const AnalyzeOptions& options, const CommonOptions& common) {
+  TerminalMonitor monitor(common.quiet);
+  fit::RingdownOptions ringdown;
+  ringdown.band = parse_band("--band-hz", options.band);
+  ringdown.max_partials = options.max_partials;
+  ringdown.min_snr_db = options.min_snr_db;
+  ringdown.validate();
+  std::unique_ptr<OutputDirectory> out;
+  const audio::Signal recording = audio::read_sound(options.recording);
+  if (!options.output.empty()) out = std::make_unique<OutputDirectory>(options.output);
+
+  const fit::RingdownResult result = fit::identify_ringdown(recording, ringdown, monitor);
+  if (!result.usable()) throw NumericalError(options.recording + ": " + result.message);
+
+  const nlohmann::json used = {{"band_hz", {ringdown.band.low_hz, ringdown.band.high_hz}},
+                               {"max_partials", ringdown.max_partials},
+                               {"min_snr_db", ringdown.min_snr_db}};
+  nlohmann::json json = result_header("analysis", "ok", common, used, {options.recording});
+  json.update(ringdown_json(result));
+  json["name"] = std::filesystem::path(options.recording).stem().string();
+  json["duration_s"] = recording.duration_s();
+  json["n_channels"] = recording.n_channels();
+  if (out) {
+    json["files"] = {{"recording", "recording.wav"}, {"resynthesis", "resynthesis.wav"}};
+    audio::write_sound(out->staging() / "recording.wav", recording);
+    audio::write_sound(out->staging() / "resynthesis.wav", fit::resynthesise(result, recording.n_frames()));
+    write_file(out->staging() / "analysis.json", json_text(json));
+    const auto report = reports::write_report(out->staging() / "analysis.json", {}, monitor);
+    for (const std::string& warning : report.warnings) warn(warning);
+    out->commit();
+  }
+  if (!options.csv.empty()) fit::write_partial_table(options.csv, result.partials);
+  write_json(common, json);
+
+  for (const std::string& warning : result.warnings) warn(warning);
+  say(common, "%s: %.2f s at %g Hz, %zu strike(s), %zu partials", options.recording.c_str(), recording.duration_s(),
+      recording.sample_rate_hz, result.strikes_s.size(), result.partials.partials.size());
+  if (result.explained_energy) say(common, ", %.1f %% of the energy explained", 100.0 * *result.explained_energy);
+  say(common, "\n");
+  print_partials(result, common);
+  if (out) say(common, "report: %s\n", (std::filesystem::path(options.output) / "report.html").c_str());
+  return kDone;
+}
+
+}  // namespace
+
+Subcommand add_analyze(CLI::App& program, CommonOptions& common) {
+  auto options = std::make_shared<AnalyzeOptions>();
+  CLI::App* app = program.add_subcommand("analyze", "Partials of a recording with their standard deviations");
+  app->add_option("recording", options->recording, "WAV, FLAC, OGG or AIFF")->required();
+  app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
+  app->add_option("--max-partials", options->max_partials, "Keep the strongest N, 1 to 2000")
+      ->check(CLI::Range(1, 2000))
+      ->capture_default_str();
+  app->add_option("--min-snr-db", options->min_snr_db, "A partial stands this far above the noise")
+      ->capture_default_str();
+  app->add_option("-o,--output", options->output, "Folder for report.html, resynthesis and pictures");
+  app->add_option("--csv", options->csv, "Write the partials as CSV (klang fit reads it)");
+  app->footer(
+      "Examples:\n"
+      "  klang analyze tap.wav --json tap.json\n"
+      "  klang analyze bell.flac --band-hz 100:8000 -o bell-report");
+  return {app, [options, &common] { return run_analyze(*options, common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,85 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/commands/bubble.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/physics/bubble/bubble_physics.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct InfoOptions {
+  double radius_m = 0.0;
+  std::string literature = "right";
+  std::string thermal = "leighton";
+  bubble::BubbleMedium medium;
+};
+
+bubble::BubbleTheory theory_of(const InfoOptions& options) {
+  if (options.literature != "right" && options.literature != "paper")
+    throw InputError("--literature", "unknown choice", options.literature, "right, paper");
+  const bubble::BubbleTheory theory = thermal_theory(options.thermal);
+  if (options.literature == "right") return theory;
+  if (theory != bubble::BubbleTheory::kLeighton)
+    throw InputError("--thermal", "the printed forms have no exact thermal theory", options.thermal, "leighton");
+  return bubble::BubbleTheory::kPaper;
+}
+
+int run_info(const InfoOptions& options, const CommonOptions& common) {
+  const bubble::BubbleTheory theory = theory_of(options);
+  const bubble::BubbleOscillation found = bubble::bubble_oscillation(options.radius_m, options.medium, theory);
+  const nlohmann::json used = {{"radius_m", options.radius_m},
+                               {"literature", options.literature},
+                               {"thermal", options.thermal},
+                               {"liquid_density_kg_m3", options.medium.liquid_density_kg_m3},
+                               {"liquid_sound_speed_m_s", options.medium.liquid_sound_speed_m_s},
+                               {"liquid_viscosity_pa_s", options.medium.liquid_viscosity_pa_s},
+                               {"surface_tension_n_m", options.medium.surface_tension_n_m},
+                               {"static_pressure_pa", options.medium.static_pressure_pa},
+                               {"heat_capacity_ratio", options.medium.heat_capacity_ratio},
+                               {"gas_diffusivity_m2_s", options.medium.gas_diffusivity_m2_s}};
+  nlohmann::json json = result_header("bubble_info", "done", common, used, {});
+  json.update({{"radius_m", options.radius_m},
+               {"undamped_frequency_hz", found.undamped_frequency_hz},
+               {"damped_frequency_hz", found.damped_frequency_hz},
+               {"decay_per_s", found.decay_per_s},
+               {"delta_radiation", found.delta_radiation},
+               {"delta_viscous", found.delta_viscous},
+               {"delta_thermal", found.delta_thermal},
+               {"polytropic_index", found.polytropic_index}});
+  write_json(common, json);
+  say(common, "radius %g mm: %.6g Hz undamped, %.6g Hz heard, decay %.5g per s (-60 dB in %.3g ms)\n",
+      1e3 * options.radius_m, found.undamped_frequency_hz, found.damped_frequency_hz, found.decay_per_s,
+      6907.755 / found.decay_per_s);
+  say(common, "damping: radiation %.5g, viscosity %.5g, heat %.5g; polytropic index %.5g\n", found.delta_radiation,
+      found.delta_viscous, found.delta_thermal, found.polytropic_index);
+  return kDone;
+}
+
+}  // namespace
+
+Subcommand add_bubble_info(CLI::App& group, CommonOptions& common) {
+  auto options = std::make_shared<InfoOptions>();
+  CLI::App* app = group.add_subcommand("info", "Frequency and damping of one bubble");
+  bubble::BubbleMedium& medium = options->medium;
+  app->add_option("--radius-m", options->radius_m, "Radius of the bubble, 1e-5 to 0.05")->required();
+  app->add_option("--literature", options->literature,
+                  "right, or paper: the forms as printed by Zheng and James 2009 (docs/errata.md)")
+      ->capture_default_str();
+  add_thermal_option(*app, options->thermal);
+  app->add_option("--liquid-density-kg-m3", medium.liquid_density_kg_m3, "Density of the liquid")
+      ->capture_default_str();
+  app->add_option("--liquid-sound-speed-m-s", medium.liquid_sound_speed_m_s, "Its sound speed")->capture_default_str();
+  app->add_option("--liquid-viscosity-pa-s", medium.liquid_viscosity_pa_s, "Its shear viscosity")
+      ->capture_default_str();
+  app->add_option("--surface-tension-n-m", medium.surface_tension_n_m, "Surface tension")->capture_default_str();
+  app->add_option("--static-pressure-pa", medium.static_pressure_pa, "Pressure in the liquid")->capture_default_str();
+  app->add_option("--heat-capacity-ratio", medium.heat_capacity_ratio, "Of the gas")->capture_default_str();
+  app->add_option("--gas-diffusivity-m2-s", medium.gas_diffusivity_m2_s, "Thermal diffusivity of the gas")
+      ->capture_default_str();
+  app->footer("Example:\n  klang bubble info --radius-m 0.001 --json b.json");
+  return {app, [options, &common] { return run_info(*options, common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,82 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+
+#include "apps/commands/bubble.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "core/sound/stage/bubble_scene.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct SynthOptions {
+  std::string scene, output;
+  bool unit_transfer = false, constant_pitch = false;
+};
+
+int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
+  TerminalMonitor monitor(common.quiet);
+  bubble::BubbleScene scene = bubble::read_bubble_scene(options.scene, common.seed);
+  if (options.unit_transfer) scene.transfer = bubble::SceneTransfer::kUnit;
+  if (options.constant_pitch) scene.pitch.kind = bubble::PitchKind::kConstant;
+  bubble::BubbleSound result = bubble::synthesise_bubbles(scene, monitor);
+  if (result.n_too_high > 0) {
+    warn(std::to_string(result.n_too_high) + " bubble(s) are left out: their pitch reaches half of the sample rate");
+  }
+  if (result.status != bubble::BubbleSoundStatus::kDone)
+    throw NumericalError("bubble synth: no bubble is heard in this scene");
+  const double peak = result.sound.samples.cwiseAbs().maxCoeff();
+  const double gain = std::pow(10.0, scene.peak_db_re_full_scale / 20.0) / peak;
+  result.sound.samples *= gain;
+  audio::write_sound(options.output, result.sound);
+
+  const bool unit = scene.transfer == bubble::SceneTransfer::kUnit;
+  const nlohmann::json used = {{"unit_transfer", unit},
+                               {"constant_pitch", scene.pitch.kind == bubble::PitchKind::kConstant}};
+  nlohmann::json json = result_header("bubble_synth", "done", common, used, {options.scene});
+  json["n_bubbles"] = scene.bubbles.size();
+  json["n_too_high"] = result.n_too_high;
+  json["n_channels"] = result.sound.n_channels();
+  json["duration_s"] = result.sound.duration_s();
+  json["sample_rate_hz"] = result.sound.sample_rate_hz;
+  json["gain"] = gain;
+  json[unit ? "peak_displacement_m" : "peak_pressure_pa"] = peak;
+  if (!unit) json["peak_level_db_re_20upa"] = 20.0 * std::log10(peak / (std::sqrt(2.0) * kReferencePressurePa));
+  json["wall_time_s"] = {{"synthesis", result.wall_time_s}};
+  json["bubbles"] = nlohmann::json::array();
+  for (std::size_t i = 0; i < scene.bubbles.size(); ++i) {
+    const bubble::SoundedBubble& b = result.bubbles[i];
+    json["bubbles"].push_back({{"radius_m", scene.bubbles[i].radius_m},
+                               {"birth_s", scene.bubbles[i].birth_s},
+                               {"frequency_start_hz", b.frequency_start_hz},
+                               {"frequency_end_hz", b.frequency_end_hz},
+                               {"decay_per_s", b.decay_start_per_s},
+                               {"amplitude_m", b.amplitude_m},
+                               {unit ? "peak_displacement_m" : "peak_pressure_pa", b.peak}});
+  }
+  write_json(common, json);
+  say(common, "%s: %.2f s, %zu bubbles, made in %.2f s\n", options.output.c_str(), result.sound.duration_s(),
+      scene.bubbles.size(), result.wall_time_s);
+  return kDone;
+}
+
+}  // namespace
+
+Subcommand add_bubble_synth(CLI::App& group, CommonOptions& common) {
+  auto options = std::make_shared<SynthOptions>();
+  CLI::App* app = group.add_subcommand("synth", "Sound of a scene of bubbles, in mono or at two ears");
+  app->add_option("scene", options->scene, "Scene (TOML, docs/bubbles.md)")->required();
+  app->add_option("-o,--output", options->output, "Sound file (.wav or .flac)")->required();
+  app->add_flag("--unit-transfer", options->unit_transfer, "For comparison: |P| = 1 for every bubble");
+  app->add_flag("--constant-pitch", options->constant_pitch, "For comparison: no bubble changes its pitch");
+  app->footer(
+      "Examples:\n"
+      "  klang bubble synth datasets-synthetic/scenes/pouring.toml -o pouring.wav --seed 7\n"
+      "  klang bubble synth scene.toml -o flat.wav --constant-pitch");
+  return {app, [options, &common] { return run_bubble_synth(*options, common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,89 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/kit/command.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "reports/report/report.hpp"
+#include "reports/scenes/field_files.hpp"
+#include "validate/studies/study.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct ConvergeCommand {
+  std::string study;
+  std::string output;
+  bool no_pictures = false;
+  validate::StudyOptions options;
+};
+
+void print_series(const validate::Study& study, const CommonOptions& common) {
+  for (const validate::Series& series : study.series) {
+    say(common, "%s %-20s %s\n",
+        !series.counts  ? "        "
+        : series.passed ? "passed  "
+                        : "NOT MET ",
+        series.id.c_str(), series.verdict.c_str());
+  }
+  for (const validate::Claim& claim : study.claims) {
+    say(common, "%s %-20s %.6g", claim.passed ? "passed  " : "NOT MET ", claim.name.c_str(), claim.measured);
+    if (claim.reference) say(common, " (reference %.6g)", *claim.reference);
+    say(common, ", tolerance %.2g\n", claim.tolerance);
+  }
+}
+
+int run_converge(const ConvergeCommand& command, const CommonOptions& common) {
+  TerminalMonitor monitor(common.quiet);
+  OutputDirectory out(command.output);
+  const validate::StudyOptions& options = command.options;
+  const validate::Study study = validate::run_study(command.study, options, monitor);
+
+  const nlohmann::json used = {{"levels", options.levels}, {"only", options.only}, {"pictures", !command.no_pictures}};
+  nlohmann::json json = result_header("study", study.passed() ? "passed" : "not_passed", common, used, {});
+  json.update(validate::to_json(study));
+  reports::write_fields(study.fields, out.staging());
+  write_file(out.staging() / "study.json", json_text(json));
+  write_file(out.staging() / "levels.csv", validate::levels_csv(study));
+  write_file(out.staging() / "junit.xml",
+             validate::junit_xml("klang converge " + study.name, validate::all_claims(study)));
+  reports::ReportOptions report_options;
+  report_options.pictures = !command.no_pictures;
+  const auto report = reports::write_report(out.staging() / "study.json", report_options, monitor);
+  monitor.throw_if_stopped();
+  out.commit();
+  write_json(common, json);
+
+  for (const std::string& warning : report.warnings) warn(warning);
+  print_series(study, common);
+  say(common, "%s\nreport: %s\n", study.passed() ? "passed" : "NOT PASSED",
+      (std::filesystem::path(command.output) / "report.html").c_str());
+  return study.passed() ? kDone : kCheckNotPassed;
+}
+
+}  // namespace
+
+Subcommand add_converge(CLI::App& program, CommonOptions& common) {
+  auto command = std::make_shared<ConvergeCommand>();
+  CLI::App* app = program.add_subcommand("converge", "Observed orders of convergence against exact solutions; report");
+  std::string names;
+  for (const std::string& name : validate::study_names()) names += (names.empty() ? "" : ", ") + name;
+  app->add_option("study", command->study, "One of: " + names)->required();
+  app->add_option("-o,--output", command->output,
+                  "Folder for study.json, report.html, junit.xml, levels.csv, VTK files")
+      ->required();
+  app->add_option("--levels", command->options.levels, "Only the coarsest N levels of each series, 3 or more; 0: all")
+      ->capture_default_str();
+  app->add_option("--only", command->options.only, "Only series whose name contains TEXT")->type_name("TEXT");
+  app->add_flag("--no-pictures", command->no_pictures, "Leave out the VTK pictures");
+  app->footer(
+      "Examples:\n"
+      "  klang converge bem -o bem\n"
+      "  klang converge synthesis -o synthesis --json -\n"
+      "  klang converge fem --only block --levels 3 -o block\n"
+      "Exit code 1: an observed order or an error is outside its band; the page says which.");
+  return {app, [command, &common] { return run_converge(*command, common); }};
+}
+
+}  // namespace klang::apps

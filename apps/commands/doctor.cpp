@@ -1,0 +1,60 @@
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <memory>
+
+#include "apps/kit/command.hpp"
+#include "apps/kit/versions.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/provenance.hpp"
+#include "core/sound/transfer/opencl_devices.hpp"
+
+namespace klang::apps {
+namespace {
+
+int run_doctor(const CommonOptions& common) {
+  const char* display = std::getenv("DISPLAY");
+  const auto libraries = library_versions();
+  const auto devices = acoustics::opencl_devices();
+  const bool has_xvfb = program_in_path("Xvfb");
+  nlohmann::json json = result_header("doctor", "done", common, nlohmann::json::object(), {});
+  json["threads"] = thread_count();
+  json["display"] = display != nullptr ? display : "";
+  json["xvfb"] = has_xvfb;
+  say(common, "klang %s, %d threads\n\nlibraries\n", version().c_str(), thread_count());
+  for (const auto& [name, text] : libraries) {
+    json["libraries"][name] = text;
+    say(common, "  %-14s %s\n", name.c_str(), text.c_str());
+  }
+  say(common, "\nOpenCL devices\n");
+  json["opencl_devices"] = nlohmann::json::array();
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const acoustics::OpenClDevice& d = devices[i];
+    json["opencl_devices"].push_back({{"index", i},
+                                      {"platform", d.platform},
+                                      {"name", d.name},
+                                      {"kind", d.kind},
+                                      {"compute_units", d.compute_units},
+                                      {"memory_bytes", d.memory_bytes},
+                                      {"double_precision", d.double_precision}});
+    say(common, "  %zu: %s: %s (%s, %u compute units, %.1f GB, %s)\n", i, d.platform.c_str(), d.name.c_str(),
+        d.kind.c_str(), d.compute_units, static_cast<double>(d.memory_bytes) / 1e9,
+        d.double_precision ? "double precision" : "single precision only");
+  }
+  if (devices.empty()) say(common, "  none\n");
+  say(common, "\npictures\n  DISPLAY %s; Xvfb %s\n", display != nullptr ? display : "is not set",
+      has_xvfb ? "is installed" : "is NOT installed");
+  if (display == nullptr && !has_xvfb) say(common, "  mode pictures will be left out: install the package xvfb\n");
+  write_json(common, json);
+  return kDone;
+}
+
+}  // namespace
+
+Subcommand add_doctor(CLI::App& program, CommonOptions& common) {
+  CLI::App* app = program.add_subcommand("doctor", "What is installed: libraries, OpenCL devices, display, threads");
+  app->footer("Example:\n  klang doctor --json doctor.json");
+  return {app, [&common] { return run_doctor(common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,123 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/kit/command.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "fit/run/fit.hpp"
+#include "fit/run/fit_json.hpp"
+#include "reports/report/report.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct FitCommand {
+  std::string problem;
+  std::string output;
+  bool no_pictures = false;
+  fit::FitOptions fit;
+};
+
+std::vector<std::filesystem::path> input_files(const FitCommand& options, const fit::FitProblem& problem) {
+  std::vector<std::filesystem::path> files{options.problem};
+  for (const fit::Specimen& specimen : problem.specimens) {
+    files.insert(files.end(), specimen.recordings.begin(), specimen.recordings.end());
+    if (specimen.partials) files.push_back(*specimen.partials);
+    if (specimen.mesh_file) files.push_back(*specimen.mesh_file);
+    if (specimen.shape && !specimen.shape->profile_csv.empty()) files.push_back(specimen.shape->profile_csv);
+  }
+  return files;
+}
+
+/// Sounds and mode shapes of each specimen, under the names that fit.json gives them.
+void write_specimen_files(const OutputDirectory& out, const fit::FitResult& result,
+                          const std::string& provenance_json) {
+  for (const fit::SpecimenResult& specimen : result.specimens) {
+    const std::string name = fit::file_stem(specimen.name);
+    if (specimen.recorded.n_frames() > 0) {
+      audio::write_sound(out.staging() / ("recording-" + name + ".wav"), specimen.recorded);
+    }
+    if (specimen.fitted.n_frames() > 0) {
+      audio::write_sound(out.staging() / ("resynthesis-" + name + ".wav"), specimen.fitted);
+    }
+    if (specimen.model.n_modes() > 0) {
+      modal::write_modal_model(out.staging() / ("modes-" + name + ".vtu"), specimen.model, provenance_json);
+    }
+  }
+}
+
+void print_parameters(const std::vector<fit::FitParameter>& parameters, const CommonOptions& common) {
+  say(common, "%-26s %14s %11s   %s\n", "parameter", "value", "std", "95 % interval");
+  for (const fit::FitParameter& p : parameters) {
+    if (p.identifiable && p.std && p.ci95) {
+      say(common, "%-26s %14.6g %11.2g   %.6g to %.6g\n", p.name.c_str(), p.value, *p.std, (*p.ci95)[0], (*p.ci95)[1]);
+    } else {
+      say(common, "%-26s %14.6g %11s   not determined: %s\n", p.name.c_str(), p.value, "-", p.why.c_str());
+    }
+  }
+}
+
+int run_fit_command(const FitCommand& options, const CommonOptions& common) {
+  TerminalMonitor monitor(common.quiet);
+  options.fit.validate();
+  const fit::FitProblem problem = fit::read_fit_problem(options.problem);
+  OutputDirectory out(options.output);
+  fit::FitOptions fit_options = options.fit;
+  fit_options.seed = common.seed;
+  const fit::FitResult result = fit::run_fit(problem, fit_options, monitor);
+  if (!result.usable()) throw NumericalError(options.problem + ": " + to_text(result.status) + ": " + result.message);
+
+  const nlohmann::json used = {{"gate_cents", fit_options.gate_cents},
+                               {"model_std_cents", fit_options.model_std_cents},
+                               {"robust", fit_options.robust},
+                               {"n_modes", fit_options.n_modes}};
+  const Provenance provenance = make_provenance(common, used, input_files(options, problem));
+  const nlohmann::json json = fit::fit_json(problem, result, provenance);
+  write_specimen_files(out, result, json["provenance"].dump());
+  write_file(out.staging() / "fit.json", json_text(json));
+  reports::ReportOptions report_options;
+  report_options.pictures = !options.no_pictures;
+  const auto report = reports::write_report(out.staging() / "fit.json", report_options, monitor);
+  monitor.throw_if_stopped();
+  out.commit();
+  write_json(common, json);
+
+  for (const std::string& warning : result.warnings) warn(warning);
+  for (const std::string& warning : report.warnings) warn(warning);
+  print_parameters(result.parameters, common);
+  if (!result.damping.model.empty()) say(common, "damping: %s fits best (AICc)\n", result.damping.model.c_str());
+  for (const fit::SpecimenResult& specimen : result.specimens) {
+    say(common, "%s%s: rms %.2f cents, worst %.2f cents, %zu partials unmatched\n", specimen.name.c_str(),
+        specimen.predicted ? " (predicted, no part of the fit)" : "", specimen.rms_deviation_cents,
+        specimen.max_deviation_cents, specimen.unmatched_partials.size());
+  }
+  say(common, "report: %s\n", (std::filesystem::path(options.output) / "report.html").c_str());
+  return kDone;
+}
+
+}  // namespace
+
+Subcommand add_fit(CLI::App& program, CommonOptions& common) {
+  auto options = std::make_shared<FitCommand>();
+  CLI::App* app = program.add_subcommand("fit", "Material parameters from recordings, with intervals and a report");
+  app->add_option("specimen", options->problem, "What was struck, recorded and is to be found (TOML, docs/specimen.md)")
+      ->required();
+  app->add_option("-o,--output", options->output, "Folder for fit.json, report.html, figures, sounds and mode shapes")
+      ->required();
+  app->add_option("--gate-cents", options->fit.gate_cents,
+                  "Widest accepted deviation of a partial from its mode, 1 to 600")
+      ->capture_default_str();
+  app->add_option("--model-std-cents", options->fit.model_std_cents,
+                  "How far the model itself may be off (dimensions, homogeneity), as a standard deviation")
+      ->capture_default_str();
+  app->add_option("--modes", options->fit.n_modes, "Model modes of each specimen; 0: as the partials need")
+      ->capture_default_str();
+  app->add_flag("!--least-squares", options->fit.robust, "Plain least squares instead of a robust loss");
+  app->add_flag("--no-pictures", options->no_pictures, "Leave out the pictures of mode shapes");
+  app->footer("Example:\n  klang fit specimen.toml -o result\n\n" + fit::specimen_schema_markdown());
+  return {app, [options, &common] { return run_fit_command(*options, common); }};
+}
+
+}  // namespace klang::apps

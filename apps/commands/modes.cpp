@@ -1,0 +1,173 @@
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "apps/kit/body_options.hpp"
+#include "apps/kit/command.hpp"
+#include "apps/kit/number_options.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/geometry/shapes/section.hpp"
+#include "core/physics/modal/revolution_modes.hpp"
+#include "core/physics/solid/assembly.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct ModesOptions {
+  BodyOptions body;
+  std::string material = "aluminium";
+  std::string support = "free";
+  int count = 0;
+  std::string band = "20:20000";
+  std::string output;
+  std::string method = "auto";
+  bool lumped_mass = false, no_mesh_error = false;
+};
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+bool by_harmonics(const ModesOptions& options, const solid::Support& support) {
+  if (options.method == "tetrahedra") return false;
+  const auto shape = options.body.shape_spec();
+  const bool can = shape && mesh::is_axisymmetric(*shape) && support.kind == solid::SupportKind::kFree &&
+                   options.body.element == "p2" && !options.lumped_mass;
+  if (options.method == "harmonics" && !can)
+    throw InputError("--method", "needs a free body of revolution, p2 and no --lumped-mass", options.body.shape,
+                     "tube, rod, sphere, ellipsoid with a_m = b_m, bowl, revolution");
+  // Who chooses the mesh wants to see that mesh's frequencies.
+  return can && (options.method == "harmonics" || (options.body.max_edge_m == 0.0 && options.body.refinement == 0));
+}
+
+int run_modes(const ModesOptions& options, const CommonOptions& common) {
+  const auto start = std::chrono::steady_clock::now();
+  TerminalMonitor monitor(common.quiet);
+  const solid::Material material = parse_material(options.material);
+  const solid::Support support = solid::parse_support(options.support);
+  modal::EigenOptions eigen;
+  eigen.count = options.count;
+  eigen.band = parse_band("--band-hz", options.band);
+  // The estimate is made for the consistent matrix.
+  eigen.estimate_mesh_error = !options.lumped_mass && !options.no_mesh_error;
+  eigen.validate();
+  const bool harmonics = by_harmonics(options, support);
+
+  monitor.progress("mesh", 0.0);
+  const mesh::TetMesh mesh = options.body.build();
+  const double mesh_s = seconds_since(start);
+  monitor.throw_if_stopped();
+  modal::EigenResult result;
+  double assembly_s = 0.0;
+  if (harmonics) {
+    result = modal::solve_revolution_modes(*options.body.shape_spec(), mesh, material, eigen, monitor);
+  } else {
+    monitor.progress("assembly", 0.0);
+    const auto assembly_start = std::chrono::steady_clock::now();
+    const solid::AssembledSolid assembled =
+        solid::assemble(mesh, support, options.lumped_mass ? solid::MassKind::kLumped : solid::MassKind::kConsistent);
+    assembly_s = seconds_since(assembly_start);
+    result = modal::solve_modes(mesh, assembled, material, support, eigen, monitor);
+  }
+  if (!result.usable()) throw NumericalError("modes: " + result.message);
+
+  const nlohmann::json used = {{"material",
+                                {{"lame_lambda_pa", material.lame_lambda_pa},
+                                 {"lame_mu_pa", material.lame_mu_pa},
+                                 {"density_kg_m3", material.density_kg_m3}}},
+                               {"element", options.body.element},
+                               {"support", options.support},
+                               {"count", options.count},
+                               {"band_hz", {eigen.band.low_hz, eigen.band.high_hz}},
+                               {"method", harmonics ? "harmonics" : "tetrahedra"},
+                               {"max_edge_m", options.body.max_edge_m},
+                               {"refinement", options.body.refinement}};
+  nlohmann::json json = result_header("modes", "converged", common, used, options.body.inputs());
+  if (!result.message.empty()) json["warnings"].push_back(result.message);
+  json["n_nodes"] = mesh.n_nodes();
+  json["n_elements"] = mesh.n_elements();
+  json["element"] = mesh.order() == 2 ? "p2" : "p1";
+  json["method"] = harmonics ? "harmonics" : "tetrahedra";
+  json["n_rigid_modes"] = result.n_rigid_modes;
+  json["none_missing"] = result.none_missing ? nlohmann::json(*result.none_missing) : nlohmann::json(nullptr);
+  json["modes"] = nlohmann::json::array();
+  const Eigen::VectorXd frequency_hz = result.model.frequency_hz();
+  const auto mesh_error = [&](Eigen::Index i) {
+    return result.mesh_relative_error ? std::optional<double>((*result.mesh_relative_error)[i]) : std::nullopt;
+  };
+  for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
+    json["modes"].push_back({{"index", i},
+                             {"frequency_hz", json_number(frequency_hz[i])},
+                             {"relative_residual", json_number(result.relative_residual[i])},
+                             {"mesh_relative_error", json_number(mesh_error(i))}});
+  }
+  if (!options.output.empty()) {
+    modal::write_modal_model(options.output, result.model, json["provenance"].dump());
+  }
+  json["wall_time_s"] = {{"mesh", mesh_s}, {"assembly", assembly_s}};
+  for (const auto& [stage, seconds] : result.wall_time_s) json["wall_time_s"][stage] = seconds;
+  json["wall_time_s"]["solve"] = json["wall_time_s"]["total"];
+  json["wall_time_s"]["total"] = seconds_since(start);
+  json["peak_memory_bytes"] = modal::peak_memory_bytes();
+  write_json(common, json);
+
+  say(common, "%d nodes, %d %s elements%s; %d rigid modes; ", mesh.n_nodes(), mesh.n_elements(),
+      mesh.order() == 2 ? "quadratic" : "linear", harmonics ? ", frequencies by harmonics of the section" : "",
+      result.n_rigid_modes);
+  say(common, "%s\n",
+      !result.none_missing   ? "completeness not checked"
+      : *result.none_missing ? "none missing (proven)"
+                             : "MODES ARE MISSING");
+  say(common, "%6s %14s %14s %10s %10s\n", "index", "frequency_hz", "period_s", "residual", "mesh_error");
+  for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
+    char error[16] = "-";
+    if (mesh_error(i)) std::snprintf(error, sizeof error, "%.1e", *mesh_error(i));
+    say(common, "%6d %14.4f %14.6g %10.1e %10s\n", static_cast<int>(i), frequency_hz[i], 1.0 / frequency_hz[i],
+        result.relative_residual[i], error);
+  }
+  if (frequency_hz.size() == 0) say(common, "no mode in the band\n");
+  say(common, "%.2f s\n", seconds_since(start));
+  return result.none_missing.value_or(true) ? kDone : kNumericalFailure;
+}
+
+}  // namespace
+
+Subcommand add_modes(CLI::App& program, CommonOptions& common) {
+  auto options = std::make_shared<ModesOptions>();
+  CLI::App* app = program.add_subcommand("modes", "Eigenfrequencies and mode shapes of a body");
+  options->body.add_to(*app);
+  app->add_option("--material", options->material,
+                  "Preset, or name=value list: lame_lambda_pa, lame_mu_pa (or youngs_modulus_pa, poissons_ratio), "
+                  "density_kg_m3")
+      ->capture_default_str();
+  app->add_option("--support", options->support,
+                  "free, clamped:WHERE or pinned:WHERE, WHERE as x=0, z<0.01, box:..., set:NAME")
+      ->capture_default_str();
+  app->add_option("--count", options->count, "Elastic modes from the lowest up, 1 to 2000; default: all in the band")
+      ->check(CLI::Range(1, 2000));
+  app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
+  app->add_option(
+         "--method", options->method,
+         "harmonics: a free body of revolution by Fourier in the angle, shapes sampled to the mesh; tetrahedra: the "
+         "mesh itself; auto: harmonics where they apply and no mesh size is asked for")
+      ->check(CLI::IsMember({"auto", "harmonics", "tetrahedra"}))
+      ->capture_default_str();
+  app->add_flag("--no-mesh-error", options->no_mesh_error,
+                "Leave out each mode's estimated mesh error: a fifth of the time saved");
+  app->add_flag("--lumped-mass", options->lumped_mass, "Diagonal mass matrix");
+  app->add_option("-o,--output", options->output, "Write the modal model (.vtu, opens in ParaView)");
+  app->footer(
+      "Examples:\n"
+      "  klang modes --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 --material aluminium "
+      "--count 12\n"
+      "  klang modes --mesh bowl.msh --material youngs_modulus_pa=72e9,poissons_ratio=0.19,density_kg_m3=2700 -o "
+      "bowl.vtu\n"
+      "  klang modes --shape box --dims length_m=0.2,width_m=0.02,height_m=0.003 --material steel --support "
+      "clamped:x=-0.1");
+  return {app, [options, &common] { return run_modes(*options, common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,184 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+
+#include "apps/commands/proxy.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "core/sound/soundbank/soundbank_file.hpp"
+#include "core/sound/transfer/transfer_model_file.hpp"
+#include "fit/proxy/proxy_fit.hpp"
+#include "fit/ringdown/ringdown.hpp"
+#include "reports/report/report.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct ProxyFitCommand {
+  std::string bank, target, transfer, output;
+  double rayleigh_mass_per_s = 10.0, rayleigh_stiffness_s = 1e-7;
+  fit::ProxyFitOptions fit;
+};
+
+nlohmann::json to_json(const fit::ProxyParameters& p) {
+  return {{"axes", {p.axes[0], p.axes[1], p.axes[2]}},
+          {"scale_m", p.scale_m},
+          {"rayleigh_mass_per_s", p.rayleigh_mass_per_s},
+          {"rayleigh_stiffness_s", p.rayleigh_stiffness_s},
+          {"gain", p.gain}};
+}
+
+void write_voice(const std::filesystem::path& path, const fit::Voice& voice, const fit::ProxyFitOptions& options) {
+  audio::Signal sound = fit::voice_sound(voice, options.duration_s, options.sample_rate_hz);
+  const double peak = sound.samples.cwiseAbs().maxCoeff();
+  if (peak > 0.0) sound.samples *= 0.5 / peak;
+  audio::write_sound(path, sound);
+}
+
+int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
+  if (o.output.empty()) throw InputError("command line", "-o", {}, "a folder for the result");
+  o.fit.validate();
+  const soundbank::Soundbank bank = soundbank::read_soundbank(o.bank);
+  TerminalMonitor monitor(common.quiet);
+  fit::ProxyTarget target;
+  const bool is_model = std::filesystem::path(o.target).extension() == ".vtu";
+  if (is_model) {
+    const modal::ModalModel model = modal::read_modal_model(o.target);
+    soundbank::check_poissons_ratio(bank, model.material.poissons_ratio(), o.target);
+    if (o.transfer.empty()) {
+      target = fit::target_of_model(model, o.rayleigh_mass_per_s, o.rayleigh_stiffness_s);
+    } else {
+      const acoustics::TransferModel transfer = acoustics::read_transfer_model(o.transfer);
+      acoustics::check_belongs(transfer, model, o.transfer);
+      target = fit::target_of_model(model, transfer, o.rayleigh_mass_per_s, o.rayleigh_stiffness_s);
+    }
+  } else {
+    if (!o.transfer.empty()) throw InputError("--transfer", "is of a modal model, not of a recording", o.transfer);
+    const fit::RingdownResult ringdown = fit::identify_ringdown(audio::read_sound(o.target), {}, monitor);
+    if (!ringdown.usable()) throw NumericalError(o.target + ": " + ringdown.message);
+    target = fit::target_of_partials(ringdown.partials);
+  }
+  OutputDirectory folder(o.output);
+  const fit::ProxyFitResult result = fit::fit_proxy(bank, target, o.fit, monitor);
+  if (result.start_clamped)
+    warn("the body is thinner than the bank's thinnest shape, 1:" + to_text(1.0 / bank.thinnest) +
+         ": the start lies on the border");
+  nlohmann::json json =
+      result_header("proxy_fit", "done", common,
+                    {{"partials", o.fit.n_partials},
+                     {"highest_hz", o.fit.highest_hz},
+                     {"duration_s", o.fit.duration_s},
+                     {"sample_rate_hz", o.fit.sample_rate_hz},
+                     {"rayleigh_mass_per_s", o.rayleigh_mass_per_s},
+                     {"rayleigh_stiffness_s", o.rayleigh_stiffness_s}},
+                    o.transfer.empty() ? std::vector<std::filesystem::path>{o.bank, o.target}
+                                       : std::vector<std::filesystem::path>{o.bank, o.target, o.transfer});
+  json["radiation"] = target.radiation.has_value();
+  json["sound"] =
+      target.radiation ? "far away, rms over directions: amplitudes from the radiated power, decays with the radiation"
+      : is_model ? "strike and microphone on the body, averaged over all places: amplitudes 1 / omega, no radiation"
+                 : "the recording's partials; the proxy's amplitudes 1 / omega, no radiation";
+  json["target_kind"] = is_model ? "model" : "recording";
+  json["loudness"] = "A-weighted energy (IEC 61672-1), absolute difference";
+  json["before"] = proxy_errors_json(result.before);
+  json["after"] = proxy_errors_json(result.after);
+  json["start"] = to_json(result.start);
+  json["fitted"] = to_json(result.fitted);
+  json["improved"] = result.status == fit::ProxyFitStatus::kImproved;
+  json["message"] = result.message;
+  json["n_candidates"] = result.n_candidates;
+  json["n_refused"] = result.n_refused;
+  json["least_partial_rms_cents"] = result.least_cents;
+  json["n_fitted"] = result.n_partials;
+  static constexpr std::array<const char*, 5> kOthers{"log_spectral_distance_db", "mel_distance_db", "third_octave_db",
+                                                      "loudness_difference_db", "decay_rms_percent"};
+  for (std::size_t i = 0; i < kOthers.size(); ++i) json["n_worse"][kOthers[i]] = result.n_worse[i];
+  const auto add = [&](const char* name, double start, double value) {
+    json["parameters"].push_back({{"name", name}, {"start", start}, {"value", value}});
+  };
+  const fit::ProxyParameters &a = result.start, &b = result.fitted;
+  add("shape_a_over_c", a.axes[0] / a.axes[2], b.axes[0] / b.axes[2]);
+  add("shape_b_over_c", a.axes[1] / a.axes[2], b.axes[1] / b.axes[2]);
+  add("scale_m", a.scale_m, b.scale_m);
+  add("rayleigh_mass_per_s", a.rayleigh_mass_per_s, b.rayleigh_mass_per_s);
+  add("rayleigh_stiffness_s", a.rayleigh_stiffness_s, b.rayleigh_stiffness_s);
+  add("gain", a.gain, b.gain);
+  const auto n = std::min({result.target.size(), result.start_voice.size(), result.fitted_voice.size()});
+  for (std::size_t k = 0; k < n; ++k) {
+    nlohmann::json partial;
+    for (const auto& [who, voice] :
+         {std::pair{"target", &result.target}, {"before", &result.start_voice}, {"after", &result.fitted_voice}}) {
+      const std::string prefix = std::string(who) + "_";
+      const fit::VoicePartial& p = (*voice)[k];
+      partial.update({{prefix + "hz", p.frequency_hz},
+                      {prefix + "decay_per_s", p.decay_per_s},
+                      {prefix + "amplitude", p.amplitude}});
+    }
+    json["partials"].push_back(partial);
+  }
+  write_file(folder.staging() / "fit.json", json_text(json));
+  write_voice(folder.staging() / "target.wav", result.target, o.fit);
+  write_voice(folder.staging() / "before.wav", result.start_voice, o.fit);
+  write_voice(folder.staging() / "after.wav", result.fitted_voice, o.fit);
+  for (const std::string& warning : reports::write_report(folder.staging() / "fit.json", {}, monitor).warnings)
+    warn(warning);
+  monitor.throw_if_stopped();
+  folder.commit();
+  write_json(common, json);
+  say(common, "%-28s %12s %12s\n", "", "before", "after");
+  const nlohmann::json before = proxy_errors_json(result.before), after = proxy_errors_json(result.after);
+  for (const auto& [name, value] : before.items())
+    say(common, "%-28s %12.4g %12.4g\n", name.c_str(), value.get<double>(), after[name].get<double>());
+  if (!result.message.empty()) say(common, "%s\n", result.message.c_str());
+  say(common, "report: %s\n", (std::filesystem::path(o.output) / "report.html").c_str());
+  return kDone;
+}
+
+}  // namespace
+
+nlohmann::json proxy_errors_json(const fit::ProxyErrors& e) {
+  return {{"partial_rms_cents", e.partial_rms_cents},
+          {"log_spectral_distance_db", e.log_spectral_distance_db},
+          {"mel_distance_db", e.mel_distance_db},
+          {"third_octave_db", e.third_octave_db},
+          {"loudness_difference_db", e.loudness_difference_db},
+          {"decay_rms_percent", e.decay_rms_percent}};
+}
+
+Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
+  auto options = std::make_shared<ProxyFitCommand>();
+  CLI::App* app =
+      group.add_subcommand("fit", "The ellipsoid that sounds most like a body, and how far it is off before and after");
+  app->add_option("bank", options->bank, "Bank from klang proxy build")->required();
+  app->add_option("target", options->target, "Modal model (.vtu, from klang modes -o) or a recording")->required();
+  app->add_option("--transfer", options->transfer,
+                  "Of a modal model, from klang transfer: compare the sound far away, radiation included");
+  app->add_option("-o,--output", options->output, "Folder for fit.json, report.html and the three sounds")->required();
+  app->add_option("--partials", options->fit.n_partials, "First partials that are fitted and compared, at most")
+      ->capture_default_str();
+  app->add_option("--highest-hz", options->fit.highest_hz,
+                  "Partials above it are not fitted nor compared (three always are)")
+      ->capture_default_str();
+  app->add_option("--generations", options->fit.search.n_generations,
+                  "Of the search around the best: more are slower and may find a better one")
+      ->capture_default_str();
+  app->add_option("--duration-s", options->fit.duration_s, "Length of the sounds that are compared")
+      ->capture_default_str();
+  app->add_option("--rayleigh-mass-per-s", options->rayleigh_mass_per_s, "Damping of a model: mass coefficient")
+      ->capture_default_str();
+  app->add_option("--rayleigh-stiffness-s", options->rayleigh_stiffness_s, "Damping of a model: stiffness coefficient")
+      ->capture_default_str();
+  app->footer(
+      "Examples:\n"
+      "  klang modes --shape box --dims length_m=0.05,width_m=0.03,height_m=0.008 --material "
+      "youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 --count 20 -o shard.vtu\n"
+      "  klang proxy fit glass.bank shard.vtu -o shard-proxy\n"
+      "  klang proxy fit glass.bank strike.wav -o strike-proxy");
+  return {app, [options, &common] { return run_proxy_fit(*options, common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,244 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "apps/commands/proxy.hpp"
+#include "apps/kit/number_options.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "core/sound/soundbank/soundbank_file.hpp"
+#include "reports/report/report.hpp"
+#include "validate/debris/debris_study.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct ProxyStudyCommand {
+  std::string bank, output, slab;
+  bool shards_only = false;
+  double youngs_modulus_pa = 6.2e10, poissons_ratio = 0.2, density_kg_m3 = 2600.0;  // glass of SB Table 1
+  validate::DebrisStudyOptions study;
+  std::string contact = "normal";
+};
+
+nlohmann::json options_json(const ProxyStudyCommand& o) {
+  const validate::DebrisStudyOptions& s = o.study;
+  return {{"pieces", s.debris.n_shards},
+          {"shards_only", o.shards_only},
+          {"slab_m", {s.debris.slab_m[0], s.debris.slab_m[1], s.debris.slab_m[2]}},
+          {"tilt_deg", s.debris.largest_tilt_deg},
+          {"youngs_modulus_pa", o.youngs_modulus_pa},
+          {"poissons_ratio", o.poissons_ratio},
+          {"density_kg_m3", o.density_kg_m3},
+          {"highest_hz", s.highest_hz},
+          {"elements_per_wavelength", s.elements_per_wavelength},
+          {"polynomial_degree", s.polynomial_degree},
+          {"rayleigh_mass_per_s", s.rayleigh_mass_per_s},
+          {"rayleigh_stiffness_s", s.rayleigh_stiffness_s},
+          {"impulse_n_s", s.impulse_n_s},
+          {"contact_duration_s", s.contact_duration_s},
+          {"contact", o.contact},
+          {"friction_deg", s.friction_deg},
+          {"listener_m", s.listener_m},
+          {"duration_s", s.duration_s},
+          {"mix_s", s.mix_s},
+          {"partials", s.n_partials},
+          {"thresholds", s.n_thresholds},
+          {"repeats", s.proxy_repeats}};
+}
+
+nlohmann::json to_json(const validate::DebrisPieceResult& p) {
+  return {{"name", p.name},
+          {"volume_m3", p.volume_m3},
+          {"elements", p.n_elements},
+          {"lowest_direct_hz", p.n_modes > 0 ? nlohmann::json(p.lowest_direct_hz) : nlohmann::json()},
+          {"lowest_hz", p.lowest_hz},
+          {"modes", p.n_modes},
+          {"proxy_modes", p.n_proxy_modes},
+          {"bank_too_short", p.bank_too_short},
+          {"clamped", p.clamped},
+          {"axes", {p.axes[0], p.axes[1], p.axes[2]}},
+          {"scale_m", p.scale_m},
+          {"cell_distance", p.cell_distance},
+          {"onset_s", p.onset_s},
+          {"errors", p.errors ? proxy_errors_json(*p.errors) : nlohmann::json()}};
+}
+
+nlohmann::json to_json(const validate::DebrisThreshold& t) {
+  return {{"threshold_hz", t.threshold_hz},
+          {"replaced", t.n_replaced},
+          {"modes_replaced_percent", t.modes_replaced_percent},
+          {"log_spectral_distance_db", t.log_spectral_distance_db},
+          {"mel_distance_db", t.mel_distance_db},
+          {"third_octave_db", t.third_octave_db},
+          {"loudness_difference_db", t.loudness_difference_db}};
+}
+
+nlohmann::json to_json(const validate::DirectTimes& t) {
+  return {{"mesh_s", t.mesh_s}, {"modes_s", t.modes_s}, {"transfer_s", t.transfer_s}, {"audio_s", t.audio_s}};
+}
+
+nlohmann::json to_json(const validate::ProxyTimes& t) {
+  return {
+      {"lowest_s", t.lowest_s}, {"retrieval_s", t.retrieval_s}, {"transfer_s", t.transfer_s}, {"audio_s", t.audio_s}};
+}
+
+/// All that does not come out the same again.
+nlohmann::json timings_json(const validate::DebrisStudyResult& result) {
+  nlohmann::json json{{"what", "processor time of all threads"}};
+  validate::DirectTimes direct;
+  validate::ProxyTimes proxy;
+  for (const validate::DebrisPieceResult& p : result.pieces) {
+    nlohmann::json row{{"name", p.name},
+                       {"direct_s", p.direct.total_s()},
+                       {"proxy_s", p.proxy.total_s()},
+                       {"direct_stages", to_json(p.direct)},
+                       {"proxy_stages", to_json(p.proxy)}};
+    json["pieces"].push_back(std::move(row));
+    direct.mesh_s += p.direct.mesh_s, direct.modes_s += p.direct.modes_s, direct.transfer_s += p.direct.transfer_s,
+        direct.audio_s += p.direct.audio_s;
+    proxy.lowest_s += p.proxy.lowest_s, proxy.retrieval_s += p.proxy.retrieval_s,
+        proxy.transfer_s += p.proxy.transfer_s, proxy.audio_s += p.proxy.audio_s;
+  }
+  for (const validate::DebrisThreshold& t : result.thresholds)
+    json["thresholds"].push_back(
+        {{"threshold_hz", t.threshold_hz}, {"direct_s", t.direct_s}, {"with_proxies_s", t.with_proxies_s}});
+  json.update({{"direct_stages", to_json(direct)},
+               {"proxy_stages", to_json(proxy)},
+               {"preparation_s", result.preparation_s},
+               {"direct_s", result.direct_s},
+               {"proxy_s", result.proxy_s},
+               {"proxy_without_lowest_s", result.proxy_without_lowest_s},
+               {"speedup", result.direct_s / result.proxy_s},
+               {"speedup_without_lowest", result.direct_s / result.proxy_without_lowest_s}});
+  return json;
+}
+
+std::string study_csv(const validate::DebrisStudyResult& result) {
+  std::string text =
+      "threshold_hz,replaced,modes_replaced_percent,direct_s,with_proxies_s,log_spectral_distance_db,mel_distance_db,"
+      "third_octave_db,loudness_difference_db\n";
+  for (const validate::DebrisThreshold& t : result.thresholds) {
+    text += to_text(t.threshold_hz) + "," + std::to_string(t.n_replaced);
+    for (const double value : {t.modes_replaced_percent, t.direct_s, t.with_proxies_s, t.log_spectral_distance_db,
+                               t.mel_distance_db, t.third_octave_db, t.loudness_difference_db})
+      text += "," + to_text(value);
+    text += "\n";
+  }
+  return text;
+}
+
+/// Both mixes at one gain.
+void write_mixes(const std::filesystem::path& folder, const validate::DebrisStudyResult& result) {
+  const double peak =
+      std::max(result.direct_mix.samples.cwiseAbs().maxCoeff(), result.proxy_mix.samples.cwiseAbs().maxCoeff());
+  for (const auto& [name, mix] : {std::pair{"direct.wav", &result.direct_mix}, {"proxy.wav", &result.proxy_mix}}) {
+    audio::Signal sound = *mix;
+    if (peak > 0.0) sound.samples *= 0.5 / peak;
+    audio::write_sound(folder / name, sound);
+  }
+}
+
+int run_proxy_study(ProxyStudyCommand o, const CommonOptions& common) {
+  if (o.output.empty()) throw InputError("command line", "-o", {}, "a folder for the result");
+  validate::DebrisStudyOptions& study = o.study;
+  if (study.debris.n_shards < 1)
+    throw InputError("command line", "--pieces", std::to_string(study.debris.n_shards), "1 to 500");
+  if (!o.slab.empty()) {
+    const std::vector<double> sizes = parse_numbers("--slab", o.slab, 3);
+    study.debris.slab_m = {sizes[0], sizes[1], sizes[2]};
+  }
+  if (o.shards_only) {
+    study.debris.box_m.setZero();
+    study.debris.plate_thicknesses_m.clear();
+  }
+  study.contact = o.contact == "normal" ? validate::ProxyContact::kNormal : validate::ProxyContact::kPlace;
+  study.debris.seed = common.seed;
+  study.material = solid::from_youngs_modulus(o.youngs_modulus_pa, o.poissons_ratio, o.density_kg_m3);
+  study.validate();
+  const soundbank::Soundbank bank = soundbank::read_soundbank(o.bank);
+  TerminalMonitor monitor(common.quiet);
+  OutputDirectory folder(o.output);
+  const validate::DebrisStudyResult result = validate::debris_study(bank, study, monitor);
+  nlohmann::json json = result_header("proxy_study", "done", common, options_json(o), {o.bank});
+  json["loudness"] =
+      "A-weighted energy (IEC 61672-1); pieces: absolute difference, thresholds: with proxies minus direct";
+  for (const validate::DebrisPieceResult& piece : result.pieces) json["pieces"].push_back(to_json(piece));
+  for (const validate::DebrisThreshold& row : result.thresholds) json["thresholds"].push_back(to_json(row));
+  json["timings"] = timings_json(result);
+  json["direct_sound"] = "direct.wav";
+  json["proxy_sound"] = "proxy.wav";
+  write_file(folder.staging() / "study.json", json_text(json));
+  write_file(folder.staging() / "study.csv", study_csv(result));
+  write_mixes(folder.staging(), result);
+  const auto report = reports::write_report(folder.staging() / "study.json", {}, monitor);
+  monitor.throw_if_stopped();
+  folder.commit();
+  write_json(common, json);
+  for (const std::string& warning : report.warnings) warn(warning);
+  say(common, "%12s %9s %9s %10s %12s %13s %9s\n", "proxy [Hz]", "replaced", "modes [%]", "direct [s]", "proxies [s]",
+      "spectral [dB]", "[dB(A)]");
+  for (const validate::DebrisThreshold& t : result.thresholds)
+    say(common, "%12.0f %9d %9.1f %10.3g %12.3g %13.2f %9.2f\n", t.threshold_hz, t.n_replaced, t.modes_replaced_percent,
+        t.direct_s, t.with_proxies_s, t.log_spectral_distance_db, t.loudness_difference_db);
+  say(common, "proxies: %.3g times cheaper, %.3g times without the single-frequency calculation\nreport: %s\n",
+      result.direct_s / result.proxy_s, result.direct_s / result.proxy_without_lowest_s,
+      (std::filesystem::path(o.output) / "report.html").c_str());
+  return kDone;
+}
+
+}  // namespace
+
+Subcommand add_proxy_study(CLI::App& group, CommonOptions& common) {
+  auto options = std::make_shared<ProxyStudyCommand>();
+  CLI::App* app =
+      group.add_subcommand("study", "Debris directly and by proxies: error and time over the threshold of replacement");
+  validate::DebrisStudyOptions& study = options->study;
+  app->add_option("bank", options->bank, "Bank from klang proxy build, with sound")->required();
+  app->add_option("-o,--output", options->output, "Folder for study.json, study.csv, report.html and the two mixes")
+      ->required();
+  app->add_option("--pieces", study.debris.n_shards, "Shards of the slab")->capture_default_str();
+  app->add_flag("--shards-only", options->shards_only, "Leave out the box and the three plates");
+  app->add_option("--slab", options->slab, "Length, width and thickness of the slab [m]: 0.2,0.2,0.006");
+  app->add_option("--tilt-deg", study.debris.largest_tilt_deg, "How far cracks lean, as a rule")->capture_default_str();
+  app->add_option("--thresholds", study.n_thresholds, "Points of the curve")->capture_default_str();
+  app->add_option("--highest-hz", study.highest_hz, "Modes up to here are heard")->capture_default_str();
+  app->add_option("--youngs-modulus-pa", options->youngs_modulus_pa, "Of the pieces; must be the bank's")
+      ->capture_default_str();
+  app->add_option("--poissons-ratio", options->poissons_ratio, "Of the pieces; must be the bank's")
+      ->capture_default_str();
+  app->add_option("--density-kg-m3", options->density_kg_m3, "Of the pieces; must be the bank's")
+      ->capture_default_str();
+  app->add_option("--rayleigh-mass-per-s", study.rayleigh_mass_per_s, "Damping: mass coefficient")
+      ->capture_default_str();
+  app->add_option("--rayleigh-stiffness-s", study.rayleigh_stiffness_s, "Damping: stiffness coefficient")
+      ->capture_default_str();
+  app->add_option(
+         "--contact", options->contact,
+         "Where a blow meets the proxy: normal (where its normal opposes the force) or place (where the body is hit)")
+      ->check(CLI::IsMember({"normal", "place"}))
+      ->capture_default_str();
+  app->add_option("--friction-deg", study.friction_deg, "Largest angle of a strike's force to the normal")
+      ->capture_default_str();
+  app->add_option("--listener-m", study.listener_m, "Distance of the listener from each piece")->capture_default_str();
+  app->add_option("--duration-s", study.duration_s, "Length of each piece's sound")->capture_default_str();
+  app->add_option("--mix-s", study.mix_s, "The strikes of the mix fall within this time")->capture_default_str();
+  app->add_option("--partials", study.n_partials, "First partials that are compared")->capture_default_str();
+  app->add_option("--degree", study.polynomial_degree, "Of the polynomials that give the lowest frequency")
+      ->capture_default_str();
+  app->add_option("--elements-per-wavelength", study.elements_per_wavelength,
+                  "Finite elements to the shortest wave, direct way")
+      ->capture_default_str();
+  app->add_option("--repeats", study.proxy_repeats, "The proxy's way is timed as the mean of so many")
+      ->capture_default_str();
+  app->footer(
+      "Examples:\n"
+      "  klang proxy study glass.bank -o debris --threads 1\n"
+      "  klang proxy study glass.bank -o shards --shards-only --pieces 6 --slab 0.12,0.12,0.008 --seed 3");
+  return {app, [options, &common] { return run_proxy_study(*options, common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,276 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "apps/kit/command.hpp"
+#include "apps/kit/number_table.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/geometry/files/surface_file.hpp"
+#include "core/geometry/mesh/surface_check.hpp"
+#include "core/sound/bem/sphere_radiation.hpp"
+#include "core/sound/transfer/radiate.hpp"
+#include "core/sound/transfer/transfer_model_file.hpp"
+
+namespace klang::apps {
+namespace {
+
+using acoustics::BemOptions;
+using acoustics::BemResult;
+using Complex = std::complex<double>;
+
+struct TransferOptions {
+  std::string model, output, sphere, surface, velocity_csv, points_csv;
+  double radius_m = 0.1;
+  double ka = 0.0;
+  int elements = 2000;
+  double frequency_hz = 0.0;
+  double unit_m = 1.0;
+  acoustics::RadiateOptions radiate;
+};
+
+nlohmann::json options_json(const TransferOptions& options) {
+  return {{"density_kg_m3", options.radiate.medium.density_kg_m3},
+          {"sound_speed_m_s", options.radiate.medium.sound_speed_m_s},
+          {"allow_coarse", options.radiate.allow_coarse}};
+}
+
+BemOptions bem_options(const TransferOptions& options) {
+  BemOptions bem;
+  bem.medium = options.radiate.medium;
+  bem.allow_coarse = options.radiate.allow_coarse;
+  return bem;
+}
+
+void add_solution(nlohmann::json& json, const BemResult& bem) {
+  json["frequency_hz"] = bem.frequency_hz;
+  json["bem_elements"] = bem.n_elements;
+  json["bem_unknowns"] = bem.n_unknowns;
+  json["residual"] = json_number(bem.relative_residual);
+  json["elements_per_wavelength"] = bem.elements_per_wavelength;
+}
+
+void warn_coarse(const BemResult& bem, const BemOptions& options) {
+  if (bem.elements_per_wavelength < options.min_elements_per_wavelength)
+    warn("only " + to_text(bem.elements_per_wavelength) + " elements a wavelength: the result is not to be trusted");
+}
+
+int run_sphere(const TransferOptions& options, const CommonOptions& common) {
+  static const std::vector<std::string> kPatterns{"pulsating", "dipole", "quadrupole", "octupole"};
+  const auto pattern = std::find(kPatterns.begin(), kPatterns.end(), options.sphere);
+  if (pattern == kPatterns.end())
+    throw InputError("--sphere", "is no pattern", options.sphere, "pulsating, dipole, quadrupole, octupole");
+  checked("command line", "--ka", options.ka, 1e-3, 100.0);
+  if (options.elements < 20 || options.elements > 40000)
+    throw InputError("command line", "--elements", std::to_string(options.elements), "20 to 40000");
+  acoustics::SphereCase sphere;
+  sphere.degree = static_cast<int>(pattern - kPatterns.begin());
+  sphere.radius_m = options.radius_m;
+  sphere.ka = options.ka;
+  sphere.divisions = static_cast<int>(std::ceil(std::sqrt(options.elements / 20.0) - 1e-9));
+  const BemOptions bem = bem_options(options);
+  TerminalMonitor monitor(common.quiet);
+  const acoustics::SphereResult result = acoustics::solve_sphere(sphere, bem, monitor);
+  if (!result.bem.usable()) throw NumericalError("transfer: " + result.bem.message);
+  warn_coarse(result.bem, bem);
+
+  nlohmann::json used = options_json(options);
+  used.update(
+      {{"sphere", options.sphere}, {"radius_m", options.radius_m}, {"ka", options.ka}, {"elements", options.elements}});
+  nlohmann::json json = result_header("transfer-sphere", "done", common, used, {});
+  add_solution(json, result.bem);
+  json["surface_pressure_relative_error"] = result.surface_pressure_relative_error;
+  json["element_size_m"] = result.element_size_m;
+  json["radiated_power_w"] = acoustics::radiated_power_w(result.multipole, options.radiate.medium);
+  json["exact_radiated_power_w"] = 2.0 * kPi * options.radius_m * options.radius_m / (2 * sphere.degree + 1) *
+                                   acoustics::sphere_impedance(sphere.degree, sphere.ka, options.radiate.medium).real();
+  const Complex exact = acoustics::sphere_coefficient_pa(sphere, options.radiate.medium);
+  json["exact_multipole"] = {{"n", sphere.degree}, {"m", 0}, {"re", exact.real()}, {"im", exact.imag()}};
+  for (int n = 0; n <= result.multipole.order; ++n)
+    for (int m = -n; m <= n; ++m) {
+      const Complex value = result.multipole.coefficients_pa[n * (n + 1) + m];
+      json["multipoles"].push_back({{"n", n}, {"m", m}, {"re", value.real()}, {"im", value.imag()}});
+    }
+  write_json(common, json);
+  say(common, "%s sphere, ka %g: %d elements, surface pressure within %.3g %% of the exact one\n",
+      options.sphere.c_str(), options.ka, result.bem.n_elements, 100.0 * result.surface_pressure_relative_error);
+  return kDone;
+}
+
+/// The velocities of the surface's triangles or vertices at the corners of the triangles that radiate.
+Eigen::MatrixXcd corner_velocity(const TransferOptions& options, const mesh::SurfaceMesh& surface,
+                                 const std::vector<bool>& outer) {
+  const Eigen::MatrixXd table = read_number_table(options.velocity_csv, 2, "re,im");
+  const bool by_triangle = table.rows() == surface.triangles.rows();
+  if (!by_triangle && table.rows() != surface.vertices_m.rows())
+    throw InputError(options.velocity_csv, "has the wrong number of rows", std::to_string(table.rows()),
+                     std::to_string(surface.triangles.rows()) + " (triangles) or " +
+                         std::to_string(surface.vertices_m.rows()) + " (vertices) of " + options.surface);
+  Eigen::MatrixXcd velocity(3 * std::count(outer.begin(), outer.end(), true), 1);
+  Eigen::Index row = 0;
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
+    if (!outer[static_cast<std::size_t>(t)]) continue;
+    for (int c = 0; c < 3; ++c) {
+      const Eigen::Index at = by_triangle ? t : surface.triangles(t, c);
+      velocity(row++, 0) = Complex(table(at, 0), table(at, 1));
+    }
+  }
+  return velocity;
+}
+
+int run_surface(const TransferOptions& options, const CommonOptions& common) {
+  checked("command line", "--frequency-hz", options.frequency_hz, 1e-3, 1e7);
+  checked_open("command line", "--unit-m", options.unit_m, 0.0, 1e6);
+  const BemOptions bem = bem_options(options);
+  bem.validate();
+  mesh::SurfaceMesh surface = mesh::read_surface(options.surface);
+  surface.vertices_m *= options.unit_m;
+  mesh::check_closed_surface(surface, options.surface);
+  const std::vector<bool> outer = acoustics::faces_outer_fluid(surface);
+  const Eigen::MatrixXcd velocity = corner_velocity(options, surface, outer);
+  const Eigen::Matrix3Xd points = read_number_table(options.points_csv, 3, "x_m,y_m,z_m").transpose();
+  mesh::SurfaceMesh outside{surface.vertices_m, mesh::IndexRows(velocity.rows() / 3, 3)};
+  Eigen::Index row = 0;
+  for (std::size_t t = 0; t < outer.size(); ++t)
+    if (outer[t]) outside.triangles.row(row++) = surface.triangles.row(static_cast<Eigen::Index>(t)).head<3>();
+  acoustics::RadiatingSurface radiating = acoustics::radiating_surface(outside);
+  acoustics::check_resolution(radiating, options.frequency_hz, bem);
+
+  TerminalMonitor monitor(common.quiet);
+  const acoustics::HelmholtzBem solver(std::move(radiating));
+  solver.check_outside(points);
+  const BemResult result = solver.solve(options.frequency_hz, velocity, bem, monitor);
+  if (!result.usable()) throw NumericalError("transfer: " + result.message);
+  warn_coarse(result, bem);
+  const Eigen::VectorXcd pressure = solver.pressure_at(result, points);
+
+  nlohmann::json used = options_json(options);
+  used.update({{"frequency_hz", options.frequency_hz}, {"unit_m", options.unit_m}});
+  nlohmann::json json = result_header("transfer-surface", "done", common, used,
+                                      {options.surface, options.velocity_csv, options.points_csv});
+  add_solution(json, result);
+  json["radiated_power_w"] = result.radiated_power_w[0];
+  for (const Complex& p : pressure) json["pressure"].push_back({{"re", p.real()}, {"im", p.imag()}});
+  write_json(common, json);
+  say(common, "%s: %d elements at %g Hz, pressure at %td points\n", options.surface.c_str(), result.n_elements,
+      options.frequency_hz, points.cols());
+  return kDone;
+}
+
+int run_model(const TransferOptions& options, const CommonOptions& common) {
+  if (options.output.empty()) throw InputError("command line", "-o", "", "a file for the transfer model (.vtu)");
+  if (std::filesystem::path(options.output).extension() != ".vtu")
+    throw InputError("-o", "is no .vtu", options.output, "a name that ends in .vtu");
+  options.radiate.validate();
+  const modal::ModalModel model = modal::read_modal_model(options.model);
+  nlohmann::json used = options_json(options);
+  used.update({{"elements_per_wavelength", options.radiate.elements_per_wavelength},
+               {"max_elements", options.radiate.max_elements},
+               {"kept_power_fraction", options.radiate.order.kept_power_fraction},
+               {"paper_rule", options.radiate.order.paper_rule}});
+  // Of a stopped run: the modes it had finished, beside the output, good for the same model and options only.
+  const std::filesystem::path partial = options.output + ".partial.vtu";
+  const std::string key =
+      nlohmann::json({{"model_sha256", input_file(options.model).sha256}, {"options", used}, {"version", version()}})
+          .dump();
+  acoustics::TransferModel finished{options.radiate.medium, {}};
+  if (std::filesystem::exists(partial)) {
+    try {
+      if (acoustics::read_transfer_provenance(partial) == key) finished = acoustics::read_transfer_model(partial);
+    } catch (const InputError&) {  // another program's file or a damaged one: start afresh, and say so
+      warn(partial.string() + " cannot be read: starting afresh");
+    }
+    if (!finished.modes.empty())
+      say(common, "going on after %zu of %td modes (%s)\n", finished.modes.size(), model.n_modes(), partial.c_str());
+  }
+  const std::vector<acoustics::ModeTransfer> known = finished.modes;
+  TerminalMonitor monitor(common.quiet);
+  const acoustics::RadiateResult result =
+      acoustics::radiate(model, options.radiate, monitor, known, [&](const acoustics::ModeTransfer& mode) {
+        finished.modes.push_back(mode);
+        std::sort(finished.modes.begin(), finished.modes.end(),
+                  [](const auto& a, const auto& b) { return a.mode < b.mode; });
+        acoustics::write_transfer_model(partial, finished, key);
+      });
+  if (!result.usable()) throw NumericalError(result.message);
+
+  nlohmann::json json = result_header("transfer", "done", common, used, {options.model});
+  acoustics::write_transfer_model(options.output, result.transfer, json["provenance"].dump());
+  int highest = 0;
+  for (const acoustics::ModeTransfer& mode : result.transfer.modes) {
+    highest = std::max(highest, mode.multipole.order);
+    json["modes"].push_back({{"index", mode.mode},
+                             {"frequency_hz", mode.frequency_hz},
+                             {"order", mode.multipole.order},
+                             {"radiated_power_w", mode.radiated_power_w},
+                             {"decay_radiation_per_s", mode.decay_radiation_per_s},
+                             {"kept_power_fraction", mode.kept_power_fraction},
+                             {"bem_elements", mode.n_bem_elements},
+                             {"residual", json_number(mode.residual)}});
+  }
+  write_json(common, json);
+  std::error_code ignored;
+  std::filesystem::remove(partial, ignored);
+  say(common, "%s: %zu modes, multipoles to order %d\n", options.output.c_str(), result.transfer.modes.size(), highest);
+  return kDone;
+}
+
+int run_transfer(const TransferOptions& options, const CommonOptions& common) {
+  const int forms =
+      (options.model.empty() ? 0 : 1) + (options.sphere.empty() ? 0 : 1) + (options.surface.empty() ? 0 : 1);
+  if (forms != 1)
+    throw InputError("transfer", "needs one of a modal model, --sphere and --surface",
+                     std::to_string(forms) + " given");
+  if (!options.sphere.empty()) return run_sphere(options, common);
+  if (options.surface.empty()) return run_model(options, common);
+  if (options.velocity_csv.empty() || options.points_csv.empty())
+    throw InputError("--surface", "needs --velocity-csv, --frequency-hz and --points");
+  return run_surface(options, common);
+}
+
+}  // namespace
+
+Subcommand add_transfer(CLI::App& program, CommonOptions& common) {
+  auto options = std::make_shared<TransferOptions>();
+  CLI::App* app = program.add_subcommand("transfer", "How each mode sounds outside: boundary elements and multipoles");
+  app->add_option("model", options->model, "Modal model (.vtu) from klang modes -o or klang fit");
+  app->add_option("-o,--output", options->output, "Transfer model (.vtu), for klang synth --transfer");
+  app->add_option("--sphere", options->sphere, "A sphere instead: pulsating, dipole, quadrupole or octupole, 1 m/s");
+  app->add_option("--radius-m", options->radius_m, "Radius of the sphere")->capture_default_str();
+  app->add_option("--ka", options->ka, "Wavenumber times radius of the sphere");
+  app->add_option("--elements", options->elements, "Elements of the sphere, at least")->capture_default_str();
+  app->add_option("--surface", options->surface, "A closed surface instead (.stl, .obj, .ply, .off)");
+  app->add_option("--velocity-csv", options->velocity_csv,
+                  "Its outward normal velocity [m/s]: re,im for each triangle or each vertex, in the surface's order");
+  app->add_option("--frequency-hz", options->frequency_hz, "Frequency of that velocity");
+  app->add_option("--points", options->points_csv, "Where to find the pressure: x_m,y_m,z_m a line");
+  app->add_option("--unit-m", options->unit_m, "Length of the surface file's unit")->capture_default_str();
+  app->add_option("--density-kg-m3", options->radiate.medium.density_kg_m3, "Density of the fluid")
+      ->capture_default_str();
+  app->add_option("--sound-speed-m-s", options->radiate.medium.sound_speed_m_s, "Sound speed of the fluid")
+      ->capture_default_str();
+  app->add_option("--elements-per-wavelength", options->radiate.elements_per_wavelength,
+                  "Modal model: boundary elements a wavelength of sound")
+      ->capture_default_str();
+  app->add_option("--max-elements", options->radiate.max_elements, "Modal model: boundary elements at most")
+      ->capture_default_str();
+  app->add_option("--kept-power", options->radiate.order.kept_power_fraction,
+                  "Modal model: part of the radiated power that the multipoles keep")
+      ->capture_default_str();
+  app->add_flag("--paper-order", options->radiate.order.paper_rule,
+                "Modal model: order max(kL/4, 4) instead (loses power)");
+  app->add_flag("--allow-coarse", options->radiate.allow_coarse, "Accept fewer than 4 elements a wavelength");
+  app->footer(
+      "Examples:\n"
+      "  klang transfer bowl.vtu -o bowl-transfer.vtu --json bowl-transfer.json\n"
+      "  klang transfer --sphere dipole --radius-m 0.1 --ka 5 --json s.json\n"
+      "  klang transfer --surface body.stl --velocity-csv vn.csv --frequency-hz 1000 --points pts.csv --json p.json\n"
+      "A run that was stopped goes on where it stopped when it is started again with the same options.");
+  return {app, [options, &common] { return run_transfer(*options, common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,71 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "apps/kit/command_group.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "reports/report/report.hpp"
+#include "validate/papers/papers.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct PapersCommand {
+  std::string output;
+  std::string markdown;
+};
+
+int run_papers(const PapersCommand& command, const CommonOptions& common) {
+  TerminalMonitor monitor(common.quiet);
+  std::unique_ptr<OutputDirectory> out;
+  if (!command.output.empty()) out = std::make_unique<OutputDirectory>(command.output);
+  const validate::PaperTables tables = validate::run_papers(monitor);
+
+  nlohmann::json json =
+      result_header("papers", tables.passed() ? "passed" : "not_passed", common, nlohmann::json::object(), {});
+  json.update(validate::to_json(tables));
+  if (out) {
+    write_file(out->staging() / "papers.json", json_text(json));
+    write_file(out->staging() / "junit.xml", validate::junit_xml("klang validate papers", validate::claims_of(tables)));
+    const auto report = reports::write_report(out->staging() / "papers.json", {}, monitor);
+    for (const std::string& warning : report.warnings) warn(warning);
+    monitor.throw_if_stopped();
+    out->commit();
+  }
+  if (!command.markdown.empty()) write_file(command.markdown, validate::markdown(tables));
+  write_json(common, json);
+
+  for (const validate::PaperNumber& n : tables.numbers) {
+    say(common, "%-12s  %-34s printed %-11.6g ours %-11.6g", validate::words_of(n.verdict), n.id.c_str(), n.printed,
+        n.ours);
+    if (n.reference) say(common, " reference %.6g", *n.reference);
+    say(common, "\n");
+  }
+  say(common, "%s: %zu numbers\n", tables.passed() ? "passed" : "NOT PASSED", tables.numbers.size());
+  if (out) say(common, "report: %s\n", (std::filesystem::path(command.output) / "report.html").c_str());
+  return tables.passed() ? kDone : kCheckNotPassed;
+}
+
+Subcommand add_papers(CLI::App& group, CommonOptions& common) {
+  auto command = std::make_shared<PapersCommand>();
+  CLI::App* papers = group.add_subcommand(
+      "papers", "Every number of the papers' tables that can be computed: printed, ours, reference, verdict");
+  papers->add_option("-o,--output", command->output, "Folder for papers.json, junit.xml and report.html");
+  papers->add_option("--markdown", command->markdown, "Write the tables as Markdown (docs/papers.md)")
+      ->type_name("FILE");
+  papers->footer(
+      "Examples:\n"
+      "  klang validate papers -o papers\n"
+      "  klang validate papers --markdown docs/papers.md\n"
+      "Exit code 1: a number differs from the paper and it is not known why.");
+  return {papers, [command, &common] { return run_papers(*command, common); }};
+}
+
+}  // namespace
+
+Subcommand add_validate(CLI::App& program, CommonOptions& common) {
+  return add_group(program, common, "validate", "Published numbers against this program", {add_papers});
+}
+
+}  // namespace klang::apps

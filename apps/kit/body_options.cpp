@@ -1,0 +1,134 @@
+#include "apps/kit/body_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/files/mesh_file.hpp"
+
+namespace klang::apps {
+
+std::map<std::string, double> parse_assignments(const std::string& option, const std::string& text) {
+  std::map<std::string, double> values;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string part = text.substr(begin, end - begin);
+    const std::size_t equals = part.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError(option, "is not a list of name=number", part, "for example length_m=0.5,wall_m=0.001");
+    }
+    double value = 0.0;
+    const char* first = part.data() + equals + 1;
+    const char* last = part.data() + part.size();
+    const auto parsed = std::from_chars(first, last, value);
+    if (parsed.ec != std::errc() || parsed.ptr != last) {
+      throw InputError(option, "is not a number", part, "name=number");
+    }
+    if (!values.emplace(part.substr(0, equals), value).second) {
+      throw InputError(option, "is given twice", part.substr(0, equals));
+    }
+    begin = end + 1;
+  }
+  return values;
+}
+
+solid::Material parse_material(const std::string& text) {
+  if (text.find('=') == std::string::npos) return solid::material_preset(text);
+  auto values = parse_assignments("--material", text);
+  const auto take = [&](const std::string& name) {
+    const auto found = values.find(name);
+    if (found == values.end()) {
+      throw InputError("--material", "lacks " + name, text,
+                       "a preset, or lame_lambda_pa, lame_mu_pa, density_kg_m3, or youngs_modulus_pa, poissons_ratio, "
+                       "density_kg_m3");
+    }
+    const double value = found->second;
+    values.erase(found);
+    return value;
+  };
+  solid::Material material;
+  if (values.contains("youngs_modulus_pa") || values.contains("poissons_ratio")) {
+    const double youngs_modulus_pa = take("youngs_modulus_pa");
+    const double poissons_ratio = take("poissons_ratio");
+    material = solid::from_youngs_modulus(youngs_modulus_pa, poissons_ratio, take("density_kg_m3"));
+  } else {
+    material.lame_lambda_pa = take("lame_lambda_pa");
+    material.lame_mu_pa = take("lame_mu_pa");
+    material.density_kg_m3 = take("density_kg_m3");
+  }
+  if (!values.empty()) {
+    throw InputError("--material", "has an unknown or superfluous name", values.begin()->first,
+                     "lame_lambda_pa, lame_mu_pa or youngs_modulus_pa, poissons_ratio; and density_kg_m3");
+  }
+  solid::validate(material);
+  return material;
+}
+
+void BodyOptions::add_to(CLI::App& app, bool shape_is_positional) {
+  std::string kinds;
+  for (const std::string& kind : mesh::shape_kinds()) kinds += (kinds.empty() ? "" : ", ") + kind;
+  if (shape_is_positional) {
+    app.add_option("shape-or-file", shape, "A shape (" + kinds + ") or a mesh file")->required();
+  } else {
+    app.add_option("--shape", shape, "One of: " + kinds);
+    app.add_option("--mesh", mesh_file,
+                   "Mesh file instead of a shape: tetrahedra (.vtu, .msh, .node/.ele) or a closed surface "
+                   "(.stl, .obj, .ply, .off)");
+  }
+  app.add_option("--dims", dims, "Dimensions of the shape: name_m=value,... in metres");
+  app.add_option("--profile", profile, "revolution: CSV file of the closed profile, columns r_m, z_m");
+  app.add_option("--element", element, "p1 (linear) or p2 (quadratic, curved)")
+      ->check(CLI::IsMember({"p1", "p2"}))
+      ->capture_default_str();
+  app.add_option("--max-edge-m", max_edge_m, "Longest element edge in metres; 0: chosen by the program")
+      ->capture_default_str();
+  app.add_option("--unit-m", unit_m, "Mesh files: length of the file's unit in metres (0.001: millimetres)")
+      ->capture_default_str();
+  app.add_option("--refine", refinement, "Halve every edge this often (shapes), 0 to 4")
+      ->check(CLI::Range(0, 4))
+      ->capture_default_str();
+}
+
+std::optional<mesh::ShapeSpec> BodyOptions::shape_spec() const {
+  if (!mesh_file.empty() && !shape.empty()) throw InputError("--mesh", "excludes --shape", shape);
+  if (!mesh_file.empty()) {
+    if (!dims.empty()) throw InputError("--dims", "belongs to --shape, not to --mesh", dims);
+    return std::nullopt;
+  }
+  if (shape.empty()) throw InputError("body", "is not given", "", "--shape KIND --dims ... or --mesh FILE");
+  mesh::ShapeSpec spec;
+  spec.kind = shape;
+  if (!dims.empty()) spec.dims = parse_assignments("--dims", dims);
+  spec.profile_csv = profile;
+  mesh::validate(spec);
+  return spec;
+}
+
+mesh::TetMesh BodyOptions::build(double wavelength_m) const {
+  checked("command line", "--max-edge-m", max_edge_m, 0.0, 1e3);
+  checked("command line", "--unit-m", unit_m, 1e-9, 1e6);
+  if (const auto spec = shape_spec()) {
+    mesh::ShapeMeshOptions options;
+    options.order = order();
+    options.max_edge_m = max_edge_m;
+    options.wavelength_m = wavelength_m;
+    options.refinement = refinement;
+    return mesh::mesh_shape(*spec, options);
+  }
+  mesh::LoadOptions options;
+  options.order = order();
+  options.max_edge_m = max_edge_m;
+  options.wavelength_m = wavelength_m;
+  options.unit_m = unit_m;
+  return mesh::load_body(mesh_file, options);
+}
+
+std::vector<std::filesystem::path> BodyOptions::inputs() const {
+  std::vector<std::filesystem::path> files;
+  if (!mesh_file.empty()) files.emplace_back(mesh_file);
+  if (!profile.empty()) files.emplace_back(profile);
+  return files;
+}
+
+}  // namespace klang::apps

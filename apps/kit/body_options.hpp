@@ -1,0 +1,40 @@
+#pragma once
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/shapes/shape.hpp"
+#include "core/physics/solid/material.hpp"
+#include "core/physics/solid/support.hpp"
+
+namespace klang::apps {
+
+/// "length_m=0.5,wall_m=0.001" as names and numbers; InputError names the option and the bad part.
+std::map<std::string, double> parse_assignments(const std::string& option, const std::string& text);
+
+/// A preset's name, or lame_lambda_pa=..,lame_mu_pa=..,density_kg_m3=.. or youngs_modulus_pa=..,poissons_ratio=..,density..
+solid::Material parse_material(const std::string& text);
+
+/// The options that say which body: --shape with --dims and --profile, or --mesh; and how it is meshed.
+struct BodyOptions {
+  std::string shape;
+  std::string dims;
+  std::string profile;
+  std::string mesh_file;
+  std::string element = "p2";
+  double max_edge_m = 0.0;
+  double unit_m = 1.0;  ///< of mesh files
+  int refinement = 0;
+
+  void add_to(CLI::App& app, bool shape_is_positional = false);
+  std::optional<mesh::ShapeSpec> shape_spec() const;  ///< checked; empty when --mesh is given
+  int order() const { return element == "p1" ? 1 : 2; }
+  /// Meshes or reads the body. wavelength_m: shortest structural wavelength, 0 for the default resolution.
+  mesh::TetMesh build(double wavelength_m = 0.0) const;
+  std::vector<std::filesystem::path> inputs() const;
+};
+
+}  // namespace klang::apps

@@ -1,0 +1,119 @@
+#include "apps/kit/command.hpp"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdarg>
+#include <cstdio>
+#include <ctime>
+#include <mutex>
+
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+
+namespace klang::apps {
+namespace {
+
+std::atomic<bool> interrupted = false;
+std::atomic<std::time_t> interrupted_at_s = 0;
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::time_t>::is_always_lock_free);
+std::mutex terminal_mutex;
+
+/// A second Ctrl-C ends at once, but not one within 2 s of the first: a wrapper such as timeout(1) signals the program
+/// and then its whole group, and an end in the midst of tidying up leaves files behind.
+extern "C" void on_interrupt(int signal) {
+  const std::time_t now_s = std::time(nullptr);
+  if (!interrupted) {
+    interrupted_at_s = now_s;
+    interrupted = true;
+  } else if (now_s - interrupted_at_s > 1) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+}
+
+}  // namespace
+
+void add_common_options(CLI::App& app, CommonOptions& common) {
+  app.add_option("--json", common.json, "Write the machine-readable result to FILE (- for standard output)")
+      ->type_name("FILE")
+      ->group("Common options");
+  app.add_flag("--quiet,-q", common.quiet, "Print nothing but errors and warnings")->group("Common options");
+  app.add_option("--threads", common.n_threads, "Threads, 0 to 1024; 0: all cores")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str()
+      ->group("Common options");
+  app.add_option("--seed", common.seed, "Seed of everything that is random")
+      ->capture_default_str()
+      ->group("Common options");
+}
+
+TerminalMonitor::TerminalMonitor(bool quiet) : active_(!quiet && ::isatty(STDERR_FILENO) == 1) {
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+}
+
+TerminalMonitor::~TerminalMonitor() { clear(); }
+
+void TerminalMonitor::progress(std::string_view stage, double fraction) {
+  if (!active_) return;
+  char line[100];
+  std::snprintf(line, sizeof line, "%.*s %3.0f %%", static_cast<int>(stage.size() < 70 ? stage.size() : 70),
+                stage.data(), 100.0 * fraction);
+  const std::lock_guard lock(terminal_mutex);
+  if (shown_ == line) return;
+  shown_ = line;
+  std::fprintf(stderr, "\r\033[K%s", line);
+  std::fflush(stderr);
+}
+
+void TerminalMonitor::clear() {
+  if (active_ && !shown_.empty()) std::fputs("\r\033[K", stderr);
+  shown_.clear();
+}
+
+bool TerminalMonitor::stop_requested() const { return interrupted; }
+
+Provenance make_provenance(const CommonOptions& common, const nlohmann::json& options,
+                           const std::vector<std::filesystem::path>& inputs) {
+  Provenance provenance;
+  provenance.command = common.command_line;
+  provenance.seed = common.seed;
+  provenance.options_json = options.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  for (const auto& input : inputs) provenance.inputs.push_back(input_file(input));
+  return provenance;
+}
+
+nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
+                             const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs) {
+  return {{"schema_version", 1},
+          {"kind", kind},
+          {"status", status},
+          {"provenance", to_json(make_provenance(common, options, inputs))},
+          {"warnings", nlohmann::json::array()}};
+}
+
+void write_json(const CommonOptions& common, const nlohmann::json& result) {
+  if (common.json.empty()) return;
+  const std::string text = json_text(result);
+  if (common.json == "-") {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  } else {
+    write_file(common.json, text);
+  }
+}
+
+void say(const CommonOptions& common, const char* format, ...) {
+  if (common.quiet || common.json == "-") return;
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vprintf(format, arguments);
+  va_end(arguments);
+}
+
+void warn(std::string_view text) {
+  std::fprintf(stderr, "klang: warning: %.*s\n", static_cast<int>(text.size()), text.data());
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,81 @@
+#pragma once
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "core/foundation/base/provenance.hpp"
+
+namespace klang::apps {
+
+/// Exit codes of every subcommand.
+enum ExitCode { kDone = 0, kCheckNotPassed = 1, kBadInput = 2, kNumericalFailure = 3, kInterrupted = 130 };
+
+/// Options that every subcommand has.
+struct CommonOptions {
+  std::filesystem::path json;  ///< "-" is standard output
+  bool quiet = false;
+  int n_threads = 0;
+  std::uint64_t seed = 1;
+  std::string command_line;
+};
+
+/// Adds --json, --quiet, --threads and --seed.
+void add_common_options(CLI::App& app, CommonOptions& common);
+
+/// Progress on a terminal (stderr), silence elsewhere; stops on Ctrl-C.
+class TerminalMonitor : public Monitor {
+ public:
+  explicit TerminalMonitor(bool quiet);
+  ~TerminalMonitor() override;
+  void progress(std::string_view stage, double fraction) override;
+  bool stop_requested() const override;
+
+ private:
+  void clear();
+  bool active_;
+  std::string shown_;
+};
+
+Provenance make_provenance(const CommonOptions& common, const nlohmann::json& options,
+                           const std::vector<std::filesystem::path>& inputs);
+
+/// The keys that every result has: schema_version, kind, status, provenance, warnings.
+nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
+                             const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs);
+
+/// Writes to --json where it was given.
+void write_json(const CommonOptions& common, const nlohmann::json& result);
+
+/// printf to standard output, unless --quiet.
+void say(const CommonOptions& common, const char* format, ...) __attribute__((format(printf, 2, 3)));
+
+/// One line to standard error, "klang: warning: ...".
+void warn(std::string_view text);
+
+/// A subcommand adds itself to the program; run() is called after parsing and returns the exit code.
+struct Subcommand {
+  CLI::App* app = nullptr;
+  std::function<int()> run;
+};
+Subcommand add_mesh(CLI::App& program, CommonOptions& common);
+Subcommand add_modes(CLI::App& program, CommonOptions& common);
+Subcommand add_analyze(CLI::App& program, CommonOptions& common);
+Subcommand add_fit(CLI::App& program, CommonOptions& common);
+Subcommand add_tune(CLI::App& program, CommonOptions& common);
+Subcommand add_synth(CLI::App& program, CommonOptions& common);
+Subcommand add_bubble(CLI::App& program, CommonOptions& common);
+Subcommand add_proxy(CLI::App& program, CommonOptions& common);
+Subcommand add_converge(CLI::App& program, CommonOptions& common);
+Subcommand add_transfer(CLI::App& program, CommonOptions& common);
+Subcommand add_regress(CLI::App& program, CommonOptions& common);
+Subcommand add_validate(CLI::App& program, CommonOptions& common);
+Subcommand add_dataset(CLI::App& program, CommonOptions& common);
+Subcommand add_report(CLI::App& program, CommonOptions& common);
+Subcommand add_doctor(CLI::App& program, CommonOptions& common);
+
+}  // namespace klang::apps

@@ -1,0 +1,205 @@
+#pragma once
+#include <array>
+#include <concepts>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+/// A struct of options or results names its fields once:
+///
+///   struct RingOptions {
+///     double window_s = 0.1;
+///     template <class Self, class Visitor>
+///     static void describe(Self& self, Visitor&& visit) {
+///       visit({"window_s", "length of the window", above(0.0)}, self.window_s);
+///     }
+///   };
+///
+/// JSON writing and reading (fields_json.hpp), checking (validate_fields), TOML keys, command-line options and the tables in
+/// docs/ come from that. A struct may hold other described structs, lists of them and optional ones.
+namespace klang {
+
+/// The values that a number may have. NaN is never among them.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_open = false, high_open = false;  ///< the end itself is left out
+  bool holds(double value) const;
+  std::string text() const;  ///< "above 0", "0 to 1", "at least 1"; "" without limits
+};
+constexpr Range between(double low, double high) { return {low, high, false, false}; }
+constexpr Range inside(double low, double high) { return {low, high, true, true}; }
+constexpr Range above(double low) { return {low, std::numeric_limits<double>::infinity(), true, false}; }
+constexpr Range at_least(double low) { return {low, std::numeric_limits<double>::infinity(), false, false}; }
+
+/// What a struct says of one of its members.
+struct Field {
+  std::string_view name;     ///< with its unit, "frequency_hz": the key in JSON and TOML, the column of a CSV file
+  std::string_view meaning;  ///< one line for docs and --help
+  Range range = {};          ///< of a number, or of each number of a list
+  bool required = false;     ///< a reader complains where it is missing; otherwise the member keeps its default
+};
+
+namespace detail {
+struct AnyVisitor {
+  template <class T>
+  void operator()(const Field&, T&) const {}
+};
+}  // namespace detail
+
+/// A struct with a describe() as above.
+template <class T>
+concept Described = requires(T& value) { T::describe(value, detail::AnyVisitor{}); };
+
+/// A value of an enum and its word in files. An enum gets its words from a function beside it, found by its argument:
+///   constexpr auto words_of(FitStatus) { return std::array{Word{FitStatus::kConverged, "converged"}, ...}; }
+template <class Enum>
+struct Word {
+  Enum value;
+  std::string_view text;
+};
+template <class Enum>
+Word(Enum, const char*) -> Word<Enum>;
+
+template <class T>
+concept Worded = std::is_enum_v<T> && requires(T value) { words_of(value); };
+
+/// The word of an enum's value.
+template <Worded Enum>
+std::string to_text(Enum value) {
+  for (const auto& word : words_of(value)) {
+    if (word.value == value) return std::string(word.text);
+  }
+  return {};
+}
+
+/// The value of a word, if it is one.
+template <Worded Enum>
+std::optional<Enum> enum_from_text(std::string_view text) {
+  for (const auto& word : words_of(Enum{})) {
+    if (word.text == text) return word.value;
+  }
+  return std::nullopt;
+}
+
+/// "one of a, b, c", for messages and docs.
+template <Worded Enum>
+std::string allowed_words() {
+  std::string text;
+  for (const auto& word : words_of(Enum{})) text += (text.empty() ? "one of " : ", ") + std::string(word.text);
+  return text;
+}
+
+/// One line of a table of fields.
+struct FieldRow {
+  std::string name, type, default_text, range, meaning;  ///< name of an inner field: "partials[].frequency_hz"
+  bool required = false;
+};
+
+/// Collects the rows of a struct and of those inside it.
+class FieldRows {
+ public:
+  explicit FieldRows(std::vector<FieldRow>& rows, std::string prefix = {}) : rows_(rows), prefix_(std::move(prefix)) {}
+
+  template <class T>
+  void operator()(const Field& field, const T& value) {
+    if constexpr (Described<T>) {
+      add(field, "table", {});
+      T::describe(value, FieldRows(rows_, prefix_ + std::string(field.name) + "."));
+    } else {
+      add(field, type_of(value), text_of(value));
+      if constexpr (requires { typename T::value_type; }) describe_inner<typename T::value_type>(field, value);
+    }
+  }
+
+ private:
+  template <class Inner, class T>
+  void describe_inner(const Field& field, const T&) {
+    if constexpr (Described<Inner>) {
+      constexpr bool is_optional = std::same_as<T, std::optional<Inner>>;
+      const Inner inner{};
+      Inner::describe(inner, FieldRows(rows_, prefix_ + std::string(field.name) + (is_optional ? "." : "[].")));
+    }
+  }
+  template <class T>
+  static std::string type_of(const T&) {
+    if constexpr (std::same_as<T, bool>) return "boolean";
+    else if constexpr (std::integral<T>) return "integer";
+    else if constexpr (std::floating_point<T>) return "number";
+    else if constexpr (Worded<T>) return allowed_words<T>();
+    else if constexpr (std::convertible_to<T, std::string>) return "text";
+    else if constexpr (Described<T>) return "table";
+    else if constexpr (requires { typename T::mapped_type; }) return "table";
+    else if constexpr (requires(const T& t) { t.has_value(); }) return type_of(typename T::value_type{}) + " or null";
+    else if constexpr (requires { typename T::value_type; }) return "list of " + type_of(typename T::value_type{});
+    else return "value";
+  }
+  template <class T>
+  static std::string text_of(const T& value) {
+    if constexpr (std::same_as<T, bool>) return value ? "true" : "false";
+    else if constexpr (std::integral<T>) return std::to_string(value);
+    else if constexpr (std::floating_point<T>) return number_text(value);
+    else if constexpr (Worded<T>) return to_text(value);
+    else if constexpr (std::convertible_to<T, std::string>) return std::string(value);
+    else return {};
+  }
+  static std::string number_text(double value);
+  void add(const Field& field, std::string type, std::string default_text);
+
+  std::vector<FieldRow>& rows_;
+  std::string prefix_;
+};
+
+template <Described T>
+std::vector<FieldRow> field_rows() {
+  std::vector<FieldRow> rows;
+  const T value{};
+  T::describe(value, FieldRows(rows));
+  return rows;
+}
+
+/// A Markdown table of key, type, default, range, meaning; with_defaults for options, without for results.
+std::string field_rows_markdown(const std::vector<FieldRow>& rows, bool with_defaults);
+
+/// Checks the numbers of a struct against the ranges of its fields.
+class FieldCheck {
+ public:
+  explicit FieldCheck(std::vector<std::string>& violations, std::string prefix = {})
+      : violations_(violations), prefix_(std::move(prefix)) {}
+
+  template <class T>
+  void operator()(const Field& field, const T& value) {
+    if constexpr (Described<T>) {
+      T::describe(value, FieldCheck(violations_, prefix_ + std::string(field.name) + "."));
+    } else if constexpr (std::same_as<T, bool> || Worded<T> || std::convertible_to<T, std::string>) {
+    } else if constexpr (std::integral<T> || std::floating_point<T>) {
+      number(field, static_cast<double>(value));
+    } else if constexpr (requires { value.has_value(); }) {
+      if (value) (*this)(field, *value);
+    } else if constexpr (requires { typename T::mapped_type; }) {
+    } else if constexpr (requires { value.begin(); }) {
+      for (const auto& entry : value) (*this)(field, entry);
+    }
+  }
+
+ private:
+  void number(const Field& field, double value);
+  std::vector<std::string>& violations_;
+  std::string prefix_;
+};
+
+/// Throws one InputError that lists every violation as field, value, rule.
+void throw_violations(std::string_view place, const std::vector<std::string>& violations);
+
+/// All numbers of a struct within the ranges that it names. @throws InputError listing every violation
+template <Described T>
+void validate_fields(std::string_view place, const T& value) {
+  std::vector<std::string> violations;
+  T::describe(value, FieldCheck(violations));
+  throw_violations(place, violations);
+}
+
+}  // namespace klang

@@ -1,0 +1,27 @@
+#pragma once
+#include "core/geometry/mesh/tet_mesh.hpp"
+
+namespace klang::mesh {
+
+struct CoarseningOptions {
+  double edge_m = 0.0;       ///< wanted edge length, > 0; none becomes longer than 1.4 times that
+  double tolerance_m = 0.0;  ///< rms distance of a vertex to the planes it stands for, >= 0
+  void validate() const;     ///< InputError
+};
+
+/// A coarser closed surface of the same shape and connection: edges are collapsed from the shortest up, each to the point
+/// that lies best on the planes of all triangles it replaces (Garland and Heckbert 1997), as long as no triangle turns over
+/// or becomes a sliver. Edges and corners of the body stay where they are to the tolerance; the result has straight
+/// triangles and no unused vertices. Deterministic. Not checked for parts that come to cut each other: a tolerance of a
+/// tenth of the wall keeps them apart, and checked_coarsened() makes sure.
+SurfaceMesh coarsened(const SurfaceMesh& surface, const CoarseningOptions& options);
+
+/// As coarsened; where the result cuts itself the tolerance is cut to a quarter and the work done again, up to three times,
+/// then the surface as given (with straight triangles) is returned.
+SurfaceMesh checked_coarsened(const SurfaceMesh& surface, CoarseningOptions options);
+
+/// A tenth of the wall: the 10th percentile, over up to 400 triangles, of the way through the solid along the inward
+/// normal, times 0.1.
+double wall_tolerance_m(const SurfaceMesh& surface);
+
+}  // namespace klang::mesh

@@ -1,0 +1,206 @@
+#include "core/geometry/mesh/tetgen_mesher.hpp"
+
+#define TETLIBRARY
+#include <tetgen.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <new>
+#include <optional>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/detail/tetgen_library.hpp"
+#include "core/geometry/mesh/import_check.hpp"
+
+namespace klang::mesh {
+namespace detail {
+
+std::mutex& tetgen_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+int orientation_sign(const double* a, const double* b, const double* c, const double* d) {
+  double u[3], v[3], w[3];
+  for (int i = 0; i < 3; ++i) {
+    u[i] = a[i] - d[i];
+    v[i] = b[i] - d[i];
+    w[i] = c[i] - d[i];
+  }
+  const double t0 = v[0] * w[1], t1 = w[0] * v[1], t2 = w[0] * u[1], t3 = u[0] * w[1], t4 = u[0] * v[1],
+               t5 = v[0] * u[1];
+  const double det = u[2] * (t0 - t1) + v[2] * (t2 - t3) + w[2] * (t4 - t5);
+  const double scale = (std::abs(t0) + std::abs(t1)) * std::abs(u[2]) + (std::abs(t2) + std::abs(t3)) * std::abs(v[2]) +
+                       (std::abs(t4) + std::abs(t5)) * std::abs(w[2]);
+  if (std::abs(det) > 1e-15 * scale) return det > 0.0 ? 1 : -1;  // Shewchuk's bound is 7.8e-16
+  if (scale == 0.0) return 0;
+  const std::lock_guard lock(tetgen_mutex());
+  exactinit(0, 0, 1, 1.0, 1.0, 1.0);  // each time: a mesh in between sets filters for its own size
+  const auto writable = [](const double* p) { return const_cast<double*>(p); };  // read only, but not declared so
+  const double exact = orient3d(writable(a), writable(b), writable(c), writable(d));
+  return exact > 0.0 ? 1 : exact < 0.0 ? -1 : 0;
+}
+
+}  // namespace detail
+
+namespace {
+
+/// While it lives, C's stdout goes nowhere: TetGen prints its errors even when told to be quiet.
+class QuietStdout {
+ public:
+  QuietStdout() : before_(stdout), nowhere_(std::fopen("/dev/null", "w")) {
+    if (nowhere_ != nullptr) stdout = nowhere_;
+  }
+  ~QuietStdout() {
+    stdout = before_;
+    if (nowhere_ != nullptr) std::fclose(nowhere_);
+  }
+  QuietStdout(const QuietStdout&) = delete;
+  QuietStdout& operator=(const QuietStdout&) = delete;
+
+ private:
+  FILE* before_;
+  FILE* nowhere_;
+};
+
+double g_longest_edge_sq = 0.0;  // of TetGen's callback, which has no context; guarded by tetgen_mutex()
+
+bool too_long(REAL* a, REAL* b, REAL* c, REAL* d, REAL*, REAL) {
+  const REAL* p[4] = {a, b, c, d};
+  for (const auto& edge : kTetEdges) {
+    double length_sq = 0.0;
+    for (int i = 0; i < 3; ++i) length_sq += (p[edge[0]][i] - p[edge[1]][i]) * (p[edge[0]][i] - p[edge[1]][i]);
+    if (length_sq > g_longest_edge_sq) return true;
+  }
+  return false;
+}
+
+void fill_input(tetgenio& in, const SurfaceMesh& surface, const SurfaceParts& parts) {
+  in.firstnumber = 0;
+  in.numberofpoints = static_cast<int>(surface.vertices_m.rows());
+  in.pointlist = new REAL[3 * static_cast<std::size_t>(in.numberofpoints)];
+  std::copy(surface.vertices_m.data(), surface.vertices_m.data() + surface.vertices_m.size(), in.pointlist);
+  in.numberoffacets = static_cast<int>(surface.triangles.rows());
+  in.facetlist = new tetgenio::facet[in.numberoffacets];
+  for (int t = 0; t < in.numberoffacets; ++t) {
+    tetgenio::facet& facet = in.facetlist[t];
+    tetgenio::init(&facet);
+    facet.numberofpolygons = 1;
+    facet.polygonlist = new tetgenio::polygon[1];
+    tetgenio::init(&facet.polygonlist[0]);
+    facet.polygonlist[0].numberofvertices = 3;
+    facet.polygonlist[0].vertexlist = new int[3];
+    for (int c = 0; c < 3; ++c) facet.polygonlist[0].vertexlist[c] = surface.triangles(t, c);
+  }
+  in.numberofholes = static_cast<int>(parts.point_in_hollow.size());
+  if (in.numberofholes > 0) in.holelist = new REAL[3 * static_cast<std::size_t>(in.numberofholes)];
+  for (int h = 0; h < in.numberofholes; ++h)
+    for (int i = 0; i < 3; ++i) in.holelist[3 * h + i] = parts.point_in_hollow[h][i];
+}
+
+std::string reason(int code) {
+  switch (code) {
+    case 1:
+      return "out of memory";
+    case 3:
+      return "a self-intersection";
+    case 4:
+      return "a very small feature";
+    case 5:
+      return "two facets that nearly touch";
+    case 10:
+      return "an input error";
+    default:
+      return "an internal error";
+  }
+}
+
+/// TetGen's answer, or the number it threw.
+std::optional<int> run_tetgen(const SurfaceMesh& surface, const SurfaceParts& parts, const std::string& switches,
+                              double max_edge_m, TetMesh& mesh) {
+  tetgenio in, out;
+  fill_input(in, surface, parts);
+  if (max_edge_m > 0.0) {
+    g_longest_edge_sq = max_edge_m * max_edge_m;
+    in.tetunsuitable = too_long;
+  }
+  std::string text = switches;
+  try {
+    const QuietStdout quiet;
+    tetrahedralize(text.data(), &in, &out);
+  } catch (const int code) {
+    return code;
+  }
+  if (out.numberoftetrahedra <= 0) return 2;
+  mesh.nodes_m.resize(out.numberofpoints, 3);
+  std::copy(out.pointlist, out.pointlist + 3 * static_cast<std::size_t>(out.numberofpoints), mesh.nodes_m.data());
+  mesh.elements.resize(out.numberoftetrahedra, 4);
+  for (int e = 0; e < out.numberoftetrahedra; ++e)
+    for (int c = 0; c < 4; ++c)
+      mesh.elements(e, c) = out.tetrahedronlist[static_cast<std::size_t>(e) * out.numberofcorners + c];
+  return std::nullopt;
+}
+
+}  // namespace
+
+void TetgenOptions::validate() const {
+  const std::string place = "TetGen options";
+  checked(place, "max_edge_m", max_edge_m, 0.0, 1e6);
+  checked(place, "radius_edge_ratio", radius_edge_ratio, 1.1, 10.0);
+  checked(place, "min_dihedral_deg", min_dihedral_deg, 0.0, 18.0);
+  checked(place, "max_elements", max_elements, 1.0, 2e7);
+  if (order != 1 && order != 2) throw InputError(place, "order", std::to_string(order), "1 or 2");
+}
+
+TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, const std::string& name) {
+  options.validate();
+  const SurfaceParts parts = check_closed_surface(surface, name);
+  if (options.max_edge_m > 0.0) {
+    // Regular tetrahedra of that edge; real ones are about half as large.
+    const double n_expected = 2.0 * parts.volume_m3 * 6.0 * std::sqrt(2.0) / std::pow(options.max_edge_m, 3);
+    if (!(n_expected <= options.max_elements))
+      throw InputError(
+          name, "too many elements for this edge length",
+          "max_edge_m = " + to_text(options.max_edge_m) + ", about " + to_text(std::round(n_expected)) + " elements",
+          "up to " + to_text(options.max_elements));
+  }
+  const std::string quality = "q" + to_text(options.radius_edge_ratio) + "/" + to_text(options.min_dihedral_deg);
+  TetMesh mesh;
+  std::optional<int> failure;
+  {
+    const std::lock_guard lock(detail::tetgen_mutex());
+    // Refining inside an untouched surface (Y) succeeds on some surfaces where cutting its facets does not.
+    const std::string limit = "S" + std::to_string(static_cast<long>(options.max_elements / 3.0)) + "Q";
+    for (const std::string& switches : {"pz" + quality + limit, "pzY" + quality + limit}) {
+      failure = run_tetgen(surface, parts, switches, options.max_edge_m, mesh);
+      if (!failure || *failure == 1 || *failure == 3) break;
+    }
+  }
+  if (failure)
+    throw InputError(name, "TetGen could not fill the surface: " + reason(*failure),
+                     "code " + std::to_string(*failure));
+  mesh = detail::checked_import(std::move(mesh), name);
+  if (options.max_edge_m > 0.0) {
+    double longest = 0.0;
+    for (int e = 0; e < mesh.n_elements(); ++e)
+      for (const auto& edge : kTetEdges)
+        longest = std::max(
+            longest,
+            (mesh.nodes_m.row(mesh.elements(e, edge[0])) - mesh.nodes_m.row(mesh.elements(e, edge[1]))).norm());
+    if (!(longest <= 1.001 * options.max_edge_m))
+      throw InputError(name, "TetGen stopped before every edge was short enough",
+                       "longest edge " + to_text(longest) + " m",
+                       "up to max_edge_m = " + to_text(options.max_edge_m) + "; ask for a longer edge");
+  }
+  const SurfaceMesh boundary = boundary_surface(mesh);
+  std::vector<char> on_surface(mesh.n_nodes(), 0);
+  for (Eigen::Index t = 0; t < boundary.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) on_surface[boundary.triangles(t, c)] = 1;
+  for (int i = 0; i < mesh.n_nodes(); ++i)
+    if (on_surface[i]) mesh.node_sets["surface"].push_back(i);
+  return options.order == 2 ? to_quadratic(mesh) : mesh;
+}
+
+}  // namespace klang::mesh

@@ -1,0 +1,32 @@
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "core/sound/audio/signal.hpp"
+
+namespace klang::audio {
+
+enum class SampleFormat { kPcm16, kPcm24, kFloat32 };
+
+/// Most samples (frames x channels) that are read: 4e8, 3.2 GB in memory. A small compressed file can unpack
+/// to anything.
+inline constexpr std::size_t kMaxSamples = 400'000'000;
+
+/// Reads WAV, FLAC, OGG, AIFF (whatever libsndfile reads), 100 Hz to 10 MHz, 1 to 1024 channels.
+/// @throws InputError: missing, not sound, empty, truncated, a NaN or infinite sample (its frame), a rate of
+/// 0.
+Signal read_sound(const std::filesystem::path& path);
+
+/// As read_sound, from bytes in memory (what the fuzz target calls). name: for messages.
+Signal read_sound_bytes(std::string_view bytes, const std::string& name);
+
+/// Writes WAV or FLAC by the extension, whole or not at all. PCM formats clip at full scale. FLAC has no
+/// floats: kFloat32 becomes 24 bits there. The same signal gives the same bytes (no dates in the header).
+/// @throws InputError: another extension, no samples, a sample that is not finite, a rate or channel count
+/// the format
+///         cannot hold, a path that cannot be written.
+void write_sound(const std::filesystem::path& path, const Signal& signal, SampleFormat format = SampleFormat::kPcm24);
+
+}  // namespace klang::audio

@@ -1,0 +1,47 @@
+#pragma once
+#include <complex>
+#include <memory>
+
+#include "core/sound/bem/helmholtz_bem.hpp"
+#include "core/sound/waves/multipole.hpp"
+
+namespace klang::acoustics {
+
+/// A sphere with normal velocity P_n(cos theta) x 1 m/s, P_n the Legendre polynomial: n = 0 pulsates, 1 is a dipole, 2 an
+/// axial quadrupole, 3 an axial octupole.
+struct SphereCase {
+  int degree = 0;         ///< 0 to 20
+  double radius_m = 0.1;  ///< 1e-6 to 1e6
+  double ka = 1.0;        ///< wavenumber x radius, 1e-3 to 100
+  int divisions = 10;     ///< of the edges of the icosahedron, 1 to 100: 20 divisions^2 elements
+  void validate() const;  ///< InputError
+  double frequency_hz(const Medium& medium) const;
+};
+
+/// Exact surface pressure over normal velocity, -i rho c h_n(ka) / h_n'(ka) [Pa s/m], h_n^(2).
+std::complex<double> sphere_impedance(int degree, double ka, const Medium& medium);
+
+/// Exact pressure [Pa] of the case at a point on or outside the sphere.
+std::complex<double> sphere_pressure_pa(const SphereCase& sphere, const Medium& medium, const Eigen::Vector3d& x_m);
+
+/// Exact coefficient M_n^0 [Pa]; all others are 0.
+std::complex<double> sphere_coefficient_pa(const SphereCase& sphere, const Medium& medium);
+
+struct SphereResult {
+  std::shared_ptr<const HelmholtzBem> solver;
+  BemResult bem;
+  /// Of pressure on the surface against the exact one, both in the mean square over the polyhedron (7 points a triangle).
+  double surface_pressure_relative_error = 0.0;
+  double element_size_m = 0.0;  ///< edge of the equilateral triangle of mean area
+  Multipole multipole;          ///< about the centre, of order max(degree, ceil(ka)) + 2
+};
+
+/// Boundary elements on a geodesic polyhedron of the ball's volume. The velocity goes over to the flat triangles with its
+/// volume flow (by solid angle), linear on each triangle.
+SphereResult solve_sphere(const SphereCase& sphere, const BemOptions& options = {},
+                          Monitor& monitor = silent_monitor());
+/// As solve_sphere with the solver of an earlier result of the same radius and divisions: saves what no frequency changes.
+SphereResult solve_sphere(const SphereCase& sphere, std::shared_ptr<const HelmholtzBem> solver,
+                          const BemOptions& options = {}, Monitor& monitor = silent_monitor());
+
+}  // namespace klang::acoustics

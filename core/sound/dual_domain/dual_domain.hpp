@@ -1,0 +1,136 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "core/sound/dual_domain/liquid_boundary.hpp"
+#include "core/sound/dual_domain/source_points.hpp"
+#include "core/sound/waves/medium.hpp"
+
+namespace klang::bubble {
+
+/// Functions that pass 1 is made of.
+enum class FluidSpace {
+  /// The space that n quadrupole sources span as k times their distances goes to 0: all regular waves about one centre to order
+  /// floor(3 sqrt n) - 1. The sources themselves are then so nearly dependent that double precision, or the ridge on their
+  /// coefficients, leaves few of them; about one centre none is lost. For kernels that flatten out this is known as the flat
+  /// limit (Fornberg and Piret 2007, SIAM J. Sci. Comput. 30, 60-80). Where the points stand no longer matters.
+  kFlatLimit,
+  /// j_l(k r) Y_l^m, l <= 2, about each of the random points, ridge on their own coefficients: HF eqs. 21-26 to the letter.
+  kSources
+};
+
+enum class LeastSquares {
+  kSketch,  ///< conjugate gradients behind a random sketch: the same answer, several times faster
+  kDirect   ///< QR of (34) by LAPACK
+};
+
+enum class Literature {
+  kRight,
+  kPaper  ///< HF as printed: S_b = -4 pi rho omega^2 r^2 (eq. 10), air driven without the density ratio (16), alpha without a length (26)
+};
+
+struct DualDomainOptions {
+  acoustics::Medium liquid{1000.0, 1497.0};
+  acoustics::Medium air;
+  FluidSpace fluid_space = FluidSpace::kFlatLimit;
+  LeastSquares solver = LeastSquares::kSketch;
+  Literature literature = Literature::kRight;
+  double ridge = 1e-8;        ///< epsilon over the Frobenius norm of the matrix (HF section 5.6), 1e-15 to 1
+  bool scale_columns = true;  ///< functions scaled to length 1 on the boundary before the ridge is put on
+  bool images = true;         ///< pass 1 starts from the bubble and its images in surfaces that are close
+  bool wall_slopes = false;   ///< dP/dn of the liquid on rigid walls too, where it should be 0: to look at
+  std::optional<double>
+      wall_length_m;  ///< the length in alpha = length * rigid area / free area; default radius / sqrt(unknowns)
+  /// Pressure on the free surface for a unit source, one a sample (others count 0); empty: none, the one-way answer. With the
+  /// air's own pressure there, found in turn, pass 1 is the two-way one.
+  Eigen::VectorXcd surface_pressure;
+  void validate() const;  ///< InputError
+  /// Everything as HF prints it: sources, ridge on unscaled coefficients, no images, printed formulas.
+  static DualDomainOptions as_printed();
+};
+
+/// The liquid's pressure of a unit source: s(x) + images + regular waves.
+struct FluidField {
+  double wavenumber_per_m = 0.0;
+  Eigen::Vector3d bubble_m = Eigen::Vector3d::Zero();
+  struct Image {
+    Eigen::Vector3d position_m;
+    double amplitude;
+  };
+  std::vector<Image> images;  ///< of the bubble, outside the liquid
+  int order = -1;             ///< of the waves about points_m[0], or -1: quadrupoles at all points_m
+  std::vector<Eigen::Vector3d> points_m;
+  std::vector<Eigen::Vector3d> solid_m;  ///< of singular standing waves y_l(k r) Y, l <= 2, within wet solids
+  Eigen::VectorXcd coefficients;         ///< of the regular waves, then 9 a point of solid_m
+};
+
+/// The air's pressure: h_l^(2) Y, l <= 2, about each point.
+struct AirField {
+  double wavenumber_per_m = 0.0;
+  std::vector<Eigen::Vector3d> points_m;
+  Eigen::VectorXcd coefficients;  ///< 9 a point
+};
+
+struct DualDomainResult {
+  enum class Status { kNotRun, kSolved, kFailed };
+  Status status = Status::kNotRun;
+  std::string message;
+  double frequency_hz = 0.0;
+  std::complex<double>
+      source_strength;           ///< S_b [Pa m per m of bubble vibration = kg / (m s^2)], HF eq. 10 with the right sign
+  double fit_error_fluid = 0.0;  ///< ||A c - b|| / ||b|| of pass 1 (HF Table 1), b: the bubble alone
+  double fit_error_air = 0.0;    ///< the same of pass 2
+  double fluid_residual = 0.0, air_residual = 0.0;  ///< sqrt(||A c - b||^2 + ||eps c||^2) / ||b||: what (34) minimises
+  Eigen::VectorXcd
+      normal_derivative;  ///< n_samples: dP/dn in the liquid [Pa/m per m]; 0 on dry solids, and on walls unless wall_slopes is set
+  FluidField fluid;                            ///< times source_strength
+  AirField air;                                ///< source strength and density ratio in it
+  double alpha_m = 0.0;                        ///< weight of the rigid rows
+  int n_fluid_sources = 0, n_air_sources = 0;  ///< used
+  int n_fluid_unknowns = 0, n_air_unknowns = 0;
+  int n_fluid_steps = 0, n_air_steps = 0;
+  std::map<std::string, double>
+      wall_time_s;  ///< "assemble_fluid", "solve_fluid", "assemble_air", "solve_air", "total"; of all bubbles
+  bool usable() const { return status == Status::kSolved; }
+};
+
+/// S_b = 4 pi rho omega^2 r0^2: volume acceleration times density of a bubble whose radius swings by 1 m (HF eq. 10; the sign
+/// printed there turns the pressure round: an expanding bubble pushes).
+double bubble_source_strength(double radius_m, double frequency_hz, double liquid_density_kg_m3);
+
+/// Sound of bubbles in a liquid, heard in the air around it (Zheng and James 2009, section 5). One-way coupling:
+///   pass 1, liquid: (nabla^2 + k_f^2) P = S_b delta,  P = 0 on the free surface, dP/dn = 0 on walls and wet solids
+///   pass 2, air:    (nabla^2 + k_a^2) P = 0 outside,  dP/dn = (rho_a / rho_f) dP_f/dn on the free surface, 0 on walls
+/// with e^{+i omega t} and n out of the liquid. Each by least squares over the samples of the boundary, weighted with
+/// sqrt(area), rigid rows of pass 1 with alpha, and a ridge (eq. 34).
+/// Wet solids: what they throw back into the liquid is singular within them, so that no regular wave makes it; pass 1 takes
+/// standing waves y_l(k r) Y_l^m, l <= 2, about points within them as well (not with the paper's formulas).
+/// Sources beyond a ninth of half the samples (pass 2: of a third) are left out: more would fit the samples and swing between.
+/// The matrices depend on boundary, frequency and points alone: bubbles of one call share assembly and preconditioner.
+/// @param frequency_hz  1 to 1e5
+/// @param radius_m      of each bubble, for the source strength, > 0
+/// @return one a bubble; kFailed with a message where the least-squares problem cannot be solved
+/// @throws InputError: a bubble outside or on the boundary, too few samples for a single source
+std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz,
+                                                const SourcePoints& points,
+                                                const std::vector<Eigen::Vector3d>& bubbles_m,
+                                                const std::vector<double>& radius_m,
+                                                const DualDomainOptions& options = {},
+                                                Monitor& monitor = silent_monitor());
+
+/// Pressure in the liquid [Pa per m] at points inside, and its derivative along a direction.
+std::complex<double> liquid_pressure(const DualDomainResult& result, const Eigen::Vector3d& x_m);
+std::complex<double> liquid_pressure_slope(const DualDomainResult& result, const Eigen::Vector3d& x_m,
+                                           const Eigen::Vector3d& direction);
+
+/// Pressure in the air [Pa per m of bubble vibration] at points outside.
+std::complex<double> air_pressure(const DualDomainResult& result, const Eigen::Vector3d& x_m);
+std::complex<double> air_pressure_slope(const DualDomainResult& result, const Eigen::Vector3d& x_m,
+                                        const Eigen::Vector3d& direction);
+
+}  // namespace klang::bubble

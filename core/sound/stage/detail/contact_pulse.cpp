@@ -1,0 +1,98 @@
+#include "core/sound/stage/detail/contact_pulse.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+
+namespace klang::modal::detail {
+namespace {
+
+constexpr double kReach = 8.5;  // standard deviations
+
+// Gauss-Legendre on [-1, 1], 10 points (Abramowitz & Stegun 25.4.30), positive half.
+constexpr std::array<double, 5> kAbscissae = {0.148874338981631211, 0.433395394129247191, 0.679409568299024406,
+                                              0.865063366688984511, 0.973906528517171720};
+constexpr std::array<double, 5> kWeights = {0.295524224714752870, 0.269266719309996355, 0.219086362515982044,
+                                            0.149451349150580593, 0.066671344308688138};
+
+struct Point {
+  double offset_s, weight_s;
+};
+
+void add_panel(double begin_s, double end_s, std::vector<Point>& points) {
+  const double middle = 0.5 * (begin_s + end_s), half = 0.5 * (end_s - begin_s);
+  for (std::size_t i = 0; i < kAbscissae.size(); ++i) {
+    points.push_back({middle - half * kAbscissae[i], half * kWeights[i]});
+    points.push_back({middle + half * kAbscissae[i], half * kWeights[i]});
+  }
+}
+
+std::vector<Point> panels(double begin_s, double end_s, double longest_s) {
+  std::vector<Point> points;
+  const auto n = static_cast<int>(std::ceil((end_s - begin_s) / longest_s));
+  for (int i = 0; i < n; ++i) {
+    add_panel(begin_s + (end_s - begin_s) * i / n, begin_s + (end_s - begin_s) * (i + 1) / n, points);
+  }
+  return points;
+}
+
+}  // namespace
+
+ContactPulse::ContactPulse(double time_s, double standard_deviation_s, double sample_rate_hz)
+    : step_s_(1.0L / sample_rate_hz) {
+  const double step = static_cast<double>(step_s_);
+  const double s = standard_deviation_s;
+  first_sample_ = static_cast<long>(std::floor((time_s - kReach * s) * sample_rate_hz));
+  const long last = static_cast<long>(std::ceil((time_s + kReach * s) * sample_rate_hz));
+  // A pulse of many samples uses the same points in every step; a short one only where the force is.
+  const bool same_points = s >= 0.25 * step;
+  std::vector<Point> points;
+  if (same_points) points = panels(0.0, step, s);
+  for (long n = first_sample_; n < last; ++n) {
+    const double from_centre = static_cast<double>(n * step_s_ - time_s);
+    if (!same_points) {
+      const double begin = std::max(0.0, -kReach * s - from_centre), end = std::min(step, kReach * s - from_centre);
+      points = begin < end ? panels(begin, end, s) : std::vector<Point>{};
+    }
+    if (!same_points || rules_.empty()) {
+      std::vector<double> left;
+      for (const Point& p : points) left.push_back(step - p.offset_s);
+      rules_.push_back(std::move(left));
+    }
+    Step step_weights{rules_.size() - 1, {}};
+    for (const Point& p : points) {
+      const double u = (from_centre + p.offset_s) / s;
+      step_weights.weights.push_back(std::exp(-0.5 * u * u) / (s * std::sqrt(2.0 * kPi)) * p.weight_s);
+    }
+    steps_.push_back(std::move(step_weights));
+  }
+}
+
+ContactPulse::State ContactPulse::drive(const OscillatorResponse& response, double impulse,
+                                        std::vector<double>* z) const {
+  const auto one = response.impulse(step_s_);
+  State state;
+  std::vector<OscillatorResponse::Impulse> kernel;
+  std::size_t kernel_rule = rules_.size();
+  if (z) z->clear();
+  for (const Step& step : steps_) {
+    if (step.rule != kernel_rule) {
+      kernel_rule = step.rule;
+      kernel.clear();
+      for (double left_s : rules_[kernel_rule]) kernel.push_back(response.impulse(left_s));
+    }
+    if (z) z->push_back(static_cast<double>(state.z));
+    State next{state.z * (one.zd + response.damping() * one.z) + state.zd * one.z,
+               state.zd * one.zd - response.omega_sq() * one.z * state.z};
+    for (std::size_t i = 0; i < kernel.size(); ++i) {
+      next.z += impulse * step.weights[i] * kernel[i].z;
+      next.zd += impulse * step.weights[i] * kernel[i].zd;
+    }
+    state = next;
+  }
+  return state;
+}
+
+}  // namespace klang::modal::detail

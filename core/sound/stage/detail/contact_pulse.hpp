@@ -1,0 +1,38 @@
+#pragma once
+#include <cstddef>
+#include <vector>
+
+#include "core/sound/stage/detail/oscillator_response.hpp"
+
+namespace klang::modal::detail {
+
+/// A Gaussian force pulse of unit area and standard deviation s, cut at +-8.5 s (what is cut off: 2e-17 of
+/// the area), as weights on Gauss points inside each sample step. The integral of the force against the exact
+/// impulse response is then right to round-off in every damping regime (10 points on panels no longer than s
+/// nor a sample step).
+class ContactPulse {
+ public:
+  ContactPulse(double time_s, double standard_deviation_s, double sample_rate_hz);
+
+  long first_sample() const { return first_sample_; }  ///< the body is at rest there (may be negative)
+  long last_sample() const { return first_sample_ + static_cast<long>(steps_.size()); }  ///< the force is over there
+
+  struct State {
+    long double z = 0, zd = 0;
+  };
+  /// State at last_sample(); when z is given, z[n - first_sample()] is the displacement at each sample n on
+  /// the way.
+  State drive(const OscillatorResponse& response, double impulse, std::vector<double>* z) const;
+
+ private:
+  struct Step {
+    std::size_t rule;             ///< whose abscissae it uses
+    std::vector<double> weights;  ///< integral of the force around each abscissa
+  };
+  long double step_s_;
+  long first_sample_ = 0;
+  std::vector<std::vector<double>> rules_;  ///< times from the Gauss points to the end of the step [s]
+  std::vector<Step> steps_;
+};
+
+}  // namespace klang::modal::detail

@@ -1,0 +1,206 @@
+#include "core/sound/transfer/radiate.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/geometry/mesh/surface_coarsening.hpp"
+#include "core/sound/transfer/modal_surface.hpp"
+
+namespace klang::acoustics {
+namespace {
+
+/// Larger systems use all threads for one mode instead of one for each.
+constexpr int kManyUnknowns = 4000;
+
+/// Element sizes per factor of two: a mode's mesh has up to 2^(2/4) times the elements it needs, its time grows with their
+/// square.
+constexpr double kLevelsPerOctave = 4.0;
+
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+void check_count(const char* name, int value, int low, int high) {
+  if (value < low || value > high)
+    throw InputError("transfer", name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
+}
+
+/// Equilateral triangles of this edge cover the area count times.
+double edge_for_count(double area_m2, int count) { return std::sqrt(4.0 / std::sqrt(3.0) * area_m2 / count); }
+
+struct Level {
+  double edge_m = 0.0;
+  std::vector<int> modes;
+  RadiatingSurface elements;
+};
+
+class Radiation {
+ public:
+  Radiation(const modal::ModalModel& model, const RadiateOptions& options, Monitor& monitor,
+            const std::function<void(const ModeTransfer&)>& done)
+      : model_(model), options_(options), monitor_(monitor), done_(done) {}
+
+  RadiateResult run(const std::vector<ModeTransfer>& known);
+
+ private:
+  std::vector<Level> levels(const ModalSurface& surface, const std::vector<bool>& is_known) const;
+  void solve_level(const Level& level, const ModalSurface& surface, const HelmholtzBem& solver);
+  ModeTransfer solve_mode(int mode, const ModalSurface& surface, const HelmholtzBem& solver,
+                          const ModalSurface::Carrier& carrier);
+
+  const modal::ModalModel& model_;
+  const RadiateOptions& options_;
+  Monitor& monitor_;
+  const std::function<void(const ModeTransfer&)>& done_;
+  RadiateResult result_;
+  std::mutex mutex_;
+  std::size_t n_done_ = 0;
+};
+
+std::vector<Level> Radiation::levels(const ModalSurface& surface, const std::vector<bool>& is_known) const {
+  const Eigen::VectorXd frequency_hz = model_.frequency_hz();
+  const double coarsest = edge_for_count(surface.area_m2(), options_.min_elements);
+  const double finest = edge_for_count(surface.area_m2(), options_.max_elements);
+  std::map<int, Level> by_number;
+  for (int mode = 0; mode < static_cast<int>(model_.n_modes()); ++mode) {
+    if (is_known[mode]) continue;
+    const double wanted =
+        std::min(options_.medium.sound_speed_m_s / frequency_hz[mode] / options_.elements_per_wavelength,
+                 surface.pattern_wavelength_m(mode) / options_.elements_per_pattern);
+    const double edge_m = std::clamp(wanted, finest, std::max(coarsest, finest));
+    const int number = static_cast<int>(std::ceil(kLevelsPerOctave * std::log2(coarsest / edge_m) - 1e-9));
+    Level& level = by_number[std::max(number, 0)];
+    level.edge_m = coarsest * std::exp2(-std::max(number, 0) / kLevelsPerOctave);
+    level.modes.push_back(mode);
+  }
+  std::vector<Level> list;
+  for (auto& [number, level] : by_number) list.push_back(std::move(level));
+  return list;
+}
+
+ModeTransfer Radiation::solve_mode(int mode, const ModalSurface& surface, const HelmholtzBem& solver,
+                                   const ModalSurface::Carrier& carrier) {
+  ModeTransfer transfer;
+  transfer.mode = mode;
+  transfer.frequency_hz = model_.frequency_hz()[mode];
+  BemOptions options;
+  options.medium = options_.medium;
+  options.allow_coarse = options_.allow_coarse;
+  options.n_blas_threads = solver.surface().n_vertices() < kManyUnknowns ? 1 : 0;
+  const Eigen::VectorXd velocity = surface.corner_velocity_m_s(mode, carrier, solver.surface());
+  const BemResult bem = solver.solve(transfer.frequency_hz, velocity.cast<std::complex<double>>(), options);
+  transfer.n_bem_elements = bem.n_elements;
+  transfer.residual = bem.relative_residual;
+  if (!bem.usable()) throw NumericalError("transfer: mode " + std::to_string(mode) + ": " + bem.message);
+  const RadiatingSurface& s = solver.surface();
+  const Eigen::Vector3d centre = 0.5 * (s.vertices_m.rowwise().minCoeff() + s.vertices_m.rowwise().maxCoeff());
+  MultipoleResult multipole =
+      multipole_from_surface(solver.field(bem), bem.wavenumber_per_m, options_.medium, centre, options_.order);
+  transfer.multipole = std::move(multipole.multipole);
+  transfer.radiated_power_w = multipole.series_power_w;
+  transfer.decay_radiation_per_s = multipole.series_power_w;  // / (2 x 1/2 J)
+  transfer.kept_power_fraction = multipole.kept_power_fraction;
+  return transfer;
+}
+
+void Radiation::solve_level(const Level& level, const ModalSurface& surface, const HelmholtzBem& solver) {
+  const ModalSurface::Carrier carrier = surface.carrier(solver.surface());
+  const auto job = [&](std::size_t i) {
+    ModeTransfer transfer = solve_mode(level.modes[i], surface, solver, carrier);
+    const std::lock_guard lock(mutex_);
+    if (done_) done_(transfer);
+    result_.transfer.modes.push_back(std::move(transfer));
+    ++n_done_;
+    monitor_.progress("transfer", static_cast<double>(n_done_) / static_cast<double>(model_.n_modes()));
+  };
+  if (solver.surface().n_vertices() < kManyUnknowns) {
+    // Progress is of all modes, not of this mesh's.
+    struct StopOnly : Monitor {
+      explicit StopOnly(Monitor& m) : monitor(m) {}
+      bool stop_requested() const override { return monitor.stop_requested(); }
+      Monitor& monitor;
+    } stop(monitor_);
+    const BlasThreads one(1);
+    for_each_job(level.modes.size(), job, "transfer", stop);
+  } else {
+    for (std::size_t i = 0; i < level.modes.size(); ++i) {
+      monitor_.throw_if_stopped();
+      job(i);
+    }
+  }
+}
+
+RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
+  const double start = now_s();
+  result_.transfer.medium = options_.medium;
+  std::vector<bool> is_known(static_cast<std::size_t>(model_.n_modes()), false);
+  for (const ModeTransfer& mode : known) {
+    if (mode.mode < 0 || mode.mode >= model_.n_modes() || is_known[mode.mode]) continue;
+    is_known[mode.mode] = true;
+    result_.transfer.modes.push_back(mode);
+  }
+  n_done_ = result_.transfer.modes.size();
+  const double highest_hz = model_.frequency_hz().maxCoeff();
+  const double finest_m = options_.medium.sound_speed_m_s / highest_hz / options_.elements_per_wavelength;
+  // Enough pieces for the finest mesh, and no more than the samples need.
+  const ModalSurface surface(model_, finest_m, std::min(4 * options_.max_elements, 200000));
+  const double wall_m = mesh::wall_tolerance_m(surface.triangles());
+  result_.wall_time_s["surface"] = now_s() - start;
+  // All meshes first: a frequency that none resolves is refused before any time goes into the others.
+  std::vector<Level> list = levels(surface, is_known);
+  double before = now_s();
+  BemOptions options;
+  options.medium = options_.medium;
+  options.allow_coarse = options_.allow_coarse;
+  for (Level& level : list) {
+    monitor_.throw_if_stopped();
+    level.elements = surface.settled(radiating_surface(
+        mesh::checked_coarsened(surface.triangles(), {level.edge_m, std::min(0.05 * level.edge_m, wall_m)})));
+    for (const int mode : level.modes) check_resolution(level.elements, model_.frequency_hz()[mode], options);
+  }
+  result_.wall_time_s["coarsen"] = now_s() - before;
+  for (Level& level : list) {
+    monitor_.throw_if_stopped();
+    before = now_s();
+    const HelmholtzBem solver(std::move(level.elements));
+    result_.n_elements_of_level.push_back(solver.surface().n_triangles());
+    result_.wall_time_s["static"] += now_s() - before;
+    before = now_s();
+    try {
+      solve_level(level, surface, solver);
+    } catch (const NumericalError& error) {
+      result_.status = RadiateStatus::kFailed;
+      result_.message = error.what();
+      return std::move(result_);
+    }
+    result_.wall_time_s["solve"] += now_s() - before;
+  }
+  std::sort(result_.transfer.modes.begin(), result_.transfer.modes.end(),
+            [](const ModeTransfer& a, const ModeTransfer& b) { return a.mode < b.mode; });
+  result_.status = RadiateStatus::kDone;
+  result_.wall_time_s["total"] = now_s() - start;
+  return std::move(result_);
+}
+
+}  // namespace
+
+void RadiateOptions::validate() const {
+  medium.validate();
+  order.validate();
+  checked("transfer", "elements_per_wavelength", elements_per_wavelength, 2.0, 40.0);
+  checked("transfer", "elements_per_pattern", elements_per_pattern, 2.0, 40.0);
+  check_count("max_elements", max_elements, 20, 40000);
+  check_count("min_elements", min_elements, 20, max_elements);
+}
+
+RadiateResult radiate(const modal::ModalModel& model, const RadiateOptions& options, Monitor& monitor,
+                      const std::vector<ModeTransfer>& known, const std::function<void(const ModeTransfer&)>& done) {
+  options.validate();
+  if (model.n_modes() == 0) throw InputError("transfer", "the modal model has no modes");
+  return Radiation(model, options, monitor, done).run(known);
+}
+
+}  // namespace klang::acoustics

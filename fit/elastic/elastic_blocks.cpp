@@ -1,0 +1,183 @@
+#include "fit/elastic/elastic_blocks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/modal/revolution_modes.hpp"
+
+namespace klang::fit::detail {
+namespace {
+
+constexpr double kLeftOfEstimate = 0.2;  // of a mesh error's estimate
+
+Eigen::MatrixXd product(const solid::SparseMatrix& lower, const Eigen::MatrixXd& basis) {
+  const Eigen::MatrixXd image = lower.selfadjointView<Eigen::Lower>() * basis;
+  const Eigen::MatrixXd full = basis.transpose() * image;
+  return 0.5 * (full + full.transpose());
+}
+
+class TetBlocks : public ElasticBlocks {
+ public:
+  TetBlocks(const Specimen& specimen, const SpecimenBody& body, Monitor& monitor)
+      : name_(specimen.name),
+        support_(specimen.support),
+        mesh_(body.mesh),
+        volume_m3_(body.volume_m3),
+        assembled_(solid::assemble(body.mesh, specimen.support)),
+        monitor_(monitor) {}
+  std::size_t n_blocks() const override { return 1; }
+  int multiplicity(std::size_t) const override { return 1; }
+  double volume_m3() const override { return volume_m3_; }
+
+  BlockModes lowest(const solid::Material& material, const ReducedSpectrumOptions& options, bool prove) override {
+    // Free modes are fewer than the degrees of freedom; tiny meshes must not be asked for more.
+    const int most = std::max(1, std::min(options.max_count, static_cast<int>(assembled_.n_dofs()) / 3 - 6));
+    int count = options.count > 0 ? std::min(options.count, most) : std::min(24, most);
+    BlockModes modes;
+    modes.result = solve(material, count, prove, true);
+    const auto highest_hz = [&] { return modes.result.model.frequency_hz()[modes.result.model.n_modes() - 1]; };
+    if (options.count == 0 && count < most && highest_hz() < options.band.high_hz) {
+      // Mode counts grow like f (plates) to f^3 (solids); between them f^1.5 is enough in most cases.
+      const double ratio = std::min(options.band.high_hz / highest_hz(), 10.0);
+      count = std::min(most, static_cast<int>(std::ceil(1.15 * count * std::pow(ratio, 1.5))) + 4);
+      modes.result = solve(material, count, prove, true);
+    }
+    if (options.count == 0) {  // those beyond the band are of no use
+      const auto useful = (modes.result.model.frequency_hz().array() <= 1.02 * options.band.high_hz).count() + 2;
+      count = std::max<int>(std::min<int>(count, static_cast<int>(useful)), 1);
+    }
+    modal::ModalModel& model = modes.result.model;
+    modes.vectors = {free_rows(model.shapes)};
+    // Conforming elements are too stiff; the estimate of how much is right to a sixth (modal/mesh_error.hpp).
+    const Eigen::VectorXd error = modes.result.mesh_relative_error.value_or(Eigen::VectorXd::Zero(model.n_modes()));
+    modes.correction = {error};
+    model.angular_frequency_rad_s.array() *= 1.0 - error.array();
+    modes.relative_error = kLeftOfEstimate * error.head(count);
+    model.angular_frequency_rad_s.conservativeResize(count);
+    model.shapes.conservativeResize(Eigen::NoChange, count);
+    modes.result.relative_residual.conservativeResize(count);
+    return modes;
+  }
+
+  std::vector<Eigen::MatrixXd> vectors(const solid::Material& material, const std::vector<int>& counts) override {
+    return {free_rows(solve(material, counts.front(), false, false).model.shapes)};
+  }
+  Eigen::MatrixXd projected_mass(std::size_t, const Eigen::MatrixXd& basis) const override {
+    return product(assembled_.mass_unit_density, basis);
+  }
+  BlockMatrices projected(std::size_t, const Eigen::MatrixXd& basis) const override {
+    return {product(assembled_.stiffness_lambda, basis), product(assembled_.stiffness_mu, basis),
+            product(assembled_.mass_unit_density, basis)};
+  }
+
+ private:
+  modal::EigenResult solve(const solid::Material& material, int count, bool prove, bool estimate) {
+    modal::EigenOptions eigen;
+    eigen.count = count;
+    eigen.band.low_hz = 0.0;
+    eigen.prove_none_missing = prove;
+    eigen.estimate_mesh_error = estimate;
+    auto result = modal::solve_modes(mesh_, assembled_, material, support_, eigen, monitor_);
+    if (!result.usable()) throw NumericalError("specimen " + name_ + ": " + result.message);
+    return result;
+  }
+  Eigen::MatrixXd free_rows(const Eigen::MatrixXd& shapes) const {
+    Eigen::MatrixXd rows(assembled_.n_dofs(), shapes.cols());
+    for (std::size_t i = 0; i < assembled_.free_nodes.size(); ++i) {
+      rows.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = shapes.middleRows<3>(3 * assembled_.free_nodes[i]);
+    }
+    return rows;
+  }
+
+  std::string name_;
+  solid::Support support_;
+  const mesh::TetMesh& mesh_;
+  double volume_m3_;
+  solid::AssembledSolid assembled_;
+  Monitor& monitor_;
+};
+
+class SectionBlocks : public ElasticBlocks {
+ public:
+  SectionBlocks(const Specimen& specimen, const SpecimenBody& body, std::size_t like_blocks)
+      : name_(specimen.name),
+        shape_(*specimen.shape),
+        divisions_(*body.section),
+        mesh_(body.mesh),
+        body_(mesh::mesh_section(shape_, divisions_)) {
+    body_.extend(like_blocks);
+  }
+  std::size_t n_blocks() const override { return body_.n_systems(); }
+  int multiplicity(std::size_t block) const override { return body_.system(block).multiplicity; }
+  double volume_m3() const override { return body_.volume_m3(); }
+
+  BlockModes lowest(const solid::Material& material, const ReducedSpectrumOptions& options, bool) override {
+    double highest_hz = options.band.high_hz;
+    std::vector<modal::HarmonicModes> all;
+    for (int round = 0; round < 40; ++round) {
+      // A few more than asked for: modes come into the band when material or dimensions change.
+      all = body_.modes_up_to(material, 1.15 * highest_hz);
+      if (options.count == 0 || count(all) >= options.count) break;
+      highest_hz *= 1.3;
+    }
+    BlockModes modes;
+    for (const auto& harmonic : all) modes.vectors.push_back(harmonic.vectors);
+    std::vector<modal::HarmonicModes> kept = all;
+    for (auto& harmonic : kept) {
+      const auto n = (harmonic.angular_frequency_sq.array() <= std::pow(2.0 * kPi * 1.02 * highest_hz, 2)).count();
+      harmonic.angular_frequency_sq.conservativeResize(n);
+    }
+    // Shapes are sampled for what is shown and written; the number is limited as it is with tetrahedra.
+    auto sampled = modal::sample_modes(body_, count(kept) > 0 ? kept : all, mesh_, material);
+    const auto limit = options.count > 0 ? options.count : 4 * options.max_count;
+    const Eigen::Index n = std::min<Eigen::Index>(sampled.model.n_modes(), limit);
+    modes.relative_error = modal::section_mesh_error(shape_, divisions_, material, all, sampled, n);
+    modes.result.status = modal::EigenStatus::kConverged;
+    modes.result.none_missing = true;
+    modes.result.n_rigid_modes = 6;
+    modes.result.model = std::move(sampled.model);
+    modes.result.model.angular_frequency_rad_s.conservativeResize(n);
+    modes.result.model.shapes.conservativeResize(Eigen::NoChange, n);
+    modes.result.relative_residual = sampled.relative_residual.head(n);
+    return modes;
+  }
+
+  std::vector<Eigen::MatrixXd> vectors(const solid::Material& material, const std::vector<int>& counts) override {
+    std::vector<Eigen::MatrixXd> vectors;
+    for (auto& harmonic : body_.lowest(material, counts)) vectors.push_back(std::move(harmonic.vectors));
+    return vectors;
+  }
+  Eigen::MatrixXd projected_mass(std::size_t block, const Eigen::MatrixXd& basis) const override {
+    return product(body_.system(block).mass_unit_density, basis);
+  }
+  BlockMatrices projected(std::size_t block, const Eigen::MatrixXd& basis) const override {
+    const auto& system = body_.system(block);
+    return {product(system.stiffness_lambda, basis), product(system.stiffness_mu, basis),
+            product(system.mass_unit_density, basis)};
+  }
+
+ private:
+  int count(const std::vector<modal::HarmonicModes>& modes) const {
+    int n = 0;
+    for (std::size_t b = 0; b < modes.size(); ++b)
+      n += body_.system(b).multiplicity * static_cast<int>(modes[b].angular_frequency_sq.size());
+    return n;
+  }
+
+  std::string name_;
+  mesh::ShapeSpec shape_;
+  mesh::SectionDivisions divisions_;
+  const mesh::TetMesh& mesh_;
+  modal::AxisymmetricBody body_;
+};
+
+}  // namespace
+
+std::unique_ptr<ElasticBlocks> elastic_blocks(const Specimen& specimen, const SpecimenBody& body,
+                                              std::size_t like_blocks, Monitor& monitor) {
+  if (body.section) return std::make_unique<SectionBlocks>(specimen, body, like_blocks);
+  return std::make_unique<TetBlocks>(specimen, body, monitor);
+}
+
+}  // namespace klang::fit::detail

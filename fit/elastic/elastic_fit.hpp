@@ -1,0 +1,66 @@
+#pragma once
+#include <Eigen/Core>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fit/elastic/parameter_space.hpp"
+#include "fit/elastic/spectrum_model.hpp"
+
+namespace ceres {
+class CostFunction;
+}
+
+namespace klang::fit {
+
+using SpectrumModels = std::vector<std::shared_ptr<const SpectrumModel>>;
+
+/// One line of a specimen with the mean of the partials on it.
+struct ElasticDatum {
+  int specimen = 0;
+  std::vector<int> modes;      ///< the line's modes; the model value is the mean of their ln f
+  double log_frequency = 0.0;  ///< ln of the measured frequency in Hz
+  double sigma = 0.0;          ///< its standard deviation (relative frequency), measurement only
+};
+
+struct ElasticFitOptions {
+  double model_std = 2.0 * 5.776e-4;  ///< median scatter of the model beforehand (relative frequency), > 0
+  double model_dof = 4.0;             ///< degrees of freedom of that belief (half-Student: flat towards no scatter)
+  bool robust = true;                 ///< Huber weights beyond 2 standard deviations
+  int max_rounds = 15;                ///< of reweighting
+  std::map<std::string, Prior> priors;
+};
+
+/// The result of fit_elastic at x. Covariances are of x, scaled to the estimated scatter.
+struct ElasticFit {
+  bool converged = false;
+  Eigen::VectorXd x;
+  Eigen::VectorXd residual;  ///< ln measured - ln model, a datum each
+  Eigen::VectorXd weight;    ///< robust weights, 0 to 1
+  double scatter = 0.0;      ///< estimated model scatter (relative frequency)
+  double degrees_of_freedom = 1.0;
+  Eigen::MatrixXd information;        ///< of the data alone (inverse covariance)
+  Eigen::MatrixXd prior_information;  ///< of the priors
+  /// Pull on x (information times shift) of errors that the model's frequencies have in common: each mode off by its
+  /// SpectrumModel::relative_error(), and by that growing with frequency. Two columns.
+  Eigen::MatrixXd systematic;
+  double cost_initial = 0.0, cost_final = 0.0;
+  int n_iterations = 0;
+};
+
+/// Least squares over all specimens:
+///   sum_i w_i (ln f_i - ln f_model(x))^2 / (sigma_i^2 + s^2) + sum of priors
+/// with s the median model scatter given the residuals (scatter_median), and Huber weights w_i, both iterated.
+/// @param leash  scales the weak pull to the start: 1, or 0 a coordinate where the data determine it
+ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models, const std::vector<ElasticDatum>& data,
+                       const Eigen::VectorXd& x0, const Eigen::VectorXd& leash, const ElasticFitOptions& options);
+
+/// The residuals that Ceres sees (data, then priors, then leashes), for the gradient checker. total: standard deviation
+/// of each datum.
+std::unique_ptr<ceres::CostFunction> elastic_cost(const ParameterSpace& space, const SpectrumModels& models,
+                                                  const std::vector<ElasticDatum>& data, const Eigen::VectorXd& total,
+                                                  const Eigen::VectorXd& leash,
+                                                  const std::map<std::string, Prior>& priors);
+
+}  // namespace klang::fit

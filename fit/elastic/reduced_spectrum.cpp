@@ -1,0 +1,321 @@
+#include "fit/elastic/reduced_spectrum.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/files/mesh_file.hpp"
+#include "core/geometry/mesh/quality.hpp"
+#include "core/physics/modal/revolution_modes.hpp"
+#include "core/sound/stage/oscillator_bank.hpp"
+#include "fit/elastic/elastic_blocks.hpp"
+
+namespace klang::fit {
+namespace {
+
+constexpr double kBasisCut = 1e-6;          // of the largest direction
+constexpr double kClusterTolerance = 1e-6;  // relative, of omega^2: derivatives are shared
+
+int even_between(double count, int low, int high) {
+  return 2 * ((std::clamp(static_cast<int>(std::ceil(count)), low, high) + 1) / 2);
+}
+
+/// Divisions that keep the mesh's own error of the frequencies up to highest_hz near 0.1 % (one tenth of what the
+/// dimensions of a real body leave open) at some ten thousand nodes. Found by refinement studies of each kind: the
+/// sweep's own default resolves the lowest bending only.
+mesh::ShapeDivisions fit_divisions(const mesh::ShapeSpec& shape, const solid::Material& material, double highest_hz) {
+  mesh::ShapeDivisions divisions = mesh::shape_divisions(shape, {});
+  auto& n = divisions.counts;
+  if (shape.kind == "tube") {
+    // Ring modes (the section turns oval) need twice the elements around; below them bending rules.
+    const double radius_m = shape.dims.at("outer_radius_m") - 0.5 * shape.dims.at("wall_m");
+    const double speed = std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3);
+    const double ring_hz =
+        2.683 / (2.0 * kPi) * shape.dims.at("wall_m") / (std::sqrt(12.0) * radius_m * radius_m) * speed;
+    n[0] = std::min(n[0], 36);
+    n[1] = std::max(n[1], highest_hz > ring_hz ? 40 : 24);
+  } else if (shape.kind == "rod") {
+    n = {std::min(n[0], 30), 2, 2};
+  } else if (shape.kind == "box") {
+    const std::array<double, 3> sides = {shape.dims.at("length_m"), shape.dims.at("width_m"),
+                                         shape.dims.at("height_m")};
+    std::array<std::size_t, 3> order = {0, 1, 2};
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sides[a] < sides[b]; });
+    const double thin = sides[order[0]], middle = sides[order[1]], longest = sides[order[2]];
+    if (thin < 0.35 * longest) {  // a bar or plate: torsion bends the shear around its edges
+      const bool plate = middle > 0.5 * longest;
+      n[order[0]] = plate || middle > 6.0 * thin ? 2 : 4;
+      n[order[1]] = even_between(middle / (plate ? 0.65 * thin : 0.45 * thin), plate ? 10 : 4, plate ? 20 : 16);
+      n[order[2]] = even_between(longest / (0.65 * thin), plate ? 10 : 16, plate ? 20 : 48);
+    }
+  } else if (shape.kind == "bowl") {
+    n = {std::max(n[0], 10), std::max(n[1], 10), n[2]};
+  } else if (shape.kind == "revolution") {
+    n[0] = std::max(n[0], 36);
+  }
+  return divisions;
+}
+
+void finish_body(const Specimen& specimen, const solid::Material& material, SpecimenBody& body) {
+  body.volume_m3 = body.section ? mesh::shape_volume_m3(*specimen.shape) : mesh::mesh_volume_m3(body.mesh);
+  body.material = material;
+  if (specimen.mass_kg) {
+    body.mass_kg = *specimen.mass_kg;
+    body.material.density_kg_m3 = body.mass_kg / body.volume_m3;
+    if (!(body.material.density_kg_m3 > 1.0 && body.material.density_kg_m3 < 1e5)) {
+      throw InputError("specimen " + specimen.name, "mass and dimensions give an impossible density",
+                       to_text(body.material.density_kg_m3) + " kg/m3", "1 to 1e5 kg/m3");
+    }
+  } else {
+    body.mass_kg = material.density_kg_m3 * body.volume_m3;
+  }
+}
+
+solid::Material with_poissons_ratio(const solid::Material& material, double poissons_ratio) {
+  return solid::from_youngs_modulus(material.youngs_modulus_pa(), poissons_ratio, material.density_kg_m3);
+}
+
+}  // namespace
+
+SpecimenBody make_body(const Specimen& specimen, const solid::Material& material, double highest_hz) {
+  SpecimenBody body;
+  if (specimen.shape) {
+    solid::Material guess = material;
+    if (!(guess.density_kg_m3 > 0.0)) guess.density_kg_m3 = *specimen.mass_kg / shape_volume_m3(*specimen.shape);
+    body.divisions = fit_divisions(*specimen.shape, guess, highest_hz);
+    if (specimen.support.kind == solid::SupportKind::kFree && mesh::is_axisymmetric(*specimen.shape))
+      body.section = modal::section_divisions_for(*specimen.shape, guess, highest_hz);
+    return make_body_like(specimen, material, body);
+  }
+  mesh::LoadOptions options;
+  body.mesh = mesh::load_body(*specimen.mesh_file, options);
+  finish_body(specimen, material, body);
+  return body;
+}
+
+SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& material, const SpecimenBody& like) {
+  SpecimenBody body;
+  body.divisions = like.divisions;
+  body.section = like.section;
+  body.shape_dims = specimen.shape->dims;
+  body.mesh = mesh::mesh_shape(*specimen.shape, *body.divisions, 2);
+  finish_body(specimen, material, body);
+  return body;
+}
+
+Eigen::VectorXd mode_visibility(const modal::ModalModel& model) {
+  const Eigen::VectorXd coupling = modal::surface_coupling(model).cwiseQuotient(model.frequency_hz());
+  const double largest = coupling.size() ? coupling.maxCoeff() : 0.0;
+  return largest > 0.0 ? Eigen::VectorXd(coupling / largest) : Eigen::VectorXd::Ones(coupling.size());
+}
+
+ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& body,
+                                 const std::vector<std::string>& free_dimensions, const ReducedSpectrumOptions& options,
+                                 Monitor& monitor)
+    : mass_kg_(specimen.mass_kg) {
+  const auto system = detail::elastic_blocks(specimen, body, 0, monitor);
+  // Where material ratio or shape change, the modes at the solution are solved for and proven then.
+  auto lowest = system->lowest(body.material, options, !options.vary_ratio && free_dimensions.empty());
+  nominal_ = std::move(lowest.result);
+  const auto n_all = static_cast<int>(nominal_.model.n_modes());
+  n_skipped_ = static_cast<int>((nominal_.model.frequency_hz().array() < options.band.low_hz).count());
+  n_modes_ = n_all - n_skipped_;
+  if (n_modes_ < 1) throw NumericalError("specimen " + specimen.name + ": no mode in the band");
+  {
+    modal::ModalModel& model = nominal_.model;
+    model.angular_frequency_rad_s = model.angular_frequency_rad_s.segment(n_skipped_, n_modes_).eval();
+    model.shapes = model.shapes.middleCols(n_skipped_, n_modes_).eval();
+    nominal_.relative_residual = nominal_.relative_residual.segment(n_skipped_, n_modes_).eval();
+    relative_error_ = lowest.relative_error.segment(n_skipped_, n_modes_);
+  }
+  visibility_ = mode_visibility(nominal_.model);
+  std::vector<std::vector<Eigen::MatrixXd>> vectors;  // of each material or shape, by block
+  vectors.push_back(std::move(lowest.vectors));
+  std::vector<int> counts;
+  for (const auto& block : vectors.front()) counts.push_back(static_cast<int>(block.cols()));
+  if (options.vary_ratio) {
+    // One anchor on the far side: eigenvalue errors between the two are of fourth order in what mode shapes change.
+    const double anchor_ratio = body.material.poissons_ratio() > 0.27 ? 0.12 : 0.42;
+    vectors.push_back(system->vectors(with_poissons_ratio(body.material, anchor_ratio), counts));
+  }
+  std::vector<std::unique_ptr<detail::ElasticBlocks>> changed;  // low and high of each dimension
+  std::vector<SpecimenBody> bodies;
+  bodies.reserve(2 * free_dimensions.size());  // the systems keep references
+  for (const std::string& dimension : free_dimensions) {
+    Axis axis;
+    axis.start_m = specimen.shape->dims.at(dimension);
+    axis.step = options.relative_step;
+    for (const double sign : {-1.0, 1.0}) {
+      Specimen other = specimen;
+      other.shape->dims[dimension] = axis.start_m * std::exp(sign * axis.step);
+      mesh::validate(*other.shape);
+      bodies.push_back(make_body_like(other, body.material, body));
+      changed.push_back(detail::elastic_blocks(other, bodies.back(), counts.size(), monitor));
+      vectors.push_back(changed.back()->vectors(body.material, counts));
+    }
+    axes_.push_back(std::move(axis));
+  }
+  log_volume_ = std::log(body.volume_m3);
+  for (std::size_t a = 0; a < axes_.size(); ++a) {
+    const double h = axes_[a].step, low = std::log(bodies[2 * a].volume_m3),
+                 high = std::log(bodies[2 * a + 1].volume_m3);
+    axes_[a].volume_slope = (high - low) / (2.0 * h);
+    axes_[a].volume_curvature = (high - 2.0 * log_volume_ + low) / (2.0 * h * h);
+  }
+  for (std::size_t b = 0; b < counts.size(); ++b) {
+    Block block;
+    block.multiplicity = system->multiplicity(b);
+    block.n_modes = counts[b];
+    if (block.n_modes == 0) {
+      for (Axis& axis : axes_) axis.slope.emplace_back(), axis.curvature.emplace_back();
+      blocks_.push_back(std::move(block));
+      continue;
+    }
+    Eigen::MatrixXd collected(vectors.front()[b].rows(), counts[b] * static_cast<int>(vectors.size()));
+    for (std::size_t v = 0; v < vectors.size(); ++v)
+      collected.middleCols(static_cast<Eigen::Index>(v) * counts[b], counts[b]) = vectors[v][b];
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(system->projected_mass(b, collected));
+    const auto& weight = gram.eigenvalues();
+    const Eigen::Index rank = (weight.array() > kBasisCut * kBasisCut * weight[weight.size() - 1]).count();
+    const Eigen::MatrixXd basis =
+        collected * (gram.eigenvectors().rightCols(rank) * weight.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
+    // Known mesh errors are taken out of both stiffnesses mode by mode: T^T K T with T = 1 - sum error u u^T M.
+    Eigen::MatrixXd softer = Eigen::MatrixXd::Identity(rank, rank);
+    if (!lowest.correction.empty()) {
+      // The basis is orthonormal with unit density: coordinates of the collected vectors are roots of their Gram matrix.
+      Eigen::MatrixXd u = weight.tail(rank).cwiseSqrt().asDiagonal() *
+                          gram.eigenvectors().rightCols(rank).transpose().leftCols(counts[b]);
+      u.colwise().normalize();
+      softer -= u * lowest.correction[b].asDiagonal() * u.transpose();
+    }
+    const auto matrices = [&](const detail::ElasticBlocks& from) {
+      auto p = from.projected(b, basis);
+      return Matrices{softer.transpose() * p.stiffness_lambda * softer, softer.transpose() * p.stiffness_mu * softer,
+                      std::move(p.mass)};
+    };
+    block.centre = matrices(*system);
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+      const Matrices low = matrices(*changed[2 * a]), high = matrices(*changed[2 * a + 1]);
+      const double h = axes_[a].step;
+      const auto slope = [&](const auto& l, const auto& u) { return ((u - l) / (2.0 * h)).eval(); };
+      const auto bend = [&](const auto& l, const auto& c, const auto& u) {
+        return ((u - 2.0 * c + l) / (2.0 * h * h)).eval();
+      };
+      const Matrices& c = block.centre;
+      axes_[a].slope.push_back({slope(low.stiffness_lambda, high.stiffness_lambda),
+                                slope(low.stiffness_mu, high.stiffness_mu), slope(low.mass, high.mass)});
+      axes_[a].curvature.push_back({bend(low.stiffness_lambda, c.stiffness_lambda, high.stiffness_lambda),
+                                    bend(low.stiffness_mu, c.stiffness_mu, high.stiffness_mu),
+                                    bend(low.mass, c.mass, high.mass)});
+    }
+    blocks_.push_back(std::move(block));
+  }
+  order_ = order_at_start(body.material);
+}
+
+std::vector<Eigen::Index> ReducedSpectrum::order_at_start(const solid::Material& material) const {
+  std::vector<std::pair<double, Eigen::Index>> lines;
+  for (const Block& block : blocks_) {
+    if (block.n_modes == 0) continue;
+    const Matrices& c = block.centre;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(
+        material.lame_lambda_pa * c.stiffness_lambda + material.lame_mu_pa * c.stiffness_mu, c.mass,
+        Eigen::EigenvaluesOnly);
+    for (Eigen::Index k = 0; k < block.n_modes; ++k) {
+      for (int copy = 0; copy < block.multiplicity; ++copy)
+        lines.emplace_back(pairs.eigenvalues()[k], static_cast<Eigen::Index>(lines.size()));
+    }
+  }
+  std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Eigen::Index> order;
+  for (int k = n_skipped_; k < n_skipped_ + n_modes_; ++k) order.push_back(lines[static_cast<std::size_t>(k)].second);
+  return order;
+}
+
+double ReducedSpectrum::log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const {
+  double value = log_volume_;
+  for (std::size_t a = 0; a < axes_.size(); ++a) {
+    const double t = std::log(point.dimensions[a] / axes_[a].start_m);
+    value += t * axes_[a].volume_slope + t * t * axes_[a].volume_curvature;
+    if (gradient) {
+      (*gradient)[static_cast<Eigen::Index>(a)] =
+          (axes_[a].volume_slope + 2.0 * t * axes_[a].volume_curvature) / point.dimensions[a];
+    }
+  }
+  return value;
+}
+
+double ReducedSpectrum::density_kg_m3(const SpectrumPoint& point) const {
+  return mass_kg_ ? *mass_kg_ / std::exp(log_volume(point, nullptr)) : point.density_kg_m3;
+}
+
+Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
+  const auto n_axes = static_cast<Eigen::Index>(axes_.size());
+  const double lambda = point.lame_lambda_pa, mu = point.lame_mu_pa;
+  Eigen::VectorXd volume_slope = Eigen::VectorXd::Zero(n_axes);
+  log_volume(point, &volume_slope);
+  const double density = density_kg_m3(point);
+  Eigen::Index n_lines = 0;
+  for (const Block& block : blocks_) n_lines += block.multiplicity * block.n_modes;
+  Eigen::VectorXd all_values(n_lines);
+  Eigen::MatrixXd all_slopes = Eigen::MatrixXd::Zero(n_lines, 3 + n_axes);
+  Eigen::Index line = 0;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Block& block = blocks_[b];
+    const Eigen::Index n = block.n_modes;
+    if (n == 0) continue;
+    Eigen::MatrixXd k_lambda = block.centre.stiffness_lambda, k_mu = block.centre.stiffness_mu,
+                    mass = block.centre.mass;
+    for (std::size_t a = 0; a < axes_.size(); ++a) {
+      const double t = std::log(point.dimensions[a] / axes_[a].start_m);
+      const Matrices &s = axes_[a].slope[b], &c = axes_[a].curvature[b];
+      k_lambda += t * s.stiffness_lambda + t * t * c.stiffness_lambda;
+      k_mu += t * s.stiffness_mu + t * t * c.stiffness_mu;
+      mass += t * s.mass + t * t * c.mass;
+    }
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(lambda * k_lambda + mu * k_mu,
+                                                                          density * mass);
+    const Eigen::VectorXd value = pairs.eigenvalues().head(n);
+    const Eigen::MatrixXd u = pairs.eigenvectors().leftCols(n);  // u^T (rho M) u = 1
+    const auto quadratic = [&](const Eigen::MatrixXd& a) -> Eigen::VectorXd {
+      return u.cwiseProduct(a * u).colwise().sum().transpose();
+    };
+    Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(n, 3 + n_axes);
+    slopes.col(0) = quadratic(k_lambda).cwiseQuotient(value);
+    slopes.col(1) = quadratic(k_mu).cwiseQuotient(value);
+    if (!mass_kg_) slopes.col(2).setConstant(-1.0);
+    for (Eigen::Index a = 0; a < n_axes; ++a) {
+      const Axis& axis = axes_[static_cast<std::size_t>(a)];
+      const Matrices &s = axis.slope[b], &c = axis.curvature[b];
+      const double at_m = point.dimensions[static_cast<std::size_t>(a)];
+      const double t = std::log(at_m / axis.start_m);
+      const Eigen::MatrixXd k_slope = lambda * (s.stiffness_lambda + 2.0 * t * c.stiffness_lambda) +
+                                      mu * (s.stiffness_mu + 2.0 * t * c.stiffness_mu);
+      const Eigen::MatrixXd m_slope = density * (s.mass + 2.0 * t * c.mass);
+      slopes.col(3 + a) = (quadratic(k_slope).cwiseQuotient(value) - quadratic(m_slope)) / at_m;
+      if (mass_kg_) slopes.col(3 + a).array() += volume_slope[a];
+    }
+    for (Eigen::Index first = 0; first < n;) {  // equal eigenvalues of a block share the mean of their derivatives
+      Eigen::Index last = first;
+      while (last + 1 < n && value[last + 1] - value[last] <= kClusterTolerance * value[last + 1]) ++last;
+      const Eigen::RowVectorXd mean = slopes.middleRows(first, last - first + 1).colwise().mean();
+      slopes.middleRows(first, last - first + 1).rowwise() = mean;
+      first = last + 1;
+    }
+    for (Eigen::Index k = 0; k < n; ++k) {
+      for (int copy = 0; copy < block.multiplicity; ++copy, ++line) {
+        all_values[line] = value[k];
+        all_slopes.row(line) = slopes.row(k);
+      }
+    }
+  }
+  Spectrum spectrum;
+  spectrum.log_angular_frequency_sq = all_values(order_).array().log();
+  spectrum.derivative = all_slopes(order_, Eigen::all);
+  return spectrum;
+}
+
+}  // namespace klang::fit

@@ -1,0 +1,89 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "core/geometry/shapes/section.hpp"
+#include "core/physics/modal/eigen_solver.hpp"
+#include "fit/elastic/spectrum_model.hpp"
+#include "fit/specimen/specimen.hpp"
+
+namespace klang::fit {
+
+/// A specimen as finite elements.
+struct SpecimenBody {
+  mesh::TetMesh mesh;
+  std::optional<mesh::ShapeDivisions> divisions;  ///< of an analytic shape
+  std::optional<mesh::SectionDivisions> section;  ///< of a free body of revolution: frequencies come from its section
+  std::map<std::string, double> shape_dims;       ///< what it was meshed with
+  double volume_m3 = 0.0;
+  double mass_kg = 0.0;
+  solid::Material material;  ///< the start, with the density that the mass gives
+};
+
+/// Meshes or loads the specimen. highest_hz: the highest frequency that its mesh has to carry.
+SpecimenBody make_body(const Specimen& specimen, const solid::Material& material, double highest_hz);
+/// As make_body with the divisions of another body of the same specimen (an analytic shape), whose dimensions have changed.
+SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& material, const SpecimenBody& like);
+
+/// The lowest eigenvalues of a body without further large solves, for any Lame pair and a few dimensions. The matrices of
+/// the nominal mesh, and of meshes with the same topology and one dimension changed by +-step, are projected onto one
+/// basis: the modes at two Poisson's ratios and those of the changed shapes. Between the shapes each projected matrix is
+/// the parabola in ln(dimension) through its three values. Eigenvalue errors are of second order in what the basis lacks;
+/// derivatives are exact for the projected model, d(omega^2) = u^T (dK - omega^2 dM) u, and in a cluster of equal
+/// eigenvalues those of its mean. Harmonics of a body of revolution are projected one by one, so that their modes keep
+/// their numbers where they cross.
+struct ReducedSpectrumOptions {
+  Band band;                    ///< low_hz: modes below are left out; high_hz: modes are wanted up to here
+  int count = 0;                ///< modes; 0: as many as reach band.high_hz, at most max_count
+  int max_count = 80;           ///< of tetrahedra's modes; a section gives four times as many
+  double relative_step = 0.01;  ///< of dimensions
+  bool vary_ratio = true;       ///< false: Poisson's ratio stays as it is, and a solve is saved
+};
+
+class ReducedSpectrum : public SpectrumModel {
+ public:
+  ReducedSpectrum(const Specimen& specimen, const SpecimenBody& body, const std::vector<std::string>& free_dimensions,
+                  const ReducedSpectrumOptions& options, Monitor& monitor = silent_monitor());
+  Eigen::Index n_modes() const override { return n_modes_; }
+  Spectrum spectrum(const SpectrumPoint& point) const override;
+  Eigen::VectorXd visibility() const override { return visibility_; }
+  Eigen::VectorXd relative_error() const override { return relative_error_; }
+  double density_kg_m3(const SpectrumPoint& point) const override;
+  /// The full solve at the start, modes below the band left out.
+  const modal::EigenResult& nominal() const { return nominal_; }
+  int n_skipped() const { return n_skipped_; }  ///< elastic modes below the band
+
+ private:
+  struct Matrices {
+    Eigen::MatrixXd stiffness_lambda, stiffness_mu, mass;
+  };
+  struct Axis {
+    double start_m = 0.0, step = 0.0;                   // step of ln(dimension)
+    std::vector<Matrices> slope, curvature;             // of each block by ln(dimension), halves included
+    double volume_slope = 0.0, volume_curvature = 0.0;  // of ln(volume)
+  };
+  struct Block {
+    int multiplicity = 1;
+    Eigen::Index n_modes = 0;
+    Matrices centre;
+  };
+  std::vector<Eigen::Index> order_at_start(const solid::Material& material) const;
+  double log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const;
+
+  int n_modes_ = 0, n_skipped_ = 0;
+  std::optional<double> mass_kg_;
+  std::vector<Block> blocks_;
+  std::vector<Eigen::Index> order_;  // of the blocks' modes one after the other, by frequency at the start
+  double log_volume_ = 0.0;
+  std::vector<Axis> axes_;
+  modal::EigenResult nominal_;
+  Eigen::VectorXd visibility_, relative_error_;
+};
+
+/// Surface motion of each mode relative to the most visible one.
+Eigen::VectorXd mode_visibility(const modal::ModalModel& model);
+
+}  // namespace klang::fit

@@ -1,0 +1,24 @@
+#pragma once
+#include <vector>
+
+#include "fit/ringdown/detail/partial_search.hpp"
+
+namespace klang::fit::detail {
+
+// What the search for partials and their polishing share.
+
+inline constexpr double kHalfBandCells = 20;   ///< half width of a sub-band beyond its outermost partial, in 1 / window
+inline constexpr double kDecaysPerWindow = 5;  ///< a window ends when its partial has fallen to exp(-5)
+inline constexpr double kShortestWindowS = 0.006;
+
+/// Length of the window in which a partial is fitted [s].
+double window_of(const Pole& pole, const RingData& data);
+/// Variance a bin that a fit leaves, in the scale of BinBlock.
+double residual_variance(const SubBand& band, const RefinedFit& fit);
+/// Amplitude of one of a fit's partials in every segment (rows) and channel.
+Eigen::MatrixXcd amplitudes_of(const RingData& data, const SubBand& band, const LinearFit& linear, std::size_t index);
+
+/// Fits what is new (from first_new on) and the partials whose bands it falls into.
+void polish_near(const RingData& data, std::vector<FittedPartial>& partials, std::size_t first_new);
+
+}  // namespace klang::fit::detail

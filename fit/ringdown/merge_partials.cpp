@@ -1,0 +1,98 @@
+#include "fit/ringdown/merge_partials.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+
+namespace klang::fit {
+namespace {
+
+struct Mean {
+  double value = 0.0;
+  std::optional<double> std;
+};
+
+Mean mean_of(const std::vector<std::pair<double, std::optional<double>>>& values) {
+  double weight_sum = 0.0, sum = 0.0;
+  const bool all_known =
+      std::all_of(values.begin(), values.end(), [](const auto& v) { return v.second && *v.second > 0; });
+  for (const auto& [value, std] : values) {
+    const double weight = all_known ? 1.0 / (*std * *std) : 1.0;
+    weight_sum += weight;
+    sum += weight * value;
+  }
+  Mean mean{sum / weight_sum, std::nullopt};
+  double chi_squared = 0.0;
+  for (const auto& [value, std] : values) {
+    const double weight = all_known ? 1.0 / (*std * *std) : 1.0;
+    chi_squared += weight * (value - mean.value) * (value - mean.value);
+  }
+  const double dof = static_cast<double>(values.size()) - 1.0;
+  if (all_known) {
+    mean.std = std::sqrt(std::max(1.0, dof > 0.0 ? chi_squared / dof : 1.0) / weight_sum);
+  } else if (dof > 0.0) {
+    mean.std = std::sqrt(chi_squared / dof / weight_sum);
+  }
+  return mean;
+}
+
+bool agree(const Partial& a, const Partial& b, double min_cents) {
+  const double own = std::hypot(a.frequency_std_hz.value_or(0.0), b.frequency_std_hz.value_or(0.0));
+  return std::abs(a.frequency_hz - b.frequency_hz) <=
+         std::max(3.0 * own, b.frequency_hz * (std::exp2(min_cents / 1200.0) - 1.0));
+}
+
+}  // namespace
+
+PartialTable merge_partials(const std::vector<PartialTable>& tables, double min_cents) {
+  PartialTable merged;
+  struct Row {
+    Partial partial;
+    std::size_t table;
+  };
+  std::vector<Row> rows;
+  for (std::size_t t = 0; t < tables.size(); ++t) {
+    merged.origin += (t ? ", " : "") + tables[t].origin;
+    for (const Partial& partial : tables[t].partials) rows.push_back({partial, t});
+  }
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const Row& a, const Row& b) { return a.partial.frequency_hz < b.partial.frequency_hz; });
+  std::vector<char> used(rows.size(), 0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (used[i]) continue;
+    std::vector<std::size_t> group = {i};
+    std::vector<char> has(tables.size(), 0);
+    has[rows[i].table] = 1;
+    for (std::size_t j = i + 1; j < rows.size(); ++j) {  // one of each recording: a pair stays a pair
+      if (used[j] || has[rows[j].table] || !agree(rows[i].partial, rows[j].partial, min_cents)) continue;
+      group.push_back(j);
+      has[rows[j].table] = 1;
+    }
+    Partial mean = rows[i].partial;
+    std::vector<std::pair<double, std::optional<double>>> frequencies, decays;
+    for (const std::size_t j : group) {
+      used[j] = 1;
+      const Partial& partial = rows[j].partial;
+      frequencies.emplace_back(partial.frequency_hz, partial.frequency_std_hz);
+      if (partial.decay_per_s) decays.emplace_back(*partial.decay_per_s, partial.decay_std_per_s);
+      if (partial.amplitude.value_or(0.0) > mean.amplitude.value_or(0.0)) mean = partial;
+    }
+    if (group.size() > 1) {
+      const Mean frequency = mean_of(frequencies);
+      mean.frequency_hz = frequency.value;
+      mean.frequency_std_hz = frequency.std;
+      if (!decays.empty()) {
+        const Mean decay = mean_of(decays);
+        mean.decay_per_s = decay.value;
+        mean.decay_std_per_s = decay.std;
+      }
+    }
+    merged.partials.push_back(mean);
+  }
+  std::stable_sort(merged.partials.begin(), merged.partials.end(),
+                   [](const Partial& a, const Partial& b) { return a.frequency_hz < b.frequency_hz; });
+  return merged;
+}
+
+}  // namespace klang::fit

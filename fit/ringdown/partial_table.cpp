@@ -1,0 +1,209 @@
+#include "fit/ringdown/partial_table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+
+namespace klang::fit {
+namespace {
+
+enum class Rule { kAboveZero, kAtLeastZero, kAny };
+
+struct Column {
+  const char* name;
+  std::optional<double> Partial::*member;  ///< null for frequency_hz
+  Rule rule;
+};
+
+constexpr std::array<Column, 8> kColumns{{
+    {"frequency_hz", nullptr, Rule::kAboveZero},
+    {"frequency_std_hz", &Partial::frequency_std_hz, Rule::kAboveZero},
+    {"decay_per_s", &Partial::decay_per_s, Rule::kAtLeastZero},
+    {"decay_std_per_s", &Partial::decay_std_per_s, Rule::kAboveZero},
+    {"amplitude", &Partial::amplitude, Rule::kAtLeastZero},
+    {"amplitude_std", &Partial::amplitude_std, Rule::kAboveZero},
+    {"phase_rad", &Partial::phase_rad, Rule::kAny},
+    {"phase_std_rad", &Partial::phase_std_rad, Rule::kAboveZero},
+}};
+
+std::string column_names() {
+  std::string names;
+  for (const Column& column : kColumns) {
+    if (!names.empty()) names += ", ";
+    names += column.name;
+  }
+  return names;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  text = text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
+  return text;
+}
+
+/// At most 60 characters of a cell, for a message.
+std::string quoted(std::string_view cell) {
+  std::string text;
+  text += '\'';
+  text += cell.substr(0, 60);
+  text += '\'';
+  return text;
+}
+
+std::vector<std::string_view> cells_of(std::string_view line) {
+  std::vector<std::string_view> cells;
+  for (;;) {
+    const auto comma = line.find(',');
+    cells.push_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return cells;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+void store(Partial& partial, const Column& column, double value, const std::string& place, const std::string& shown) {
+  constexpr double kLargest = 1e12;
+  const bool bounded = std::isfinite(value) && std::abs(value) <= kLargest;
+  const bool fits = column.rule == Rule::kAny || value > 0 || (column.rule == Rule::kAtLeastZero && value == 0);
+  if (!bounded || !fits) {
+    throw InputError(place, std::string(column.name) + " is out of range", shown,
+                     column.rule == Rule::kAboveZero     ? "above 0, up to 1e12"
+                     : column.rule == Rule::kAtLeastZero ? "0 to 1e12"
+                                                         : "-1e12 to 1e12");
+  }
+  if (column.member == nullptr) {
+    partial.frequency_hz = value;
+  } else {
+    partial.*column.member = value;
+  }
+}
+
+PartialTable finished(std::vector<Partial> partials, const std::string& name) {
+  if (partials.empty()) throw InputError(name, "has no partials", "0 rows", "at least 1");
+  std::stable_sort(partials.begin(), partials.end(),
+                   [](const Partial& a, const Partial& b) { return a.frequency_hz < b.frequency_hz; });
+  return {std::move(partials), name};
+}
+
+std::vector<const Column*> header_columns(std::string_view line, const std::string& place) {
+  std::vector<const Column*> columns;
+  for (const std::string_view cell : cells_of(line)) {
+    const auto found = std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return cell == c.name; });
+    if (found == kColumns.end()) {
+      throw InputError(place, "unknown column", quoted(cell), column_names());
+    }
+    if (std::find(columns.begin(), columns.end(), &*found) != columns.end()) {
+      throw InputError(place, "column appears twice", std::string(cell));
+    }
+    columns.push_back(&*found);
+  }
+  if (std::find(columns.begin(), columns.end(), kColumns.data()) == columns.end()) {
+    throw InputError(place, "the header has no column frequency_hz", {}, column_names());
+  }
+  return columns;
+}
+
+}  // namespace
+
+PartialTable parse_partial_csv(std::string_view text, const std::string& name) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte-order mark of spreadsheet programs
+  std::vector<const Column*> columns;
+  std::vector<Partial> partials;
+  for (int line_number = 1; !text.empty(); ++line_number) {
+    const auto end = text.find('\n');
+    const std::string_view line = trimmed(text.substr(0, end));
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    if (line.empty() || line.front() == '#') continue;
+    const std::string place = name + ", line " + std::to_string(line_number);
+    if (columns.empty()) {
+      columns = header_columns(line, place);
+      continue;
+    }
+    const auto cells = cells_of(line);
+    if (cells.size() != columns.size()) {
+      throw InputError(place, "has the wrong number of cells", std::to_string(cells.size()),
+                       std::to_string(columns.size()));
+    }
+    Partial partial;
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const std::string shown = quoted(cells[i]);
+      if (cells[i].empty() && columns[i]->member != nullptr) continue;
+      double value = 0;
+      const char* last = cells[i].data() + cells[i].size();
+      const auto parsed = std::from_chars(cells[i].data(), last, value);
+      if (parsed.ec != std::errc() || parsed.ptr != last) {
+        throw InputError(place, std::string(columns[i]->name) + " is not a number", shown);
+      }
+      store(partial, *columns[i], value, place, shown);
+    }
+    partials.push_back(partial);
+  }
+  if (columns.empty())
+    throw InputError(name, "is empty", {}, "a header line with frequency_hz, then one line a partial");
+  return finished(std::move(partials), name);
+}
+
+PartialTable parse_partial_json(std::string_view text, const std::string& name) {
+  const auto root = nlohmann::json::parse(text, nullptr, false);
+  if (root.is_discarded()) throw InputError(name, "is not valid JSON");
+  const auto* rows = &root;
+  if (root.is_object()) {
+    const auto found = root.find("partials");
+    if (found == root.end()) throw InputError(name, "has no key partials");
+    rows = &*found;
+  }
+  if (!rows->is_array()) throw InputError(name, "partials is not a list");
+  std::vector<Partial> partials;
+  for (std::size_t i = 0; i < rows->size(); ++i) {
+    const auto& row = (*rows)[i];
+    const std::string place = name + ", partials[" + std::to_string(i) + "]";
+    if (!row.is_object()) throw InputError(place, "is not an object");
+    Partial partial;
+    for (const Column& column : kColumns) {
+      const auto cell = row.find(column.name);
+      const bool missing = cell == row.end() || cell->is_null();
+      if (missing && column.member == nullptr) throw InputError(place, "frequency_hz is missing");
+      if (missing) continue;
+      if (!cell->is_number()) throw InputError(place, std::string(column.name) + " is not a number", cell->type_name());
+      const double value = cell->get<double>();
+      store(partial, column, value, place, klang::to_text(value));
+    }
+    partials.push_back(partial);
+  }
+  return finished(std::move(partials), name);
+}
+
+PartialTable read_partial_table(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
+  if (extension == ".csv") return parse_partial_csv(read_file(path, kMaxBytes), path.string());
+  if (extension == ".json") return parse_partial_json(read_file(path, kMaxBytes), path.string());
+  throw InputError(path.string(), "is no partial table by its extension", extension, ".csv or .json");
+}
+
+void write_partial_table(const std::filesystem::path& path, const PartialTable& table) {
+  std::string text;
+  for (const Column& column : kColumns) {
+    if (!text.empty()) text += ',';
+    text += column.name;
+  }
+  text += '\n';
+  for (const Partial& partial : table.partials) {
+    text += klang::to_text(partial.frequency_hz);
+    for (std::size_t i = 1; i < kColumns.size(); ++i) {
+      const auto& cell = partial.*kColumns[i].member;
+      text += ',';
+      if (cell) text += klang::to_text(*cell);
+    }
+    text += '\n';
+  }
+  write_file(path, text);
+}
+
+}  // namespace klang::fit

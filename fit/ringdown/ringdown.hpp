@@ -1,0 +1,49 @@
+#pragma once
+#include <map>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/monitor.hpp"
+#include "core/sound/audio/signal.hpp"
+#include "fit/ringdown/partial_table.hpp"
+
+namespace klang::fit {
+
+enum class RingdownStatus { kNotRun, kOk, kNothingFound };
+
+struct RingdownOptions {
+  Band band;                 ///< high_hz is cut to 0.48 of the sample rate; 0 <= low_hz < high_hz
+  int max_partials = 200;    ///< strongest kept, 1 to 2000
+  double min_snr_db = 10.0;  ///< a partial's peak above the noise in its own resolution cell, 0 to 120
+  void validate() const;
+};
+
+struct RingdownResult {
+  RingdownStatus status = RingdownStatus::kNotRun;
+  std::string message;            ///< why nothing was found
+  PartialTable partials;          ///< amplitude and phase at the first strike; standard deviations always given
+  std::vector<double> strikes_s;  ///< times of the strikes, from the file's start
+  std::vector<std::vector<double>> strike_amplitudes;  ///< [strike][partial], where there are several strikes
+  std::vector<std::vector<double>> strike_phases_rad;  ///< as strike_amplitudes
+  double sample_rate_hz = 0.0;
+  std::optional<double> explained_energy;  ///< 0..1, of the energy in band of the free ringing after the strikes
+  std::optional<double> noise_rms;         ///< rms of what the partials leave there, full scale = 1, in band
+  std::vector<std::string> warnings;       ///< "clipped: 312 samples left out", "mains hum at 50 Hz ignored"
+  std::map<std::string, double> wall_time_s;
+  bool usable() const { return status == RingdownStatus::kOk; }
+};
+
+/// A recording of one strike by more microphones than this is a mistake in the file more often than not.
+inline constexpr int kMaxChannels = 32;
+
+/// Partials of a recording with their standard deviations (docs/ringdown.md). Channels are used jointly
+/// (frequencies and decays shared, amplitude of the loudest channel reported).
+/// @throws InputError: silence, more than kMaxChannels channels, empty signal, fewer than 16 samples, a sample that is not finite, options out of
+/// range.
+RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options = {},
+                                 Monitor& monitor = silent_monitor());
+
+/// The identified partials as sound, at the recording's rate and length (mono): silence before the first
+/// strike, and from each strike on its own amplitudes.
+audio::Signal resynthesise(const RingdownResult& ringdown, Eigen::Index n_frames);
+
+}  // namespace klang::fit

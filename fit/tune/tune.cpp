@@ -1,0 +1,239 @@
+#include "fit/tune/tune.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "fit/elastic/elastic_fit.hpp"
+#include "fit/elastic/reduced_spectrum.hpp"
+
+namespace klang::fit {
+namespace {
+
+constexpr const char* kPlace = "tune";
+
+/// Long axis of a shape: 0 x, 2 z, -1 none.
+int long_axis(const mesh::ShapeSpec& shape) {
+  if (shape.kind == "tube" || shape.kind == "rod") return 2;
+  if (shape.kind != "box") return -1;
+  const std::array<double, 3> sides = {shape.dims.at("length_m"), shape.dims.at("width_m"), shape.dims.at("height_m")};
+  return static_cast<int>(std::max_element(sides.begin(), sides.end()) - sides.begin());
+}
+
+/// Share of a mode's motion that is cross-sections moving sideways as a whole, and the number of sign changes along the
+/// body of the stronger direction. Slices are bins along the axis.
+struct Flexure {
+  double share = 0.0;
+  int n_nodes = 0;
+  int direction = 0;
+};
+
+Flexure flexure(const mesh::TetMesh& mesh, const Eigen::Ref<const Eigen::VectorXd>& shape, int axis) {
+  constexpr int kSlices = 40;
+  const auto coordinate = mesh.nodes_m.col(axis);
+  const double low = coordinate.minCoeff(), span = coordinate.maxCoeff() - low;
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(kSlices, 3);
+  Eigen::VectorXd count = Eigen::VectorXd::Zero(kSlices);
+  double total = 0.0;
+  for (Eigen::Index node = 0; node < mesh.nodes_m.rows(); ++node) {
+    const auto slice =
+        std::min<Eigen::Index>(kSlices - 1, static_cast<Eigen::Index>((coordinate[node] - low) / span * kSlices));
+    const Eigen::Vector3d u = shape.segment<3>(3 * node);
+    sum.row(slice) += u.transpose();
+    count[slice] += 1.0;
+    total += u.squaredNorm();
+  }
+  Flexure result;
+  double best = -1.0, sideways = 0.0;
+  for (int direction = 0; direction < 3; ++direction) {
+    if (direction == axis) continue;
+    double energy = 0.0;
+    int sign = 0, changes = 0;
+    const double largest = sum.col(direction).cwiseAbs().cwiseQuotient(count.cwiseMax(1.0)).maxCoeff();
+    for (int slice = 0; slice < kSlices; ++slice) {
+      if (count[slice] == 0.0) continue;
+      const double mean = sum(slice, direction) / count[slice];
+      energy += count[slice] * mean * mean;
+      if (std::abs(mean) < 0.02 * largest) continue;
+      const int now = mean > 0.0 ? 1 : -1;
+      changes += sign != 0 && now != sign;
+      sign = now;
+    }
+    sideways += energy;
+    if (energy > best) best = energy, result.n_nodes = changes, result.direction = direction;
+  }
+  result.share = total > 0.0 ? sideways / total : 0.0;
+  return result;
+}
+
+int mode_of(const std::string& mode, const mesh::ShapeSpec& shape, const modal::ModalModel& model) {
+  if (mode.rfind("bending ", 0) == 0) {
+    int n = 0;
+    std::from_chars(mode.data() + 8, mode.data() + mode.size(), n);
+    const auto families = bending_modes(shape, model);
+    if (n >= 1 && n <= static_cast<int>(families.size()) && !families[static_cast<std::size_t>(n - 1)].empty()) {
+      return families[static_cast<std::size_t>(n - 1)].front();
+    }
+    throw InputError(kPlace, "no such bending mode among the computed ones", mode,
+                     "bending 1 to bending " + std::to_string(families.size()));
+  }
+  int index = -1;
+  const auto end = std::from_chars(mode.data(), mode.data() + mode.size(), index);
+  if (end.ec != std::errc{} || end.ptr != mode.data() + mode.size() || index < 0 || index >= model.n_modes()) {
+    throw InputError(kPlace, "unknown mode", mode, "0 to " + std::to_string(model.n_modes() - 1) + ", or bending N");
+  }
+  return index;
+}
+
+FitProblem problem_at(const Specimen& specimen, const solid::Material& material, const TuneOptions& options) {
+  FitProblem problem;
+  problem.material = material;
+  problem.specimens = {specimen};
+  for (const std::string& name : options.dimensions) problem.parameters.push_back(specimen.name + "." + name);
+  return problem;
+}
+
+}  // namespace
+
+std::string to_text(TuneStatus status) {
+  return status == TuneStatus::kReached ? "reached" : status == TuneStatus::kNotReached ? "not_reached" : "not_run";
+}
+
+void TuneOptions::validate(const Specimen& specimen) const {
+  if (!specimen.shape) throw InputError(kPlace, "only a body given by shape and dimensions can be tuned");
+  if (dimensions.empty()) throw InputError(kPlace, "no dimension is free");
+  if (targets.empty()) throw InputError(kPlace, "no target frequency is given");
+  std::string known;
+  for (const auto& [name, value] : specimen.shape->dims) known += (known.empty() ? "" : ", ") + name;
+  for (const std::string& name : dimensions) {
+    if (!specimen.shape->dims.count(name)) throw InputError(kPlace, "unknown dimension", name, known);
+    if (std::count(dimensions.begin(), dimensions.end(), name) > 1)
+      throw InputError(kPlace, "dimension named twice", name);
+  }
+  for (const TuneTarget& target : targets) checked_open(kPlace, "frequency_hz", target.frequency_hz, 0.0, 1e6);
+  checked(kPlace, "widest_change", widest_change, 0.001, 0.5);
+  checked(kPlace, "tolerance_cents", tolerance_cents, 1e-4, 100.0);
+  checked(kPlace, "max_rounds", max_rounds, 1, 50);
+}
+
+std::vector<std::vector<int>> bending_modes(const mesh::ShapeSpec& shape, const modal::ModalModel& model) {
+  const int axis = long_axis(shape);
+  std::vector<std::vector<int>> families;
+  if (axis < 0) return families;
+  // A flat bar has two families of its own: n counts within the direction of the lowest flexural mode; a tube's pair
+  // turns freely in the plane, so that both members count.
+  const bool flat = shape.kind == "box";
+  int direction = -1;
+  for (Eigen::Index k = 0; k < model.n_modes(); ++k) {
+    const Flexure f = flexure(model.mesh, model.shapes.col(k), axis);
+    if (f.share < 0.5 || f.n_nodes < 2) continue;
+    if (direction < 0) direction = f.direction;
+    if (flat && f.direction != direction) continue;
+    const auto n = static_cast<std::size_t>(f.n_nodes - 1);
+    if (n > families.size() + 1) continue;
+    if (families.size() < n) families.resize(n);
+    auto& family = families[n - 1];
+    const bool partner =
+        family.empty() || cents(model.angular_frequency_rad_s[k], model.angular_frequency_rad_s[family.front()]) < 5.0;
+    if (partner) family.push_back(static_cast<int>(k));
+  }
+  return families;
+}
+
+TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& material, const TuneOptions& options,
+                           Monitor& monitor) {
+  options.validate(specimen);
+  const auto started = std::chrono::steady_clock::now();
+  TuneResult result;
+  result.shape = *specimen.shape;
+  double highest_hz = 0.0;
+  for (const TuneTarget& target : options.targets) highest_hz = std::max(highest_hz, target.frequency_hz);
+  Specimen current = specimen;
+  current.name = specimen.name.empty() ? "body" : specimen.name;
+  SpecimenBody body = make_body(current, material, 1.5 * highest_hz);
+  for (const std::string& name : options.dimensions) {
+    const double start = specimen.shape->dims.at(name);
+    result.dimensions.push_back(
+        {name, start, start, start * (1.0 - options.widest_change), start * (1.0 + options.widest_change), false});
+  }
+  for (int round = 0; round < options.max_rounds; ++round) {
+    monitor.progress("tune", static_cast<double>(round) / options.max_rounds);
+    monitor.throw_if_stopped();
+    result.n_rounds = round + 1;
+    ReducedSpectrumOptions reduced;
+    reduced.band = {0.0, 1.5 * highest_hz};
+    reduced.vary_ratio = false;
+    const FitProblem problem = problem_at(current, material, options);
+    const ParameterSpace space(problem);
+    // The space orders dimensions by name.
+    const auto& order = space.free_dimensions(0);
+    const auto spectrum = std::make_shared<ReducedSpectrum>(current, body, order, reduced, monitor);
+    const modal::ModalModel& model = spectrum->nominal().model;
+    const Eigen::VectorXd frequency = model.frequency_hz();
+    const Spectrum here = spectrum->spectrum(space.local(0, space.start()).point);
+
+    std::vector<ElasticDatum> data;
+    result.targets.resize(options.targets.size());
+    double worst = 0.0;
+    for (std::size_t t = 0; t < options.targets.size(); ++t) {
+      TunedTarget& target = result.targets[t];
+      target.mode = options.targets[t].mode;
+      target.wanted_hz = options.targets[t].frequency_hz;
+      target.mode_index = mode_of(target.mode, current.shape.value(), model);
+      target.reached_hz = frequency[target.mode_index];
+      if (round == 0) target.start_hz = target.reached_hz;
+      target.residual_cents = cents(target.reached_hz, target.wanted_hz);
+      worst = std::max(worst, std::abs(target.residual_cents));
+      target.hz_per_mm.assign(options.dimensions.size(), 0.0);
+      target.cents_per_tenth_mm = target.hz_per_mm;
+      for (std::size_t d = 0; d < options.dimensions.size(); ++d) {
+        const auto place = std::find(order.begin(), order.end(), options.dimensions[d]) - order.begin();
+        const double log_slope = 0.5 * here.derivative(target.mode_index, 3 + place);  // d ln f / d m
+        target.hz_per_mm[d] = 1e-3 * target.reached_hz * log_slope;
+        target.cents_per_tenth_mm[d] = 1e-4 * log_slope * 1200.0 / std::log(2.0);
+      }
+      data.push_back({0, {target.mode_index}, std::log(target.wanted_hz), 0.0});
+    }
+    if (worst <= options.tolerance_cents) {
+      result.status = TuneStatus::kReached;
+      break;
+    }
+    if (round + 1 == options.max_rounds) break;
+    ElasticFitOptions solver;
+    solver.model_std = 1e-6;
+    solver.robust = false;
+    solver.max_rounds = 1;
+    // With a dimension to spare the leash picks the smallest change; it is too weak to spoil a target.
+    const bool spare = options.dimensions.size() > options.targets.size();
+    const ElasticFit fit = fit_elastic(space, {spectrum}, data, space.start(),
+                                       Eigen::VectorXd::Constant(space.size(), spare ? 1.0 : 0.0), solver);
+    bool stuck = true;
+    const auto local = space.local(0, fit.x);
+    for (TunedDimension& dimension : result.dimensions) {
+      const auto place =
+          static_cast<std::size_t>(std::find(order.begin(), order.end(), dimension.name) - order.begin());
+      // Beyond a tenth the parabolas no longer hold; the next round goes on from there.
+      const double step = std::clamp(local.point.dimensions[place] / dimension.value_m, 0.9, 1.1);
+      const double next = std::clamp(step * dimension.value_m, dimension.low_m, dimension.high_m);
+      stuck = stuck && std::abs(next / dimension.value_m - 1.0) < 1e-9;
+      dimension.at_bound = next == dimension.low_m || next == dimension.high_m;
+      dimension.value_m = next;
+      current.shape->dims[dimension.name] = next;
+    }
+    if (stuck) break;
+    mesh::validate(*current.shape);
+    body = make_body_like(current, material, body);
+  }
+  result.shape = *current.shape;
+  if (result.status != TuneStatus::kReached) {
+    result.status = TuneStatus::kNotReached;
+    result.message = "the targets cannot all be met within the allowed change of the dimensions";
+  }
+  result.wall_time_s["total"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return result;
+}
+
+}  // namespace klang::fit

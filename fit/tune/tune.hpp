@@ -1,0 +1,68 @@
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "core/physics/modal/modal_model.hpp"
+#include "fit/specimen/specimen.hpp"
+
+namespace klang::fit {
+
+/// A mode that is to sound at a frequency.
+struct TuneTarget {
+  std::string mode = "0";  ///< elastic mode index from 0, or "bending 1" (tube, rod, box: n-th flexural frequency)
+  double frequency_hz = 0.0;
+};
+
+struct TuneOptions {
+  std::vector<std::string> dimensions;  ///< of the shape, e.g. {"length_m"}
+  std::vector<TuneTarget> targets;
+  double widest_change = 0.2;     ///< dimensions stay within this share of their start, 0.001 to 0.5
+  double tolerance_cents = 0.05;  ///< of the full model, 1e-4 to 100
+  int max_rounds = 8;             ///< of meshing anew, 1 to 50
+  void validate(const Specimen& specimen) const;
+};
+
+enum class TuneStatus { kNotRun, kReached, kNotReached };
+std::string to_text(TuneStatus status);
+
+struct TunedDimension {
+  std::string name;
+  double start_m = 0.0, value_m = 0.0, low_m = 0.0, high_m = 0.0;
+  bool at_bound = false;
+};
+
+struct TunedTarget {
+  std::string mode;
+  int mode_index = -1;
+  double wanted_hz = 0.0, start_hz = 0.0, reached_hz = 0.0;
+  double residual_cents = 0.0;             ///< reached against wanted
+  std::vector<double> hz_per_mm;           ///< a dimension each
+  std::vector<double> cents_per_tenth_mm;  ///< what a cut 0.1 mm off costs
+};
+
+struct TuneResult {
+  TuneStatus status = TuneStatus::kNotRun;
+  std::string message;
+  std::vector<TunedDimension> dimensions;
+  std::vector<TunedTarget> targets;
+  mesh::ShapeSpec shape;  ///< the tuned body
+  int n_rounds = 0;
+  std::map<std::string, double> wall_time_s;
+  bool usable() const { return status == TuneStatus::kReached; }
+};
+
+/// Dimensions that bring modes to wanted frequencies. Each round meshes the body, projects it with its neighbours
+/// (ReducedSpectrum), solves there for the dimensions, and ends when the mesh at the solution agrees within
+/// tolerance_cents. With fewer targets than dimensions the smallest relative change is taken.
+/// @throws InputError: no shape, unknown dimension or mode, frequency not positive, more targets than dimensions by which
+///         nothing can be solved for
+TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& material, const TuneOptions& options,
+                           Monitor& monitor = silent_monitor());
+
+/// Modes of the flexural families of a long body, by their n: families[n - 1] lists the (one or two, or more for a flat
+/// bar) modes in which cross-sections move sideways as a whole with n + 1 nodes. Empty for other shapes.
+std::vector<std::vector<int>> bending_modes(const mesh::ShapeSpec& shape, const modal::ModalModel& model);
+
+}  // namespace klang::fit

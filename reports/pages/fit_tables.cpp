@@ -1,0 +1,172 @@
+#include "reports/pages/fit_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "reports/pages/page_parts.hpp"
+
+namespace klang::reports::detail {
+
+std::string name_html(const Quantity& quantity) {
+  return escaped(capitalised(quantity.words)) +
+         (quantity.symbol.empty() ? "" : " <span class=\"sym\">" + escaped(quantity.symbol) + "</span>");
+}
+
+std::string with_unit(const std::string& text, const Quantity& quantity) {
+  return text.empty() || quantity.unit.empty() ? escaped(text) : escaped(text) + "\u202f" + escaped(quantity.unit);
+}
+
+std::string plus_minus(const Number& value, const Number& std, int digits) {
+  if (!value) return "—";
+  if (std && *std > 0) return fixed(*value, decimals_for(*std)) + " ± " + fixed(*std, decimals_for(*std));
+  return rounded(*value, digits);
+}
+
+std::string parameter_table(const std::vector<Estimate>& parameters) {
+  std::string body;
+  for (const Estimate& e : parameters) {
+    const ShownEstimate text = shown(e);
+    const bool known = e.identifiable;
+    const bool noted = !e.why.empty();
+    std::string classes = known ? "" : "open";
+    if (noted) classes += classes.empty() ? "pair" : " pair";
+    body += "<tr" + (classes.empty() ? "" : " class=\"" + classes + "\"") + ">";
+    body += tag("th", name_html(text.quantity) + (e.derived ? " <small>(derived)</small>" : ""), "scope=\"row\"");
+    const std::string value = text.std.empty() || !known ? text.value : text.value + " ± " + text.std;
+    body += number_cell(with_unit(value, text.quantity));
+    body += number_cell(known ? escaped(text.interval()) : "—");
+    body +=
+        number_cell(e.start_value ? with_unit(rounded(*e.start_value * text.quantity.factor, 5), text.quantity) : "—");
+    body += tag(
+        "td", known ? "<span class=\"tag good\">determined</span>" : "<span class=\"tag fair\">not determined</span>");
+    body += "</tr>\n";
+    if (noted) body += "<tr class=\"note\"><td colspan=\"5\">" + escaped(e.why) + "</td></tr>\n";
+  }
+  return "<table><thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\" class=\"n\">Value ± standard "
+         "deviation</th>"
+         "<th scope=\"col\" class=\"n\">95 % interval</th><th scope=\"col\" class=\"n\">Start</th><th "
+         "scope=\"col\">By these data</th></tr></thead>\n<tbody>" +
+         body + "</tbody></table>";
+}
+
+std::string correlation_table(const ResultData& data) {
+  const std::size_t n = data.correlation_names.size();
+  if (n < 2 || data.correlation.size() != n) return {};
+  std::string head = "<th></th>", body;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Quantity q = quantity(data.correlation_names[i], 1);
+    const std::string words = q.symbol.empty() ? escaped(q.words) : "<span class=\"sym\">" + q.symbol + "</span>";
+    head += "<th scope=\"col\" class=\"n\">" + words + "</th>";
+    body += "<tr>" + tag("th", name_html(q), "scope=\"row\"");
+    for (const Number& value : data.correlation[i]) body += number_cell(value ? fixed(*value, 2) : "—");
+    body += "</tr>\n";
+  }
+  return more(
+      "Correlation of the estimates",
+      scrolled("<table><thead><tr>" + head + "</tr></thead><tbody>" + body + "</tbody></table>", "Correlation matrix"));
+}
+
+std::string damping_table(const ResultData& data) {
+  double least = 1e300;
+  for (const DampingModel& model : data.damping) least = std::min(least, model.aicc.value_or(1e300));
+  std::string body;
+  for (const DampingModel& model : data.damping) {
+    std::string values;
+    for (const Estimate& e : model.parameters) {
+      const ShownEstimate text = shown(e);
+      values +=
+          (values.empty() ? "" : "<br>") +
+          (text.quantity.symbol.empty() ? escaped(text.quantity.words)
+                                        : "<span class=\"sym\">" + escaped(text.quantity.symbol) + "</span>") +
+          " = " +
+          (e.identifiable ? escaped(text.value_with_std())
+                          : with_unit(text.value, text.quantity) + " <span class=\"tag fair\">not determined</span>");
+    }
+    const double weight = std::clamp(model.aicc_weight.value_or(0), 0.0, 1.0);
+    body += "<tr" + std::string(model.model == data.damping_model ? " class=\"best\"" : "") + ">" +
+            tag("th", escaped(capitalised(damping_words(model.model))), "scope=\"row\"") +
+            tag("td", values, "class=\"nw\"") +
+            number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %" : "—") +
+            number_cell(model.aicc ? fixed(*model.aicc, 1) : "—") +
+            number_cell(model.aicc ? "+" + fixed(*model.aicc - least, 1) : "—") +
+            tag("td",
+                model.aicc_weight ? "<span class=\"bar\" style=\"width:" + coordinate(5 * weight) + "em\"></span>" +
+                                        escaped(share(weight))
+                                  : "—",
+                "class=\"nw\"") +
+            "</tr>\n";
+  }
+  return scrolled(
+      "<table><caption>Damping models, best first. AICc weighs how well a model fits against how many "
+      "parameters it takes; the weight is each model’s share of belief among these.</caption><thead><tr>"
+      "<th scope=\"col\">Model</th><th scope=\"col\">Parameters</th><th scope=\"col\" class=\"n\">rms "
+      "residual</th>"
+      "<th scope=\"col\" class=\"n\">AICc</th><th scope=\"col\" class=\"n\">Difference</th><th "
+      "scope=\"col\">Weight</th></tr></thead>\n<tbody>" +
+          body + "</tbody></table>",
+      "Damping models");
+}
+
+std::string match_table(const std::vector<Match>& matches) {
+  std::string body;
+  const bool radiates =
+      std::any_of(matches.begin(), matches.end(), [](const Match& m) { return m.radiation_decay_per_s.has_value(); });
+  for (const Match& m : matches) {
+    body += "<tr>" + number_cell(std::to_string(m.mode_index)) +
+            number_cell(escaped(plus_minus(m.frequency_hz, m.frequency_std_hz, 7))) +
+            number_cell(m.model_frequency_std_hz
+                            ? escaped(plus_minus(m.model_frequency_hz, m.model_frequency_std_hz, 7))
+                            : fixed(m.model_frequency_hz,
+                                    m.frequency_std_hz ? std::clamp(decimals_for(*m.frequency_std_hz), 1, 4) : 2)) +
+            number_cell(signed_cents(m.deviation_cents)) +
+            number_cell(fixed(100 * (m.frequency_hz / m.model_frequency_hz - 1), 3)) +
+            number_cell(escaped(plus_minus(m.decay_per_s, m.decay_std_per_s))) +
+            number_cell(m.model_decay_per_s ? rounded(*m.model_decay_per_s, 4) : "—") +
+            (radiates ? number_cell(m.radiation_decay_per_s ? rounded(*m.radiation_decay_per_s, 3) : "—") +
+                            number_cell(m.radiation_decay_per_s && m.decay_per_s && *m.decay_per_s > 0
+                                            ? fixed(100 * *m.radiation_decay_per_s / *m.decay_per_s, 0)
+                                            : "—")
+                      : std::string()) +
+            "</tr>\n";
+  }
+  return "<table><thead><tr><th class=\"n\" scope=\"col\">Mode</th><th class=\"n\" scope=\"col\">Measured "
+         "[Hz]</th>"
+         "<th class=\"n\" scope=\"col\">Model [Hz]</th><th class=\"n\" scope=\"col\">Cents</th><th "
+         "class=\"n\" scope=\"col\">Per cent</th>"
+         "<th class=\"n\" scope=\"col\">Decay [1/s]</th><th class=\"n\" scope=\"col\">Model decay "
+         "[1/s]</th>" +
+         std::string(
+             radiates
+                 ? "<th class=\"n\" scope=\"col\">Radiated [1/s]</th><th class=\"n\" scope=\"col\">of the measured "
+                   "[%]</th>"
+                 : "") +
+         "</tr></thead>\n<tbody>" + body + "</tbody></table>";
+}
+
+std::string partial_table(const std::vector<Partial>& partials) {
+  std::string body;
+  for (const Partial& p : partials) {
+    body += "<tr>" + number_cell(escaped(plus_minus(p.frequency_hz, p.frequency_std_hz, 7))) +
+            number_cell(escaped(plus_minus(p.decay_per_s, p.decay_std_per_s))) +
+            number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3) : "—") +
+            number_cell(p.amplitude && *p.amplitude > 0 ? fixed(20 * std::log10(*p.amplitude), 1) : "—") +
+            number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—") + "</tr>\n";
+  }
+  return "<table><thead><tr><th class=\"n\" scope=\"col\">Frequency [Hz]</th><th class=\"n\" "
+         "scope=\"col\">Decay [1/s]</th>"
+         "<th class=\"n\" scope=\"col\">60 dB in [s]</th><th class=\"n\" scope=\"col\">Level [dB]</th>"
+         "<th class=\"n\" scope=\"col\">Phase [rad]</th></tr></thead>\n<tbody>" +
+         body + "</tbody></table>";
+}
+
+std::string mode_list(const std::vector<Predicted>& modes) {
+  std::string text;
+  for (const Predicted& mode : modes) {
+    text += (text.empty() ? "" : ", ") +
+            ("<span class=\"nobr\">" + std::to_string(mode.mode_index) + " (" + escaped(hertz(mode.frequency_hz))) +
+            ")</span>";
+  }
+  return text;
+}
+
+}  // namespace klang::reports::detail

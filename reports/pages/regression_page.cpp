@@ -1,0 +1,145 @@
+#include "reports/pages/regression_page.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "reports/kit/text.hpp"
+#include "reports/pages/page_parts.hpp"
+
+namespace klang::reports::detail {
+namespace {
+
+std::string with_std(double value, const Number& std) {
+  if (!std || !(*std > 0)) return rounded(value, 6);
+  const int decimals = decimals_for(*std);
+  return fixed(value, decimals) + " ± " + fixed(*std, decimals);
+}
+
+std::string deviation(const Number& value, const Number& tolerance, double factor) {
+  if (!value) return "—";
+  const std::string text = (*value > 0 ? "+" : "") + fixed(factor * *value, 2) +
+                           (tolerance ? " (± " + rounded(factor * *tolerance, 3) + ")" : "");
+  return tolerance && !(std::abs(*value) <= *tolerance) ? "<b>" + text + "</b>" : text;
+}
+
+const StudyClaim* first_failed(const RegressionData& data) {
+  for (const StudyClaim& claim : data.claims) {
+    if (!claim.passed && claim.not_judged.empty()) return &claim;
+  }
+  return nullptr;
+}
+
+std::size_t count_of(const RegressionData& data, bool failed) {
+  return static_cast<std::size_t>(std::count_if(data.claims.begin(), data.claims.end(), [&](const StudyClaim& c) {
+    return failed ? !c.passed && c.not_judged.empty() : !c.not_judged.empty();
+  }));
+}
+
+}  // namespace
+
+std::string regression_partial_table(const RegressionData& data) {
+  std::string body;
+  for (const RegressionPartial& p : data.partials) {
+    const auto frequency = [](const std::optional<Partial>& side) {
+      return side ? escaped(with_std(side->frequency_hz, side->frequency_std_hz)) : "—";
+    };
+    const auto decay = [](const std::optional<Partial>& side) {
+      return side && side->decay_per_s ? escaped(with_std(*side->decay_per_s, side->decay_std_per_s)) : "—";
+    };
+    const std::string note = !p.note.empty() ? "not judged: " + p.note
+                             : !p.sound      ? "missing"
+                             : !p.reference  ? "superfluous"
+                                             : "";
+    body += "<tr" + std::string(p.note.empty() ? "" : " class=\"open\"") + ">" + number_cell(frequency(p.reference)) +
+            number_cell(frequency(p.sound)) + number_cell(deviation(p.cents, p.cents_tolerance, 1)) +
+            number_cell(decay(p.reference)) + number_cell(decay(p.sound)) +
+            number_cell(deviation(p.decay_change, p.decay_tolerance, 100)) + tag("td", escaped(note)) + "</tr>\n";
+  }
+  return scrolled(
+      "<table><thead><tr><th scope=\"col\" class=\"n\">Reference [Hz]</th><th scope=\"col\" class=\"n\">Sound "
+      "[Hz]</th><th scope=\"col\" "
+      "class=\"n\">Difference [cents]</th><th scope=\"col\" class=\"n\">Decay, reference [1/s]</th><th scope=\"col\" "
+      "class=\"n\">sound [1/s]</th>"
+      "<th scope=\"col\" class=\"n\">Change [%]</th><th scope=\"col\"></th></tr></thead>\n<tbody>" +
+          body + "</tbody></table>",
+      "Partials");
+}
+
+std::string regression_claim_table(const RegressionData& data) {
+  std::string body;
+  for (const int wanted : {0, 1, 2}) {  // failed, not judged, passed
+    for (const StudyClaim& claim : data.claims) {
+      const int kind = claim.passed ? 2 : claim.not_judged.empty() ? 0 : 1;
+      if (kind != wanted) continue;
+      const char* pills[] = {"<span class=\"tag bad\">failed</span>", "<span class=\"tag fair\">not judged</span>",
+                             "<span class=\"tag good\">passed</span>"};
+      body += "<tr" + std::string(kind == 1 ? " class=\"open\"" : "") + ">" +
+              tag("th",
+                  escaped(claim.words) +
+                      (claim.not_judged.empty() ? "" : "<br><small>" + escaped(claim.not_judged) + "</small>"),
+                  "scope=\"row\"") +
+              tag("td", pills[kind]) + number_cell(claim.measured ? rounded(*claim.measured, 3) : "—") +
+              number_cell(claim.tolerance ? rounded(*claim.tolerance, 3) : "—") + "</tr>\n";
+    }
+  }
+  return scrolled(
+      "<table><thead><tr><th scope=\"col\">Claim</th><th scope=\"col\">Verdict</th><th scope=\"col\" "
+      "class=\"n\">Difference</th><th "
+      "scope=\"col\" class=\"n\">Tolerance</th></tr></thead>\n<tbody>" +
+          body + "</tbody></table>",
+      "Claims");
+}
+
+std::string regression_key_figures(const RegressionData& data) {
+  std::string html;
+  const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
+    html += "<div><dt>" + name + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) + "</dd></div>";
+  };
+  const auto n_pairs = std::count_if(data.partials.begin(), data.partials.end(),
+                                     [](const RegressionPartial& p) { return p.reference && p.sound; });
+  const auto n_reference = std::count_if(data.partials.begin(), data.partials.end(),
+                                         [](const RegressionPartial& p) { return p.reference.has_value(); });
+  key("Claims failed", std::to_string(count_of(data, true)), "of " + std::to_string(data.claims.size()));
+  key("Not judged", std::to_string(count_of(data, false)), "claims");
+  key("Partials found", std::to_string(n_pairs), "of " + std::to_string(n_reference));
+  if (data.log_spectral_distance_db)
+    key("Log-spectral distance", fixed(*data.log_spectral_distance_db, 2) + "\u202fdB", "rms above the noise");
+  if (data.gain_db)
+    key("Level", (*data.gain_db > 0 ? "+" : "") + fixed(*data.gain_db, 1) + "\u202fdB",
+        "sound over reference, taken off");
+  if (data.ring_10db_s && data.reference_ring_10db_s)
+    key("Energy falls by 10 dB in", rounded(*data.ring_10db_s, 3) + "\u202fs",
+        "reference " + rounded(*data.reference_ring_10db_s, 3) + "\u202fs");
+  if (data.factor)
+    key("Tolerance", rounded(*data.factor, 3) + " σ", "and scatter between takes; never under its floor");
+  return "<dl class=\"keys\">" + html + "</dl>\n";
+}
+
+std::vector<std::string> regression_sentences(const ResultData& data) {
+  const RegressionData& r = data.regression;
+  const std::size_t failed = count_of(r, true), open = count_of(r, false);
+  std::vector<std::string> sentences;
+  if (data.status == "nothing_judged") {
+    sentences.push_back("No partial could be judged, so nothing is passed.");
+  } else if (failed == 0) {
+    sentences.push_back("The sound keeps to its reference: <b>none of " +
+                        counted(r.claims.size() - open, "judged claim", "judged claims") + " failed</b>.");
+  } else {
+    sentences.push_back("The sound differs from its reference in <b>" + counted(failed, "claim", "claims") +
+                        "</b> of " + std::to_string(r.claims.size() - open) + " that could be judged. The first: " +
+                        escaped(first_failed(r)->words) + ": " + rounded(first_failed(r)->measured.value_or(0), 3) +
+                        ", tolerance " + rounded(first_failed(r)->tolerance.value_or(0), 3) + ".");
+  }
+  if (open > 0)
+    sentences.push_back(capitalised(counted(open, "claim", "claims")) +
+                        " could not be judged and count neither way; the table says why.");
+  if (!r.reference_origin.empty())
+    sentences.push_back("The reference was made from " + escaped(r.reference_origin) +
+                        (r.reference_takes.value_or(1) > 1
+                             ? " (" + std::to_string(*r.reference_takes) + " takes: tolerances hold their scatter)"
+                             : "") +
+                        ".");
+  return sentences;
+}
+
+}  // namespace klang::reports::detail

@@ -1,0 +1,18 @@
+#include "reports/scenes/mode_pictures.hpp"
+#include "reports/scenes/study_pictures.hpp"
+
+namespace klang::reports::detail {
+
+RenderResult render_modes(const std::vector<ModePictureRequest>& requests, Monitor&) {
+  return {std::vector<RenderedPicture>(requests.size()),
+          requests.empty() ? "" : "built without VTK: mode pictures left out"};
+}
+
+DrawnPictures render_fields(const std::vector<FieldPictureRequest>& requests, Monitor&) {
+  DrawnPictures result;
+  result.pictures.resize(requests.size());
+  if (!requests.empty()) result.warning = "built without VTK pictures: pictures left out";
+  return result;
+}
+
+}  // namespace klang::reports::detail

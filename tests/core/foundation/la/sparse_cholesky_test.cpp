@@ -1,0 +1,48 @@
+#include "core/foundation/la/sparse_cholesky.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/foundation/base/parallel.hpp"
+#include "core/physics/solid/assembly.hpp"
+#include "tests/core/physics/solid/box_mesh.hpp"
+
+namespace {
+
+namespace solid = klang::solid;
+
+// K + M of a bar: positive definite.
+solid::SparseMatrix bar_matrix(int cells) {
+  const auto assembled = solid::assemble(klang::test::box_mesh(1, 0.3, 0.3, 3 * cells, cells, cells, 2));
+  return solid::stiffness(assembled, 1.0, 0.5) + 2.0 * assembled.mass_unit_density;
+}
+
+TEST(la::SparseCholesky, SolvesAnyNumberOfColumnsToRoundOff) {
+  for (const int cells : {1, 5}) {  // one supernode or a few; a tree of hundreds
+    const solid::SparseMatrix a = bar_matrix(cells);
+    la::SparseCholesky factor;
+    ASSERT_TRUE(factor.factor(a, la::block_ordering(a)));
+    for (const int columns : {1, 2, 3, 7, 8, 9, 20}) {
+      Eigen::MatrixXd exact(a.rows(), columns);
+      for (Eigen::Index i = 0; i < exact.size(); ++i) exact.data()[i] = std::sin(1.0 + 0.7 * static_cast<double>(i));
+      const Eigen::MatrixXd x = factor.solve(Eigen::MatrixXd(a.selfadjointView<Eigen::Lower>() * exact));
+      EXPECT_LE((x - exact).cwiseAbs().maxCoeff(), 1e-11) << cells << " cells, " << columns << " columns";
+    }
+  }
+}
+
+TEST(la::SparseCholesky, SolutionHasTheSameBitsOnOneThreadAsOnTwo) {
+  const solid::SparseMatrix a = bar_matrix(5);
+  la::SparseCholesky factor;
+  ASSERT_TRUE(factor.factor(a, la::block_ordering(a)));
+  const Eigen::MatrixXd b = Eigen::VectorXd::LinSpaced(a.rows() * 8, -1, 1).reshaped(a.rows(), 8);
+  klang::set_thread_count(1);
+  const Eigen::MatrixXd one = factor.solve(b);
+  klang::set_thread_count(2);
+  const Eigen::MatrixXd two = factor.solve(b);
+  klang::set_thread_count(0);
+  EXPECT_TRUE(one == two);
+}
+
+}  // namespace

@@ -1,0 +1,108 @@
+#include "core/physics/bubble/bubble_physics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/bubble/bubble_formulas.hpp"
+#include "tests/core/physics/bubble/bubble_reference.hpp"
+
+namespace klang::bubble {
+namespace {
+
+using test::bubble_references;
+using test::BubbleReference;
+
+double relative(double value, double reference) { return std::abs(value / reference - 1.0); }
+
+double worst_of(const BubbleOscillation& found, const test::Reading& wanted) {
+  return std::max({relative(found.delta_radiation, wanted.delta_radiation),
+                   relative(found.delta_viscous, wanted.delta_viscous),
+                   relative(found.delta_thermal, wanted.delta_thermal), relative(found.decay_per_s, wanted.decay_per_s),
+                   relative(found.damped_frequency_hz, wanted.damped_frequency_hz)});
+}
+
+TEST(BubblePhysics, FrequencyIsTheReferencesToTenDigits) {
+  for (const BubbleReference& r : bubble_references()) {
+    EXPECT_LE(relative(2 * kPi * bubble_oscillation(r.radius_m).undamped_frequency_hz, r.omega0_leighton), 1e-10)
+        << r.radius_m;
+  }
+}
+
+TEST(BubblePhysics, DampingOfTheRightReadingIsTheReferencesToEightDigits) {
+  for (const BubbleReference& r : bubble_references()) {
+    EXPECT_LE(worst_of(bubble_oscillation(r.radius_m), r.leighton), 1e-8) << r.radius_m;
+  }
+}
+
+TEST(BubblePhysics, PaperReadingReproducesThePrintedForms) {
+  for (const BubbleReference& r : bubble_references()) {
+    const BubbleOscillation printed = bubble_oscillation(r.radius_m, {}, BubbleTheory::kPaper);
+    EXPECT_LE(relative(2 * kPi * printed.undamped_frequency_hz, r.omega0_printed), 1e-10) << r.radius_m;
+    EXPECT_LE(worst_of(printed, r.printed), 1e-8) << r.radius_m;
+  }
+}
+
+TEST(BubblePhysics, ProsperettisTheoryIsTheReferencesExactThermalSolution) {
+  for (const BubbleReference& r : bubble_references()) {
+    const BubbleOscillation exact = bubble_oscillation(r.radius_m, {}, BubbleTheory::kProsperetti);
+    EXPECT_LE(relative(exact.undamped_frequency_hz, r.prosperetti_frequency_hz), 1e-10) << r.radius_m;
+    EXPECT_LE(relative(exact.polytropic_index, r.prosperetti_index), 1e-10) << r.radius_m;
+    EXPECT_LE(relative(exact.delta_thermal, r.prosperetti_delta_thermal), 1e-8) << r.radius_m;
+    EXPECT_LE(relative(exact.decay_per_s, r.prosperetti_decay_per_s), 1e-8) << r.radius_m;
+  }
+}
+
+TEST(BubblePhysics, SurfaceTensionRaisesThePitch) {
+  BubbleMedium without;
+  without.surface_tension_n_m = 0.0;
+  for (const double radius_m : {2.5e-4, 1e-3, 5e-3}) {
+    const double plain = bubble_oscillation(radius_m, without).undamped_frequency_hz;
+    EXPECT_GT(bubble_oscillation(radius_m).undamped_frequency_hz, plain);
+    EXPECT_LT(bubble_oscillation(radius_m, {}, BubbleTheory::kPaper).undamped_frequency_hz, plain);
+  }
+}
+
+TEST(BubblePhysics, FigureOneOfThePaperGivesDiametersAndHertz) {
+  const std::pair<double, double> printed[] = {{5e-3, 1300.0}, {2e-3, 3300.0}, {1e-3, 6600.0}, {5e-4, 13000.0}};
+  for (const auto& [diameter_m, hz] : printed) {
+    EXPECT_LE(relative(bubble_oscillation(0.5 * diameter_m, {}, BubbleTheory::kPaper).damped_frequency_hz, hz), 0.012)
+        << hz;
+  }
+}
+
+TEST(BubblePhysics, GasIsIsothermalWhenSlowAndAdiabaticWhenFast) {
+  const BubbleMedium medium;
+  EXPECT_NEAR(gas_response(medium, 1e-4, 1e-2).real, 3.0, 1e-6);
+  EXPECT_NEAR(gas_response(medium, 1e-4, 1e-2).imaginary, 0.0, 1e-4);
+  EXPECT_NEAR(gas_response(medium, 1e-2, 1e9).real, 3.0 * 1.4, 1e-4);
+  EXPECT_NEAR(gas_response(medium, 1e-2, 1e9).imaginary, 0.0, 1e-4);
+}
+
+TEST(BubblePhysics, EntrainmentStepHasTheReferencesAmplitude) {
+  for (const BubbleReference& r : bubble_references()) {
+    const double omega0 = 2 * kPi * bubble_oscillation(r.radius_m).undamped_frequency_hz;
+    EXPECT_LE(relative(entrainment_velocity_m_s(r.radius_m) / omega0, r.step_amplitude_m), 1e-10);
+    EXPECT_LE(relative(printed_entrainment(r.radius_m) / r.omega0_printed, r.printed_amplitude),
+              1e-3);  // printed over omega_d
+  }
+}
+
+TEST(BubblePhysics, RadiiAndMediaOutOfRangeAreRefused) {
+  for (const double radius_m : {0.0, -1e-3, 1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(bubble_oscillation(radius_m), InputError) << radius_m;
+  }
+  BubbleMedium medium;
+  medium.static_pressure_pa = 0.0;
+  EXPECT_THROW(bubble_oscillation(1e-3, medium), InputError);
+  EXPECT_NO_THROW(bubble_oscillation(kSmallestRadiusM));
+  EXPECT_NO_THROW(bubble_oscillation(kLargestRadiusM));
+}
+
+}  // namespace
+}  // namespace klang::bubble

@@ -1,0 +1,81 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/foundation/base/parallel.hpp"
+#include "core/geometry/shapes/shape.hpp"
+#include "core/physics/modal/eigen_solver.hpp"
+#include "core/sound/soundbank/ellipsoid_modes.hpp"
+#include "tests/core/sound/soundbank/small_bank.hpp"
+
+using namespace klang;
+using soundbank::EllipsoidModes;
+
+TEST(EllipsoidModes, BallHasLambsFrequenciesAndMultiplicities) {
+  const solid::Material material = solid::from_youngs_modulus(1e10, 0.29, 1000.0);
+  const EllipsoidModes modes({0.3, 0.3, 0.3}, material, {14, 12});
+  // reference/sphere_lamb.json: steel-like, nu = 0.29
+  const std::pair<double, int> expected[] = {{2.501132620409397, 5}, {2.64500665425552, 5},  {3.509495880385619, 3},
+                                             {3.864699778223047, 7}, {3.933378897104085, 7}, {4.86995540349663, 1}};
+  std::size_t at = 0;
+  const std::vector<soundbank::ModeId> ids = modes.lowest(28);
+  ASSERT_EQ(ids.size(), 28U);
+  for (const auto& [x, count] : expected)
+    for (int i = 0; i < count; ++i, ++at) {
+      const double found = modes.angular_frequency_rad_s(ids[at]) * 0.3 / material.shear_speed_m_s();
+      EXPECT_LE(std::abs(found / x - 1.0), 1e-7) << at;
+    }
+}
+
+TEST(EllipsoidModes, AgreeWithTetrahedra) {
+  const solid::Material material = test::glass();
+  const BlasThreads one(1);
+  mesh::ShapeMeshOptions coarse;
+  coarse.wavelength_m = 0.04;  // some 1000 nodes
+  const mesh::TetMesh body =
+      mesh::mesh_shape({"ellipsoid", {{"a_m", 0.012}, {"b_m", 0.02}, {"c_m", 0.03}}, {}}, coarse);
+  ASSERT_LE(body.n_nodes(), 6000);
+  modal::EigenOptions options;
+  options.count = 10;
+  const auto tetrahedra = modal::solve_modes(body, solid::assemble(body), material, {}, options);
+  ASSERT_TRUE(tetrahedra.usable()) << tetrahedra.message;
+  const EllipsoidModes modes({0.012, 0.02, 0.03}, material);
+  const auto ids = modes.lowest(10);
+  for (int i = 0; i < 10; ++i)
+    EXPECT_LE(std::abs(modes.angular_frequency_rad_s(ids[i]) / tetrahedra.model.angular_frequency_rad_s[i] - 1.0), 5e-3)
+        << i;
+}
+
+// errata 41 and SB eq. 9: omega -> omega / gamma, U -> gamma^-3/2 U.
+TEST(EllipsoidModes, ScaledBodySolvedAnewHasTheScaledFrequenciesToTenDigits) {
+  for (const Eigen::Vector3d& axes :
+       {Eigen::Vector3d(0.5, 0.7, 1.0), Eigen::Vector3d(0.04, 0.3, 1.0), Eigen::Vector3d(0.04, 0.05, 1.0)}) {
+    const double gamma = 0.0371;
+    const EllipsoidModes unit(axes, test::glass()), scaled(gamma * axes, test::glass());
+    const Eigen::Matrix3Xd at = Eigen::Vector3d(0.3, 0.5, 0.6);
+    for (const auto& id : unit.lowest(10)) {
+      EXPECT_LE(std::abs(scaled.angular_frequency_rad_s(id) * gamma / unit.angular_frequency_rad_s(id) - 1.0), 1e-10);
+      const Eigen::Vector3d u = unit.shape_at(id, at), s = scaled.shape_at(id, at) * std::pow(gamma, 1.5);
+      EXPECT_LE(std::min((u - s).norm(), (u + s).norm()), 1e-5 * (u.norm() + 1.0));
+    }
+  }
+}
+
+TEST(EllipsoidModes, FrequenciesFallWithTheDegree) {
+  double before = HUGE_VAL;
+  for (const int degree : {6, 8, 10, 12}) {
+    const EllipsoidModes modes({0.1, 0.4, 1.0}, test::glass(), {degree, 6});
+    const double now = modes.angular_frequency_rad_s(modes.lowest(10).back());
+    EXPECT_LE(now, before * (1.0 + 1e-12));
+    before = now;
+  }
+}
+
+TEST(EllipsoidModes, SwappedAxesSwapTheClasses) {
+  const EllipsoidModes first({0.3, 0.5, 1.0}, test::glass()), second({0.5, 0.3, 1.0}, test::glass());
+  for (int c = 0; c < soundbank::kModeClasses; ++c) {
+    const int swapped = (c & 4) | (c & 1) << 1 | (c >> 1 & 1);
+    EXPECT_LE((first.angular_frequency_rad_s(c).head(4) - second.angular_frequency_rad_s(swapped).head(4)).norm(),
+              1e-9 * first.angular_frequency_rad_s(c).head(4).norm());
+  }
+}

@@ -1,0 +1,23 @@
+#pragma once
+#include <vector>
+
+#include "validate/papers/papers.hpp"
+
+/// The numbers of validate/papers, paper by paper; verdicts are given by the caller.
+namespace klang::validate::detail {
+
+std::vector<PaperNumber> rigid_body_sound_numbers(Monitor& monitor);  ///< S02
+std::vector<PaperNumber> harmonic_fluid_numbers(Monitor& monitor);    ///< HF
+std::vector<PaperNumber> soundbank_numbers(Monitor& monitor);         ///< SB, M03
+std::vector<PaperGap> paper_gaps();
+
+/// One row of the chimes of S02, Table 2.
+struct Chime {
+  const char* printed_note;
+  const char* note;  ///< that sounds
+  int semitones;     ///< above A4 = 440 Hz
+  double ideal_hz, length_m, measured_hz, computed_hz, adjusted_length_m, adjusted_hz;
+};
+const std::vector<Chime>& chimes();
+
+}  // namespace klang::validate::detail

@@ -1,0 +1,146 @@
+#include "validate/papers/papers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "validate/papers/detail/paper_groups.hpp"
+
+namespace klang::validate {
+namespace {
+
+double relative(double value, double to) { return std::abs(value / to - 1.0); }
+
+std::string shown(double value, int digits = 6) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
+}
+
+std::string shown_percent(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, std::abs(value) < 1e-3 ? "%+.1g %%" : "%+.1f %%", 100.0 * value);
+  return text;
+}
+
+}  // namespace
+
+const char* words_of(PaperVerdict verdict) {
+  switch (verdict) {
+    case PaperVerdict::kNotRun:
+      return "not run";
+    case PaperVerdict::kAgrees:
+      return "agrees";
+    case PaperVerdict::kPaperOff:
+      return "paper is off";
+    case PaperVerdict::kDiffers:
+      return "differs";
+  }
+  return "";
+}
+
+PaperVerdict verdict_of(const PaperNumber& number) {
+  const bool ours_is_right =
+      !number.reference || relative(number.ours, *number.reference) <= number.reference_tolerance;
+  const bool agrees = relative(number.ours, number.printed) <= number.tolerance;
+  if (!std::isfinite(number.ours) || !ours_is_right || agrees == number.paper_off) return PaperVerdict::kDiffers;
+  return agrees ? PaperVerdict::kAgrees : PaperVerdict::kPaperOff;
+}
+
+bool PaperTables::passed() const {
+  return std::all_of(numbers.begin(), numbers.end(), [](const PaperNumber& n) {
+    return n.verdict == PaperVerdict::kAgrees || n.verdict == PaperVerdict::kPaperOff;
+  });
+}
+
+PaperTables run_papers(Monitor& monitor) {
+  PaperTables tables;
+  const auto run = [&](const char* stage, double done, std::vector<PaperNumber> (*group)(Monitor&)) {
+    monitor.throw_if_stopped();
+    monitor.progress(stage, done);
+    for (PaperNumber& number : group(monitor)) {
+      number.verdict = verdict_of(number);
+      tables.numbers.push_back(std::move(number));
+    }
+  };
+  run("rigid-body sound", 0.0, detail::rigid_body_sound_numbers);
+  run("fluids", 0.5, detail::harmonic_fluid_numbers);
+  run("soundbanks", 0.9, detail::soundbank_numbers);
+  tables.gaps = detail::paper_gaps();
+  monitor.progress("papers", 1.0);
+  return tables;
+}
+
+std::vector<Claim> claims_of(const PaperTables& tables) {
+  std::vector<Claim> claims;
+  for (const PaperNumber& n : tables.numbers) {
+    Claim claim;
+    claim.name = n.id;
+    claim.words = n.paper + ", " + n.place + ": " + n.quantity + (n.note.empty() ? "" : "; " + n.note);
+    claim.measured = n.ours;
+    claim.reference = n.reference && n.paper_off ? *n.reference : n.printed;
+    claim.tolerance = std::abs(*claim.reference) * (n.reference && n.paper_off ? n.reference_tolerance : n.tolerance);
+    claim.passed = n.verdict == PaperVerdict::kAgrees || n.verdict == PaperVerdict::kPaperOff;
+    claims.push_back(std::move(claim));
+  }
+  return claims;
+}
+
+nlohmann::json to_json(const PaperTables& tables) {
+  nlohmann::json numbers = nlohmann::json::array(), gaps = nlohmann::json::array();
+  for (const PaperNumber& n : tables.numbers) {
+    numbers.push_back({{"id", n.id},
+                       {"paper", n.paper},
+                       {"place", n.place},
+                       {"quantity", n.quantity},
+                       {"printed", json_number(n.printed)},
+                       {"ours", json_number(n.ours)},
+                       {"reference", json_number(n.reference)},
+                       {"reference_source", n.reference_source},
+                       {"reference_tolerance", json_number(n.reference_tolerance)},
+                       {"tolerance", json_number(n.tolerance)},
+                       {"tolerance_source", n.tolerance_source},
+                       {"note", n.note},
+                       {"verdict", words_of(n.verdict)}});
+  }
+  for (const PaperGap& gap : tables.gaps)
+    gaps.push_back({{"paper", gap.paper}, {"place", gap.place}, {"reason", gap.reason}});
+  return {{"passed", tables.passed()}, {"numbers", std::move(numbers)}, {"not_computed", std::move(gaps)}};
+}
+
+std::string markdown(const PaperTables& tables) {
+  const auto count = [&](PaperVerdict verdict) {
+    return std::to_string(std::count_if(tables.numbers.begin(), tables.numbers.end(),
+                                        [&](const PaperNumber& n) { return n.verdict == verdict; }));
+  };
+  std::string text =
+      "# The papers' numbers\n\nMade by `klang validate papers --markdown docs/papers.md`; a test compares it. Each "
+      "number of ours is computed when the command\n"
+      "runs. *agrees*: within the tolerance of the printed one; *paper is off*: the printed number is known to be "
+      "wrong or inaccurate\n"
+      "([errata](errata.md)), and ours is another; *differs*: an open discrepancy, which fails the command. A "
+      "reference was made outside this\n"
+      "project, or follows from the paper's own law, as said. " +
+      std::to_string(tables.numbers.size()) + " numbers: " + count(PaperVerdict::kAgrees) + " agree, " +
+      count(PaperVerdict::kPaperOff) + " off in the paper, " + count(PaperVerdict::kDiffers) + " differ.\n";
+  std::string place;
+  for (const PaperNumber& n : tables.numbers) {
+    if (n.paper + n.place != place) {
+      place = n.paper + n.place;
+      text += "\n## " + n.paper + ", " + n.place +
+              "\n| quantity | printed | ours | difference | reference | tolerance | verdict |\n| --- | --- | --- | --- "
+              "| --- | --- | --- |\n";
+    }
+    text += "| " + n.quantity + (n.note.empty() ? "" : " (" + n.note + ")") + " | " + shown(n.printed) + " | " +
+            shown(n.ours, n.digits) + " | " + shown_percent(std::stod(shown(n.ours, n.digits)) / n.printed - 1.0) +
+            " | " + (n.reference ? shown(*n.reference) + " (" + n.reference_source + ")" : "-") + " | " +
+            shown(100.0 * n.tolerance, 2) + " %: " + n.tolerance_source + " | " + words_of(n.verdict) + " |\n";
+  }
+  text += "\n## Not computed\n| paper | where | why |\n| --- | --- | --- |\n";
+  for (const PaperGap& gap : tables.gaps) text += "| " + gap.paper + " | " + gap.place + " | " + gap.reason + " |\n";
+  return text;
+}
+
+}  // namespace klang::validate

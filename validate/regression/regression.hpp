@@ -1,0 +1,78 @@
+#pragma once
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "validate/claim/claim.hpp"
+#include "validate/regression/reference_spectrum.hpp"
+#include "validate/regression/sound_description.hpp"
+
+namespace klang::validate {
+
+struct RegressionOptions {
+  double false_alarm_rate = 0.005;  ///< of a whole comparison, over all its claims, 1e-9 to 0.5
+  double catch_cents = 3.0;         ///< a judged partial shows a shift of this much in 99 of 100, 0.01 to 1000
+  double catch_decay = 0.10;        ///< and a relative change of its decay of this much, 0.001 to 10
+  double floor_cents = 0.5;         ///< least tolerances, whatever the noise: what no exponential describes; >= 0
+  double floor_decay = 0.02;        ///< relative
+  double floor_level_db = 1.0;      ///< of third octaves
+  double floor_spectrum_db = 1.0;   ///< of the log-spectral distance
+  double range_db = 40.0;  ///< partials further below the loudest are not missed and not superfluous, 10 to 100
+  bool levels = true;      ///< judge levels and log-spectral distance (false: they are reported only)
+  void validate() const;
+};
+
+/// A partial of the reference, of the sound, or of both.
+struct PartialComparison {
+  std::optional<fit::Partial> reference, sound;
+  std::optional<double> cents, cents_tolerance;
+  std::optional<double> decay_change, decay_tolerance;  ///< relative: sound / reference - 1
+  std::string note;                                     ///< why it was not judged
+};
+
+struct ThirdComparison {
+  double centre_hz = 0.0;
+  double reference_db = 0.0,
+         sound_db = 0.0;  ///< mean level over the common time, noise taken off, sound at the reference's level
+  std::optional<double> difference_db, tolerance_db;  ///< empty where one of them is too near the noise
+};
+
+enum class RegressionStatus { kNotRun, kJudged, kNothingJudged };
+
+struct RegressionResult {
+  RegressionStatus status = RegressionStatus::kNotRun;
+  std::vector<Claim> claims;
+  double factor = 0.0;       ///< k: tolerances are k standard deviations
+  double gain_db = 0.0;      ///< of the sound over the reference; taken off before levels are compared
+  double common_s = 0.0;     ///< from the onsets on
+  double ring_10db_s = 0.0;  ///< of the sound
+  std::optional<double>
+      log_spectral_distance_db;  ///< rms over the cells that stand above both noises; empty without any
+  std::vector<PartialComparison> partials;
+  std::vector<ThirdComparison> thirds;
+  std::vector<double> times_s, bands_hz;   ///< of the levels below
+  Eigen::MatrixXf reference_db, sound_db;  ///< n_bands x n_times, aligned, not below the floor of each band
+  int n_failed() const;
+  int n_not_judged() const;
+  bool passed() const { return status == RegressionStatus::kJudged && n_failed() == 0; }
+};
+
+/// Holds a sound against a reference. Onsets are put together, levels are aligned by the partials' amplitudes, bands and times
+/// are those that both have. A claim
+///   |difference| <= max(floor, k sqrt(std_reference^2 + std_sound^2 + scatter^2))
+/// with both analyses' standard deviations and the scatter between takes; k from the normal (with scatter: Student's)
+/// distribution such that all claims together give false_alarm_rate (Sidak). Claims: frequency and decay of each partial, no
+/// partial missing or superfluous, third-octave levels, log-spectral distance. Not judged rather than passed: a partial whose
+/// tolerance is so wide that a change of catch_cents (catch_decay) would slip through in more than 1 of 100; a partial
+/// that the other recording's noise would hide; partials that run together in one of the two; a band near the noise.
+/// @throws InputError: options out of range, an empty spectrum, a fingerprint of other windows or bands
+RegressionResult compare(const ReferenceSpectrum& reference, const SoundDescription& sound,
+                         const RegressionOptions& options = {});
+
+/// {"passed", "log_spectral_distance_db", "claims": [...], "partials": [...], "third_octaves": [...], "spectrogram": {...}, ...};
+/// docs/regression.md lists the keys.
+nlohmann::json to_json(const RegressionResult& result);
+
+}  // namespace klang::validate

@@ -1,0 +1,184 @@
+#include "validate/regression/sound_description.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/sound/audio/fft.hpp"
+#include "core/sound/audio/strikes.hpp"
+#include "fit/ringdown/ringdown.hpp"
+
+namespace klang::validate {
+namespace {
+
+constexpr const char* kPlace = "sound";
+constexpr int kLastThird = 12;          // 15.8 kHz
+constexpr double kUsableRate = 0.45;    // above it converters and resamplers differ
+constexpr double kHannBandwidth = 1.5;  // equivalent noise bandwidth in bins
+
+/// Edge below band i (of a twelfth octave), i may be the number of bands.
+double edge_hz(int first_third, Eigen::Index i) {
+  return 1000.0 * std::pow(10.0, 0.1 * (first_third - 0.5 + 0.25 * static_cast<double>(i)));
+}
+
+/// Power of one window in each band: bins count by the share of their width that lies in the band.
+Eigen::VectorXf band_powers(const Eigen::VectorXd& x, Eigen::Index begin, Eigen::Index window_n, double rate,
+                            int first_third, Eigen::Index n_bands) {
+  const Eigen::Index n_fft = audio::good_fft_size(2 * window_n);
+  Eigen::VectorXd block = Eigen::VectorXd::Zero(window_n);
+  double weight = 0.0;
+  for (Eigen::Index i = 0; i < window_n; ++i) {
+    const double w = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(window_n));
+    weight += w;
+    if (begin + i < x.size()) block[i] = w * x[begin + i];
+  }
+  const Eigen::VectorXd power = audio::real_spectrum(block, n_fft).cwiseAbs2();
+  const double scale =
+      4.0 / (weight * weight * kHannBandwidth * static_cast<double>(n_fft) / static_cast<double>(window_n));
+  const double bin_hz = rate / static_cast<double>(n_fft);
+  // cumulative(k): all power below the lower edge of bin k
+  Eigen::VectorXd cumulative(power.size() + 1);
+  cumulative[0] = 0.0;
+  for (Eigen::Index k = 0; k < power.size(); ++k) cumulative[k + 1] = cumulative[k] + power[k];
+  const auto below = [&](double frequency_hz) {
+    const double position = std::clamp(frequency_hz / bin_hz + 0.5, 0.0, static_cast<double>(power.size()) - 1e-9);
+    const auto k = static_cast<Eigen::Index>(position);
+    return cumulative[k] + (position - static_cast<double>(k)) * power[k];
+  };
+  Eigen::VectorXf bands(n_bands);
+  for (Eigen::Index i = 0; i < n_bands; ++i) {
+    bands[i] = static_cast<float>(scale * (below(edge_hz(first_third, i + 1)) - below(edge_hz(first_third, i))));
+  }
+  return bands;
+}
+
+Eigen::MatrixXf frames_of(const Eigen::VectorXd& x, double rate, double onset_s, const Fingerprint& layout,
+                          Eigen::Index n_bands, Eigen::Index n_frames) {
+  const auto window_n = static_cast<Eigen::Index>(std::llround(layout.window_s * rate));
+  Eigen::MatrixXf power(n_bands, n_frames);
+  for (Eigen::Index t = 0; t < n_frames; ++t) {
+    const auto begin =
+        static_cast<Eigen::Index>(std::llround((onset_s + static_cast<double>(t) * layout.hop_s) * rate));
+    power.col(t) = band_powers(x, begin, window_n, rate, layout.first_third, n_bands);
+  }
+  return power;
+}
+
+Fingerprint fingerprint(const Eigen::VectorXd& x, const Eigen::VectorXd& rest, double rate, double onset_s,
+                        double duration_s) {
+  Fingerprint result;
+  int last_third = kLastThird;
+  while (last_third > result.first_third && audio::ThirdOctave{last_third}.high_hz() > kUsableRate * rate) --last_third;
+  const Eigen::Index n_bands = 4 * (last_third - result.first_third + 1);
+  const auto n_frames = std::max<Eigen::Index>(
+      1, static_cast<Eigen::Index>(std::floor((duration_s - result.window_s) / result.hop_s)) + 1);
+  result.power = frames_of(x, rate, onset_s, result, n_bands, n_frames);
+  const Eigen::MatrixXf left = frames_of(rest, rate, onset_s, result, n_bands, n_frames);
+  // The second half: what the partials leave of the blow itself is over. The median withstands a knock; of the noise in a
+  // narrow band (an exponential variable) it is ln 2 of the mean.
+  result.noise.resize(n_bands);
+  for (Eigen::Index i = 0; i < n_bands; ++i) {
+    std::vector<float> values;
+    for (Eigen::Index t = n_frames / 2; t < n_frames; ++t) values.push_back(left(i, t));
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    result.noise[i] = *middle / static_cast<float>(std::log(2.0));
+  }
+  return result;
+}
+
+Eigen::VectorXd loudest_channel(const audio::Signal& sound) {
+  Eigen::Index loudest = 0;
+  for (Eigen::Index c = 1; c < sound.n_channels(); ++c) {
+    if (sound.samples.col(c).squaredNorm() > sound.samples.col(loudest).squaredNorm()) loudest = c;
+  }
+  return sound.samples.col(loudest);
+}
+
+}  // namespace
+
+double Fingerprint::centre_hz(Eigen::Index band) const {
+  return std::sqrt(edge_hz(first_third, band) * edge_hz(first_third, band + 1));
+}
+
+void DescriptionOptions::validate() const {
+  checked(kPlace, "band.low_hz", band.low_hz, 20.0, 1e5);
+  checked_open(kPlace, "band.high_hz", band.high_hz, band.low_hz, 1e6);
+  checked(kPlace, "max_duration_s", max_duration_s, 0.1, 20.0);
+  checked(kPlace, "min_snr_db", min_snr_db, 0.0, 120.0);
+}
+
+double noise_density(const Fingerprint& fingerprint, double frequency_hz) {
+  const double third = 10.0 * std::log10(frequency_hz / 1000.0) - fingerprint.first_third;
+  const auto i = std::clamp<Eigen::Index>(std::lround(third), 0, fingerprint.n_thirds() - 1);
+  std::vector<double> densities;
+  for (Eigen::Index k = 4 * i; k < 4 * i + 4; ++k) {
+    const double width_hz = edge_hz(fingerprint.first_third, k + 1) - edge_hz(fingerprint.first_third, k);
+    densities.push_back(0.5 * static_cast<double>(fingerprint.noise[k]) / width_hz);
+  }
+  std::sort(densities.begin(), densities.end());
+  return 0.5 * (densities[1] + densities[2]);
+}
+
+double SoundDescription::noise_density(double frequency_hz) const {
+  return validate::noise_density(fingerprint, frequency_hz);
+}
+
+double ring_10db_s(const std::vector<fit::Partial>& partials) {
+  std::vector<std::pair<double, double>> parts;  // energy, twice the decay
+  double total = 0.0, slowest = 1e300;
+  for (const fit::Partial& p : partials) {
+    if (!p.amplitude || !p.decay_per_s || !(*p.decay_per_s > 0.0)) continue;
+    parts.emplace_back(*p.amplitude * *p.amplitude / *p.decay_per_s, 2.0 * *p.decay_per_s);
+    total += parts.back().first;
+    slowest = std::min(slowest, parts.back().second);
+  }
+  if (!(total > 0.0)) return 0.0;
+  double low = 0.0, high = std::log(10.0) / slowest;
+  for (int i = 0; i < 60; ++i) {
+    const double t = 0.5 * (low + high);
+    double left = 0.0;
+    for (const auto& [energy, rate] : parts) left += energy * std::exp(-rate * t);
+    (left > 0.1 * total ? low : high) = t;
+  }
+  return 0.5 * (low + high);
+}
+
+SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& options, Monitor& monitor) {
+  options.validate();
+  if (sound.n_frames() == 0 || sound.n_channels() == 0) throw InputError(sound.origin, "has no samples");
+  const double rate = sound.sample_rate_hz;
+  audio::Signal mono{loudest_channel(sound), rate, sound.origin};
+
+  fit::RingdownOptions ringdown;
+  ringdown.band = {options.band.low_hz, std::min(options.band.high_hz, kUsableRate * rate)};
+  ringdown.min_snr_db = options.min_snr_db;
+  const fit::RingdownResult found = fit::identify_ringdown(mono, ringdown, monitor);
+  if (!found.usable()) throw InputError(sound.origin, "has no partial above the noise", found.message);
+
+  SoundDescription result;
+  result.origin = sound.origin;
+  result.sample_rate_hz = rate;
+  result.onset_s = found.strikes_s.empty() ? 0.0 : found.strikes_s.front();
+  audio::StrikeOptions strikes;
+  strikes.band = ringdown.band;
+  for (const audio::Strike& strike : audio::detect_strikes(mono, strikes)) {
+    if (std::abs(strike.time_s - result.onset_s) < 1e-3)
+      result.contact_s = std::max(0.0, strike.settled_s - strike.time_s);
+  }
+  const double end_s = found.strikes_s.size() > 1 ? found.strikes_s[1] : sound.duration_s();
+  result.duration_s = end_s - result.onset_s;
+  result.band = ringdown.band;
+  result.partials = found.partials;
+  result.warnings = found.warnings;
+  if (found.strikes_s.size() > 1) {
+    result.warnings.push_back("levels up to the second of " + std::to_string(found.strikes_s.size()) + " strikes");
+  }
+  const Eigen::VectorXd rest = mono.samples.col(0) - fit::resynthesise(found, mono.n_frames()).samples.col(0);
+  result.fingerprint =
+      fingerprint(mono.samples.col(0), rest, rate, result.onset_s, std::min(result.duration_s, options.max_duration_s));
+  result.ring_10db_s = ring_10db_s(result.partials.partials);
+  return result;
+}
+
+}  // namespace klang::validate

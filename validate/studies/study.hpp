@@ -1,0 +1,101 @@
+#pragma once
+#include <array>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "validate/claim/claim.hpp"
+#include "validate/claim/order_estimate.hpp"
+#include "validate/studies/fields.hpp"
+
+namespace klang::validate {
+
+/// One mesh, time step or order of approximation.
+struct Level {
+  std::optional<double> h_m;                        ///< element size [m]; studies in space have it
+  std::optional<double> n;                          ///< samples per second, order of an expansion; the others have it
+  double error = 0.0;                               ///< against the series' reference, >= 0
+  std::optional<std::array<double, 2>> error_ci95;  ///< of the error, where it is a mean over random repeats
+  std::optional<double> value;                      ///< a number that converges, for the grid convergence index
+  double n_unknowns = 0.0;                          ///< cost that does not depend on the machine
+  double wall_time_s = 0.0;
+  double step() const { return h_m ? *h_m : n.value_or(0.0); }
+};
+
+/// Levels of one method on one problem, coarse to fine, and what was found.
+struct Series {
+  // What is asked.
+  std::string id;           ///< "ball-p2"
+  std::string title;        ///< "Elastic ball, quadratic elements"
+  std::string reference;    ///< in words, with its accuracy: "Lamb's characteristic equation (1e-13)"
+  std::string step_words;   ///< axis: "element size [m]"
+  std::string error_words;  ///< axis: "relative error of the eigenvalues"
+  Convergence kind = Convergence::kAlgebraic;
+  double expected_order = 0.0;        ///< unused for round-off; NaN: none, the error alone is judged
+  double order_tolerance = 0.3;       ///< |observed - expected| <= this
+  bool higher_is_fine = false;        ///< a higher order than expected passes too
+  double error_tolerance = 0.0;       ///< largest error of the finest level (round-off: of any level)
+  double error_floor = 0.0;           ///< levels at or below are left out of the fit
+  std::string floor_words;            ///< what the floor is
+  bool counts = true;                 ///< false: shown for comparison, no part of the verdict
+  std::optional<double> exact_value;  ///< what Level::value converges to, where it is known
+
+  // What was found.
+  std::vector<Level> levels;
+  OrderEstimate order;
+  std::optional<GridConvergence> gci;  ///< of the values of the three finest levels in the fit
+  bool passed = false;
+  std::string verdict;  ///< one sentence
+};
+
+/// Fills order, gci, passed and verdict from the levels. Passed: the observed order within its band, and the error of the
+/// finest level within its tolerance. A series whose levels all sank to the floor passes on its error alone where at least
+/// two levels are there, and says so.
+void judge(Series& series);
+
+enum class StudyStatus { kNotRun, kDone };
+
+struct Study {
+  std::string name;      ///< "fem"
+  std::string title;     ///< "Eigenvalues of the finite elements"
+  std::string question;  ///< one or two sentences on what is shown
+  StudyStatus status = StudyStatus::kNotRun;
+  std::vector<Series> series;  ///< the first is the main one
+  std::vector<Claim> claims;   ///< beyond the orders: reference values, tables
+  Fields fields;
+  bool passed() const;  ///< every series that counts and every claim
+};
+
+struct StudyOptions {
+  int levels = 0;         ///< coarsest levels of each series that are run, 3 or more; 0: all
+  std::string only;       ///< series whose id contains this; empty: all
+  bool fields = true;     ///< compute what the pictures show
+  void validate() const;  ///< InputError
+};
+
+/// "fem", "bem", ...: what run_study knows.
+const std::vector<std::string>& study_names();
+
+/// Runs a study; tolerances of the finest level grow by the expected order where options.levels leaves it out.
+/// @throws InputError for an unknown name; NumericalError when a solver does not converge; Interrupted
+Study run_study(const std::string& name, const StudyOptions& options = {}, Monitor& monitor = silent_monitor());
+
+/// Whether options.only lets a series of this id through.
+bool wanted(const StudyOptions& options, const std::string& id);
+
+/// How many of a series' n levels are run: options.levels, at most n.
+std::size_t level_count(const StudyOptions& options, std::size_t n);
+
+/// Claims of a study: two for each series that counts (order, error), then its own.
+std::vector<Claim> all_claims(const Study& study);
+
+/// {"study", "title", "question", "passed", levels, observed_order, ... of the main series, "series": [...], "claims": [...],
+/// "fields": {"surfaces": [{"name", "title", "caption", "quantity", "file"}], ...}}; docs/validation.md lists the keys.
+nlohmann::json to_json(const Study& study);
+
+/// One row a level: series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns,error_low,error_high.
+std::string levels_csv(const Study& study);
+
+}  // namespace klang::validate

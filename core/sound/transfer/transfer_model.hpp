@@ -27,4 +27,9 @@ struct TransferModel {
   std::vector<ModeTransfer> modes;
 };
 
+/// The same body gamma times as large, of the same material: multipole by with_size_factor(multipole, gamma, unit velocity),
+/// frequency / gamma, power (unit velocity) and decay / gamma.
+ModeTransfer with_size_factor(const ModeTransfer& mode, double gamma);
+TransferModel with_size_factor(const TransferModel& model, double gamma);
+
 }  // namespace klang::acoustics

@@ -30,8 +30,4 @@ enum class ModalUnit {
 /// multiply by the power of gamma. The two are identical; SB's v -> gamma R v is not.
 Multipole with_size_factor(const Multipole& multipole, double gamma, ModalUnit unit);
 
-/// As above for the whole of a mode: frequency / gamma, power (unit velocity) and decay / gamma.
-ModeTransfer with_size_factor(const ModeTransfer& mode, double gamma);
-TransferModel with_size_factor(const TransferModel& model, double gamma);
-
 }  // namespace klang::acoustics

@@ -5,6 +5,19 @@
 #include "core/foundation/base/errors.hpp"
 
 namespace klang {
+namespace {
+
+std::string message(const std::string& place, const std::vector<Violation>& violations,
+                    const std::function<std::string(const std::string& field)>& name_of) {
+  std::string all;
+  for (const Violation& v : violations) {
+    const std::string what = name_of(v.field) + (v.problem.empty() ? "" : " " + v.problem);
+    all += (all.empty() ? "" : "; ") + std::string(InputError("", what, v.value, v.allowed).what());
+  }
+  return InputError(place, all).what();
+}
+
+}  // namespace
 
 bool Range::holds(double value) const {
   const bool low_holds = low_open ? value > low : value >= low;
@@ -39,17 +52,27 @@ std::string field_rows_markdown(const std::vector<FieldRow>& rows, bool with_def
   return text;
 }
 
-void FieldCheck::number(const Field& field, double value) {
-  if (field.range.holds(value)) return;
-  violations_.push_back(prefix_ + std::string(field.name) + " = " + to_text(value) + " (allowed: " +
-                        (field.range.text().empty() ? "a finite number" : field.range.text()) + ")");
+OptionsError::OptionsError(std::string place, std::vector<Violation> violations)
+    : InputError(message(place, violations, [](const std::string& field) { return field; })),
+      place_(std::move(place)),
+      violations_(std::move(violations)) {}
+
+std::string OptionsError::text(const std::function<std::string(const std::string& field)>& name_of) const {
+  return message(place_, violations_, name_of);
 }
 
-void throw_violations(std::string_view place, const std::vector<std::string>& violations) {
-  if (violations.empty()) return;
-  std::string all;
-  for (const std::string& violation : violations) all += (all.empty() ? "" : "; ") + violation;
-  throw InputError(place, all);
+void FieldCheck::number(const Field& field, double value) {
+  if (std::isfinite(value) && field.range.holds(value)) return;
+  violations_.push_back(out_of_range(prefix_ + std::string(field.name), value, field.range));
+}
+
+Violation out_of_range(std::string field, double value, const Range& range) {
+  const std::string allowed = range.text();
+  return {std::move(field), "is out of range", to_text(value), allowed.empty() ? "a finite number" : allowed};
+}
+
+void throw_violations(std::string_view place, std::vector<Violation> violations) {
+  if (!violations.empty()) throw OptionsError(std::string(place), std::move(violations));
 }
 
 }  // namespace klang

@@ -1,12 +1,15 @@
 #pragma once
 #include <array>
 #include <concepts>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <vector>
+
+#include "core/foundation/base/errors.hpp"
 
 /// A struct of options or results names its fields once:
 ///
@@ -52,7 +55,9 @@ struct AnyVisitor {
 
 /// A struct with a describe() as above.
 template <class T>
-concept Described = requires(T& value) { T::describe(value, detail::AnyVisitor{}); };
+concept Described = requires(T& value) {
+  T::describe(value, detail::AnyVisitor{});
+};
 
 /// A value of an enum and its word in files. An enum gets its words from a function beside it, found by its argument:
 ///   constexpr auto words_of(FitStatus) { return std::array{Word{FitStatus::kConverged, "converged"}, ...}; }
@@ -65,7 +70,9 @@ template <class Enum>
 Word(Enum, const char*) -> Word<Enum>;
 
 template <class T>
-concept Worded = std::is_enum_v<T> && requires(T value) { words_of(value); };
+concept Worded = std::is_enum_v<T> && requires(T value) {
+  words_of(value);
+};
 
 /// The word of an enum's value.
 template <Worded Enum>
@@ -126,25 +133,41 @@ class FieldRows {
   }
   template <class T>
   static std::string type_of(const T&) {
-    if constexpr (std::same_as<T, bool>) return "boolean";
-    else if constexpr (std::integral<T>) return "integer";
-    else if constexpr (std::floating_point<T>) return "number";
-    else if constexpr (Worded<T>) return allowed_words<T>();
-    else if constexpr (std::convertible_to<T, std::string>) return "text";
-    else if constexpr (Described<T>) return "table";
-    else if constexpr (requires { typename T::mapped_type; }) return "table";
-    else if constexpr (requires(const T& t) { t.has_value(); }) return type_of(typename T::value_type{}) + " or null";
-    else if constexpr (requires { typename T::value_type; }) return "list of " + type_of(typename T::value_type{});
-    else return "value";
+    if constexpr (std::same_as<T, bool>)
+      return "boolean";
+    else if constexpr (std::integral<T>)
+      return "integer";
+    else if constexpr (std::floating_point<T>)
+      return "number";
+    else if constexpr (Worded<T>)
+      return allowed_words<T>();
+    else if constexpr (std::convertible_to<T, std::string>)
+      return "text";
+    else if constexpr (Described<T>)
+      return "table";
+    else if constexpr (requires { typename T::mapped_type; })
+      return "table";
+    else if constexpr (requires(const T& t) { t.has_value(); })
+      return type_of(typename T::value_type{}) + " or null";
+    else if constexpr (requires { typename T::value_type; })
+      return "list of " + type_of(typename T::value_type{});
+    else
+      return "value";
   }
   template <class T>
   static std::string text_of(const T& value) {
-    if constexpr (std::same_as<T, bool>) return value ? "true" : "false";
-    else if constexpr (std::integral<T>) return std::to_string(value);
-    else if constexpr (std::floating_point<T>) return number_text(value);
-    else if constexpr (Worded<T>) return to_text(value);
-    else if constexpr (std::convertible_to<T, std::string>) return std::string(value);
-    else return {};
+    if constexpr (std::same_as<T, bool>)
+      return value ? "true" : "false";
+    else if constexpr (std::integral<T>)
+      return std::to_string(value);
+    else if constexpr (std::floating_point<T>)
+      return number_text(value);
+    else if constexpr (Worded<T>)
+      return to_text(value);
+    else if constexpr (std::convertible_to<T, std::string>)
+      return std::string(value);
+    else
+      return {};
   }
   static std::string number_text(double value);
   void add(const Field& field, std::string type, std::string default_text);
@@ -164,10 +187,30 @@ std::vector<FieldRow> field_rows() {
 /// A Markdown table of key, type, default, range, meaning; with_defaults for options, without for results.
 std::string field_rows_markdown(const std::vector<FieldRow>& rows, bool with_defaults);
 
+/// A member whose value breaks its rule.
+struct Violation {
+  std::string field;    ///< "band.low_hz"
+  std::string problem;  ///< "is out of range"
+  std::string value, allowed = {};
+};
+
+/// Options that break rules, all of them at once: "place: field problem (value; allowed: ...); field ...".
+class OptionsError : public InputError {
+ public:
+  OptionsError(std::string place, std::vector<Violation> violations);
+  const std::vector<Violation>& violations() const { return violations_; }
+  /// The message with what others call the fields, say the flags of a command line.
+  std::string text(const std::function<std::string(const std::string& field)>& name_of) const;
+
+ private:
+  std::string place_;
+  std::vector<Violation> violations_;
+};
+
 /// Checks the numbers of a struct against the ranges of its fields.
 class FieldCheck {
  public:
-  explicit FieldCheck(std::vector<std::string>& violations, std::string prefix = {})
+  explicit FieldCheck(std::vector<Violation>& violations, std::string prefix = {})
       : violations_(violations), prefix_(std::move(prefix)) {}
 
   template <class T>
@@ -187,19 +230,28 @@ class FieldCheck {
 
  private:
   void number(const Field& field, double value);
-  std::vector<std::string>& violations_;
+  std::vector<Violation>& violations_;
   std::string prefix_;
 };
 
-/// Throws one InputError that lists every violation as field, value, rule.
-void throw_violations(std::string_view place, const std::vector<std::string>& violations);
+/// Every number of a struct that is not finite or not within the range that its field names.
+template <Described T>
+std::vector<Violation> violations_of(const T& value) {
+  std::vector<Violation> violations;
+  T::describe(value, FieldCheck(violations));
+  return violations;
+}
 
-/// All numbers of a struct within the ranges that it names. @throws InputError listing every violation
+/// For rules that a range cannot tell, as "high_hz above low_hz".
+Violation out_of_range(std::string field, double value, const Range& range);
+
+/// Throws one OptionsError that lists every violation, if there is one.
+void throw_violations(std::string_view place, std::vector<Violation> violations);
+
+/// All numbers of a struct within the ranges that it names. @throws OptionsError listing every violation
 template <Described T>
 void validate_fields(std::string_view place, const T& value) {
-  std::vector<std::string> violations;
-  T::describe(value, FieldCheck(violations));
-  throw_violations(place, violations);
+  throw_violations(place, violations_of(value));
 }
 
 }  // namespace klang

@@ -10,7 +10,6 @@
 #include "core/geometry/shapes/shape.hpp"
 #include "core/physics/solid/material.hpp"
 #include "core/physics/solid/support.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
 
 namespace klang::fit {
 

@@ -47,7 +47,7 @@ TEST(BubbleTransfer, BallIsHeardAsTheExactTwoWayField) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json t = read_json(scratch.path() / "t.json");
   const test::Complex exact(-8.46648322272779e-05,
-                            7.732643034122478e-05);  // reference/fluid.json: concentric_two_way_exact, S = 1
+                            7.732643034122478e-05);  // tests/reference/fluid.json: concentric_two_way_exact, S = 1
   const double strength = 4.0 * kPi * 1000.0 * std::pow(2.0 * kPi * 1500.0 * 0.002, 2);
   ASSERT_EQ(t["pressure"].size(), 2U);
   for (const auto& p : t["pressure"])

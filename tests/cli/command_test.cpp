@@ -27,7 +27,7 @@ TEST(KlangModes, ReferenceTubesTetrahedraMatchTheRitzSolutionWithin200Ppm) {
   EXPECT_EQ(modes["modes"].size(), 12U);
   EXPECT_GT(modes["peak_memory_bytes"].get<double>(), 1e6);
   EXPECT_TRUE(modes["wall_time_s"].contains("total"));
-  // reference/chimes.json: tubes[0].ritz3d_bending[0]; the first bending pair is modes 0 and 1.
+  // tests/reference/chimes.json: tubes[0].ritz3d_bending[0]; the first bending pair is modes 0 and 1.
   const double ritz_hz = 587.8831103242787;
   for (const int i : {0, 1}) {
     EXPECT_LE(std::abs(modes["modes"][i]["frequency_hz"].get<double>() / ritz_hz - 1.0), 2e-4);
@@ -215,7 +215,7 @@ TEST(KlangTransfer, SphereMatchesTheReferenceAndHasTheKeysOfTheContract) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json sphere = read_json(scratch.path() / "s.json");
   EXPECT_LE(sphere["surface_pressure_relative_error"].get<double>(), 0.01);
-  // reference/radiation.json: ka 1, dipole_cos, M_n0_unit_velocity_SI
+  // tests/reference/radiation.json: ka 1, dipole_cos, M_n0_unit_velocity_SI
   const json& dipole = sphere["multipoles"][2];
   EXPECT_EQ(dipole["n"], 1);
   EXPECT_EQ(dipole["m"], 0);

@@ -25,7 +25,7 @@ const solid::Material kCeramic = material_of(18541610192.46408, 30252100840.3361
 double hertz(const Eigen::VectorXd& omega, Eigen::Index i) { return omega[i] / (2.0 * kPi); }
 
 TEST(RitzBox, TileFrequenciesMatchReferenceWithinOnePpm) {
-  // reference/free_solids.json: ceramic_tile_100x100x8.f_Hz (their own convergence: up to 3e-7)
+  // tests/reference/free_solids.json: ceramic_tile_100x100x8.f_Hz (their own convergence: up to 3e-7)
   const std::array<double, 20> f_hz = {2672.914462333648,  3924.049201190637,  4472.488132973063,  6648.325659608077,
                                        6648.3256601532885, 11193.565276399544, 11193.56527650146,  11750.340104747655,
                                        12862.62362593311,  13786.58083845066,  18659.734843032234, 18659.73484329457,
@@ -40,7 +40,7 @@ TEST(RitzBox, TileFrequenciesMatchReferenceWithinOnePpm) {
 }
 
 TEST(RitzBox, BlockFrequenciesMatchReferenceWithinOnePpm) {
-  // reference/free_solids.json: aluminium_block_30x40x50.f_Hz
+  // tests/reference/free_solids.json: aluminium_block_30x40x50.f_Hz
   const std::array<double, 20> f_hz = {26439.731509438734, 34721.54113923813, 38712.030995520116, 43305.6291623288,
                                        46550.2135399402,   47031.19198808217, 49313.687190078876, 49629.46646834014,
                                        49866.003085277785, 52859.10015338861, 54973.75124454294,  55964.86252981227,
@@ -86,7 +86,7 @@ TEST(RitzBox, ShapesAreMassOrthonormal) {
   EXPECT_LE((mass - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-10);
 }
 
-// reference/chimes.json: tubes[].full_spectrum_3d: f, n, multiplicity 2 for n > 0
+// tests/reference/chimes.json: tubes[].full_spectrum_3d: f, n, multiplicity 2 for n > 0
 struct TubeMode {
   double f_hz;
   int n;

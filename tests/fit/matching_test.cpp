@@ -11,7 +11,7 @@
 namespace klang::fit {
 namespace {
 
-// Free tube, 0.505 m (reference/chimes.json: tubes[0].full_spectrum_3d): bending pairs and torsion, then n = 2 pairs.
+// Free tube, 0.505 m (tests/reference/chimes.json: tubes[0].full_spectrum_3d): bending pairs and torsion, then n = 2 pairs.
 const std::vector<std::pair<double, int>> kTube = {{587.883, 2},  {1575.116, 2}, {2969.531, 2}, {3054.663, 1},
                                                    {4541.236, 2}, {4542.491, 2}, {4563.309, 2}, {4614.710, 2},
                                                    {4681.101, 2}, {4731.423, 2}, {4952.867, 2}, {4980.113, 1},

@@ -20,7 +20,7 @@
 namespace klang::fit {
 namespace {
 
-// reference/chimes.json: material; tubes[].ritz3d_bending
+// tests/reference/chimes.json: material; tubes[].ritz3d_bending
 const solid::Material kAluminium{4.98e10, 2.57e10, 2700.0, "", ""};
 struct Chime {
   const char* name;

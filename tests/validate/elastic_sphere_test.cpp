@@ -14,7 +14,7 @@ constexpr auto kT = SphereModeKind::kTorsional;
 constexpr auto kS = SphereModeKind::kSpheroidal;
 
 TEST(ElasticSphere, RootsMatchTheReferenceToThirteenDigits) {
-  // reference/sphere_lamb.json: cases[0].modes (nu = 0.29)
+  // tests/reference/sphere_lamb.json: cases[0].modes (nu = 0.29)
   const std::vector<std::tuple<double, SphereModeKind, int>> reference = {
       {2.501132620409397, kT, 2}, {2.64500665425552, kS, 2},  {3.509495880385619, kS, 1}, {3.864699778223047, kT, 3},
       {3.933378897104085, kS, 3}, {4.86995540349663, kS, 0},  {4.979266373405847, kS, 2}, {5.038887801390728, kS, 4},
@@ -32,7 +32,7 @@ TEST(ElasticSphere, RootsMatchTheReferenceToThirteenDigits) {
 }
 
 TEST(ElasticSphere, FrequenciesRepeatByMultiplicity) {
-  // reference/sphere_lamb.json: cases[0].example
+  // tests/reference/sphere_lamb.json: cases[0].example
   const auto steel = solid::from_youngs_modulus(200e9, 0.29, 7850.0);
   const Eigen::VectorXd f = elastic_sphere_frequency_hz(0.03, steel, 14);
   for (int i = 0; i < 5; ++i) EXPECT_LE(std::abs(f[i] / 41697.10601444799 - 1.0), 1e-12);

@@ -46,7 +46,7 @@ TEST(SynthesisStudy, RecurrenceIsAtRoundOffAndSampledForcesConvergeAtOrderTwo) {
   expect_passed(run_study("synthesis", {.levels = 5, .only = {}}));
 }
 
-// reference/radiation.json: truncation_offcentre_monopole (the study's claims hold its fifteen numbers).
+// tests/reference/radiation.json: truncation_offcentre_monopole (the study's claims hold its fifteen numbers).
 TEST(MultipoleStudy, ReproducesTheTruncationTableAndTheRateOfTheSeries) {
   const Study study = run_study("multipole");
   expect_passed(study);
@@ -88,7 +88,7 @@ TEST(BemStudy, FieldsAgreeWithTheExactPressure) {
   EXPECT_LE(study.fields.surfaces.at(0).values.maxCoeff(), 0.03);
 }
 
-// reference/fluid.json: concentric_two_way_exact.
+// tests/reference/fluid.json: concentric_two_way_exact.
 TEST(TwoMedia, SeriesOfTheBallIsTheReferenceAndOneWayLacksWhatItSays) {
   const struct {
     double frequency_hz;

@@ -323,7 +323,7 @@ Study dual_domain_study(const StudyOptions& options, Monitor& monitor) {
   }
 
   if (options.only.empty()) {
-    // reference/fluid.json: concentric_two_way_exact, rel_err of the one-way solution.
+    // tests/reference/fluid.json: concentric_two_way_exact, rel_err of the one-way solution.
     for (const auto& [frequency_hz, error] :
          {std::pair{500.0, 4.020804984196476e-06}, {1500.0, 2.3561525127135014e-05}, {4000.0, 7.822396845048716e-05}}) {
       const LiquidBall liquid{0.05, frequency_hz, 0.0, {1000.0, 1497.0}, {}};

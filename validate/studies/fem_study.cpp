@@ -20,7 +20,7 @@ namespace {
 
 using mesh::ShapeSpec;
 
-// The materials of reference/sphere_lamb.json and free_solids.json.
+// The materials of tests/reference/sphere_lamb.json and free_solids.json.
 const solid::Material kSteel = solid::from_youngs_modulus(200e9, 0.29, 7850.0);
 const solid::Material kCeramic{18541610192.46408, 30252100840.336136, 2700.0, "", ""};
 const solid::Material kAluminium{4.98e10, 2.57e10, 2700.0, "", ""};

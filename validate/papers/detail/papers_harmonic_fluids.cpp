@@ -18,7 +18,7 @@ constexpr const char* kPaper = "HF";
 
 void figure_1(std::vector<PaperNumber>& numbers) {
   struct Row {
-    double diameter_m, printed_hz, rounding_hz, reference_hz;  // reference/bubble.json: rows[].A_printed.f_d
+    double diameter_m, printed_hz, rounding_hz, reference_hz;  // tests/reference/bubble.json: rows[].A_printed.f_d
   };
   constexpr Row kRows[] = {{5e-3, 1300, 50, 1313.0847248863981},
                            {2e-3, 3300, 50, 3282.1774766400963},
@@ -46,7 +46,7 @@ void figure_1(std::vector<PaperNumber>& numbers) {
   }
 }
 
-/// The printed formulas evaluated at r = 1 mm (reference/bubble.json: rows[3], A_printed and D_leighton).
+/// The printed formulas evaluated at r = 1 mm (tests/reference/bubble.json: rows[3], A_printed and D_leighton).
 void appendix_a(std::vector<PaperNumber>& numbers) {
   const bubble::BubbleOscillation right = bubble::bubble_oscillation(1e-3);
   const auto add = [&](const char* id, const char* words, double printed, double ours, double reference,

@@ -71,7 +71,7 @@ void table_2(std::vector<PaperNumber>& numbers, Monitor& monitor) {
                   false,
                   {},
                   {}};
-    // reference/chimes.json: tubes[].ritz3d_bending[0], lengths 0.505 and 0.353 m.
+    // tests/reference/chimes.json: tubes[].ritz3d_bending[0], lengths 0.505 and 0.353 m.
     if (column != std::string("adjusted") && column != std::string("ideal")) {
       if (c.length_m == 0.505) n.reference = 587.8831103242787;
       if (c.length_m == 0.353) n.reference = 1185.4672628861772;

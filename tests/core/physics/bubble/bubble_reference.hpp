@@ -1,5 +1,5 @@
 #pragma once
-// Reference values, copied from reference/bubble.json: rows (closed forms in 15 digits, made outside this project).
+// Reference values, copied from tests/reference/bubble.json: rows (closed forms in 15 digits, made outside this project).
 #include <vector>
 
 namespace klang::bubble::test {

@@ -1,5 +1,5 @@
 #pragma once
-// Copied from reference/bubble.json: pitch_vs_depth_plane.rows and eq6_pitch.rows.
+// Copied from tests/reference/bubble.json: pitch_vs_depth_plane.rows and eq6_pitch.rows.
 #include <vector>
 
 namespace klang::bubble::test {

@@ -13,7 +13,7 @@
 namespace klang::modal {
 namespace {
 
-const solid::Material kAluminium{4.98e10, 2.57e10, 2700.0, "", ""};  // reference/chimes.json: material
+const solid::Material kAluminium{4.98e10, 2.57e10, 2700.0, "", ""};  // tests/reference/chimes.json: material
 
 mesh::ShapeSpec tube(double length_m) {
   return {"tube", {{"length_m", length_m}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
@@ -35,7 +35,7 @@ std::vector<double> all_hz(const AxisymmetricBody& body, const std::vector<Harmo
 }
 
 TEST(Axisymmetric, BallHasLambsFrequenciesWithTheirMultiplicity) {
-  // reference/sphere_lamb.json: cases[0] (nu = 0.29), x = omega a / c_s.
+  // tests/reference/sphere_lamb.json: cases[0] (nu = 0.29), x = omega a / c_s.
   const std::vector<std::pair<double, int>> lamb = {
       {2.501132620409397, 5}, {2.64500665425552, 5}, {3.509495880385619, 3}, {3.864699778223047, 7},
       {3.933378897104085, 7}, {4.86995540349663, 1}, {4.979266373405847, 5}, {5.038887801390728, 9},
@@ -51,7 +51,7 @@ TEST(Axisymmetric, BallHasLambsFrequenciesWithTheirMultiplicity) {
 }
 
 TEST(Axisymmetric, TubesBendAsTheRitzSeriesToSixDigits) {
-  // reference/chimes.json: tubes[].ritz3d_bending
+  // tests/reference/chimes.json: tubes[].ritz3d_bending
   const std::vector<std::pair<double, std::vector<double>>> tubes = {
       {0.505,
        {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376, 6630.651833302586,
@@ -89,7 +89,7 @@ TEST(RevolutionModes, LowestTwentyOfATubeAreTheBandsFirstTwentyAndBendAsTheRitzS
     EXPECT_LE((*lowest.mesh_relative_error)[k], 1e-4) << k;
     EXPECT_LE(std::abs(hz[k] / band_hz[k] - 1.0), (*lowest.mesh_relative_error)[k] + 1e-7) << k;
   }
-  // reference/chimes.json: tubes[0].ritz3d_bending
+  // tests/reference/chimes.json: tubes[0].ritz3d_bending
   for (const double bending_hz : {587.8831103242787, 1575.1159866675644, 2969.5312988027986, 4681.101830346376})
     EXPECT_EQ(((hz.array() / bending_hz - 1.0).abs() <= 2e-6).count(), 2) << bending_hz;
 }

@@ -26,7 +26,7 @@ Eigen::VectorXd lowest_hz(const TetMesh& mesh, const solid::Material& material, 
 }
 
 TEST(Completeness, BothMembersOfTheTilesDegeneratePairAreFound) {
-  // reference/free_solids.json: modes 3 and 4 both 6648.3256 Hz, 5 and 6 both 11193.5653 Hz. This coarse mesh
+  // tests/reference/free_solids.json: modes 3 and 4 both 6648.3256 Hz, 5 and 6 both 11193.5653 Hz. This coarse mesh
   // is stiffer by a few per mille, but has the square's symmetry to within its diagonal cuts.
   const Eigen::VectorXd f = lowest_hz(box_mesh(0.1, 0.1, 0.008, 14, 14, 1, 2), kCeramic, 8);
   EXPECT_NEAR(f[3] / 6648.3256, 1, 0.02);
@@ -36,7 +36,7 @@ TEST(Completeness, BothMembersOfTheTilesDegeneratePairAreFound) {
 }
 
 TEST(Completeness, FivefoldAndThreefoldModesOfTheBallAreFoundWhole) {
-  // reference/sphere_lamb.json: multiplicities 5, 5, 3 of the first three eigenvalues.
+  // tests/reference/sphere_lamb.json: multiplicities 5, 5, 3 of the first three eigenvalues.
   const auto steel = solid::from_youngs_modulus(200e9, 0.29, 7850);
   const Eigen::VectorXd f = lowest_hz(klang::mesh::mesh_shape({"sphere", {{"radius_m", 0.03}}, {}}), steel, 13);
   for (int k = 0; k < 13; ++k) {

@@ -113,7 +113,7 @@ TEST(EigenvalueOrder, LinearElementsConvergeAtOrderTwoOnABall) {
 }
 
 TEST(TubeModes, BendingPairsMatchRitzWithin200PpmOnARefinedMesh) {
-  // reference/chimes.json: tubes[1].ritz3d_bending (0.353 m).
+  // tests/reference/chimes.json: tubes[1].ritz3d_bending (0.353 m).
   const klang::mesh::ShapeSpec tube{"tube", {{"length_m", 0.353}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
   const Eigen::VectorXd f =
       lowest_hz(klang::mesh::mesh_shape(tube, klang::mesh::ShapeDivisions{{48, 24, 1}}, 2), kAluminium, 8);

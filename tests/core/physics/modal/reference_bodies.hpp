@@ -14,7 +14,7 @@ struct ReferenceBody {
   std::vector<double> frequency_hz;
 };
 
-/// reference/sphere_lamb.json: cases[0].example.f_Hz (Lamb's series), ball of 30 mm radius, nu = 0.29; 16 digits.
+/// tests/reference/sphere_lamb.json: cases[0].example.f_Hz (Lamb's series), ball of 30 mm radius, nu = 0.29; 16 digits.
 inline ReferenceBody reference_ball() {
   ReferenceBody body{{"sphere", {{"radius_m", 0.03}}, {}}, solid::from_youngs_modulus(200e9, 0.29, 7850), {}};
   const std::pair<double, int> modes[] = {
@@ -23,7 +23,7 @@ inline ReferenceBody reference_ball() {
   return body;
 }
 
-/// reference/free_solids.json: ceramic_tile_100x100x8.f_Hz (Ritz; 3e-7).
+/// tests/reference/free_solids.json: ceramic_tile_100x100x8.f_Hz (Ritz; 3e-7).
 inline ReferenceBody reference_tile() {
   return {{"box", {{"length_m", 0.1}, {"width_m", 0.1}, {"height_m", 0.008}}, {}},
           {18541610192.46408, 30252100840.336136, 2700, "", ""},
@@ -32,7 +32,7 @@ inline ReferenceBody reference_tile() {
            18659.734843032234, 18659.73484329457, 20625.74752179741, 20819.665573803944, 21167.037476567402}};
 }
 
-/// reference/free_solids.json: aluminium_block_30x40x50.f_Hz (Ritz; 2e-7).
+/// tests/reference/free_solids.json: aluminium_block_30x40x50.f_Hz (Ritz; 2e-7).
 inline ReferenceBody reference_block() {
   return {{"box", {{"length_m", 0.03}, {"width_m", 0.04}, {"height_m", 0.05}}, {}},
           {49800000000.0, 25700000000.000008, 2700, "", ""},
@@ -41,7 +41,7 @@ inline ReferenceBody reference_block() {
            54973.75124454294, 55964.86252981227, 56339.75189868073, 61081.24199672348, 61487.06749422619}};
 }
 
-/// reference/chimes.json: tubes[i].ritz3d_bending (~7 digits); each frequency is that of a pair.
+/// tests/reference/chimes.json: tubes[i].ritz3d_bending (~7 digits); each frequency is that of a pair.
 inline ReferenceBody reference_tube(double length_m) {
   const bool d3 = length_m == 0.505;
   return {{"tube", {{"length_m", length_m}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}},

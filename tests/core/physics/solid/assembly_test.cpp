@@ -19,7 +19,7 @@ Eigen::MatrixXd full(const SparseMatrix& lower) {
   return Eigen::MatrixXd(SparseMatrix(lower.selfadjointView<Eigen::Lower>()));
 }
 
-// reference/static.json: t4_element (lambda 7, mu 5, rho 3).
+// tests/reference/static.json: t4_element (lambda 7, mu 5, rho 3).
 TetMesh reference_element() {
   TetMesh mesh;
   mesh.nodes_m.resize(4, 3);
@@ -30,7 +30,7 @@ TetMesh reference_element() {
 }
 
 TEST(ElementStiffness, HasNoFactorHalf) {
-  // K_exact of reference/static.json: t4_element. The paper's eq. 12 prints -1/2 of it.
+  // K_exact of tests/reference/static.json: t4_element. The paper's eq. 12 prints -1/2 of it.
   Eigen::Matrix<double, 12, 12> expected;
   expected << 1173. / 64, 6, 3. / 2, -1053. / 64, -4. / 3, 5. / 6, -25. / 16, -14. / 3, 7. / 6, -5. / 16, 0, -7. / 2, 6,
       597. / 64, 3. / 4, -8. / 3, -221. / 64, 5. / 6, -10. / 3, -89. / 16, 1. / 6, 0, -5. / 16, -7. / 4, 3. / 2, 3. / 4,

@@ -12,7 +12,7 @@ using klang::InputError;
 using namespace klang::solid;
 
 TEST(Material, LameAndEngineeringConstantsAgree) {
-  // reference/chimes.json: material.
+  // tests/reference/chimes.json: material.
   const Material chime = material_preset("s02_chime");
   EXPECT_NEAR(chime.youngs_modulus_pa(), 68351788079.4702, 1e-4);
   EXPECT_NEAR(chime.poissons_ratio(), 0.32980132450331123, 1e-15);

@@ -19,7 +19,7 @@ using klang::test::box_mesh;
 using namespace klang::solid;
 using Eigen::Vector3d;
 
-const Material kMaterial = from_youngs_modulus(62e9, 0.2, 2600);  // of reference/static.json
+const Material kMaterial = from_youngs_modulus(62e9, 0.2, 2600);  // of tests/reference/static.json
 
 // Moves the inner nodes of a box, so that a patch of equal elements cannot hide an error.
 TetMesh distorted_box(double lx, double ly, double lz, int nx, int ny, int nz, int order) {
@@ -65,25 +65,25 @@ class PatchTest : public testing::TestWithParam<int> {
 };
 INSTANTIATE_TEST_SUITE_P(Elements, PatchTest, testing::Values(1, 2));
 
-TEST_P(PatchTest, UniaxialTensionIsExact) {  // reference/static.json: uniaxial_patch
+TEST_P(PatchTest, UniaxialTensionIsExact) {  // tests/reference/static.json: uniaxial_patch
   expect_uniform(Vector3d(1e6, 0, 0).asDiagonal(),
                  Vector3d(1.6129032258064517e-05, -3.225806451612903e-06, -3.225806451612903e-06).asDiagonal(),
                  0.0004838709677419355);
 }
 
-TEST_P(PatchTest, HydrostaticPressureIsExact) {  // reference/static.json: hydrostatic_patch
+TEST_P(PatchTest, HydrostaticPressureIsExact) {  // tests/reference/static.json: hydrostatic_patch
   expect_uniform(Vector3d::Constant(-1e6).asDiagonal(), Vector3d::Constant(-9.67741935483871e-06).asDiagonal(),
                  0.000870967741935484);
 }
 
-TEST_P(PatchTest, PureShearIsExact) {  // reference/static.json: shear_patch
+TEST_P(PatchTest, PureShearIsExact) {  // tests/reference/static.json: shear_patch
   Eigen::Matrix3d unit = Eigen::Matrix3d::Zero();
   unit(0, 1) = unit(1, 0) = 1;
   expect_uniform(1e6 * unit, 0.5 * 3.8709677419354835e-05 * unit, 0.001161290322580645);
 }
 
 TEST(Statics, PureBendingIsExactForQuadraticElements) {
-  // reference/static.json: pure_bending (x along the bar, y across h, from the mid-plane).
+  // tests/reference/static.json: pure_bending (x along the bar, y across h, from the mid-plane).
   TetMesh mesh = box_mesh(0.2, 0.01, 0.02, 4, 1, 2, 2);
   mesh.nodes_m.col(1).array() -= 0.005;
   mesh.nodes_m.col(2).array() -= 0.01;
@@ -106,7 +106,7 @@ TEST(Statics, PureBendingIsExactForQuadraticElements) {
 }
 
 TEST(Statics, CantileverTipIsTheThreeDimensionalOne) {
-  // reference/static.json: cantilever_tip (ritz3d_mean_tip, 4 digits); the beam formulas are 0.1 and 0.3 %
+  // tests/reference/static.json: cantilever_tip (ritz3d_mean_tip, 4 digits); the beam formulas are 0.1 and 0.3 %
   // off.
   TetMesh corners = box_mesh(0.2, 0.01, 0.02, 24, 4, 4, 1);
   for (int i = 0; i < corners.n_nodes(); ++i) {  // finer towards the clamp, whose edges are singular
@@ -144,7 +144,7 @@ TEST(Statics, CurvedSphereUnderPressureShrinksUniformly) {
 }
 
 TEST(Statics, PushedFreeBarIsStrainedByItsOwnInertia) {
-  // reference/static.json: free_bar_end_force_nu0. f - M a gives the linear stress and its energy; projecting
+  // tests/reference/static.json: free_bar_end_force_nu0. f - M a gives the linear stress and its energy; projecting
   // by the Euclidean inner product instead would miss it where nodal masses differ (they do: corners, edges,
   // faces).
   const Material material = from_youngs_modulus(62e9, 0.0, 2600);

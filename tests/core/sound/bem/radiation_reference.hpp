@@ -1,5 +1,5 @@
 #pragma once
-// reference/radiation.json: rows and truncation_offcentre_monopole; radius 0.05 m, air of the default medium.
+// tests/reference/radiation.json: rows and truncation_offcentre_monopole; radius 0.05 m, air of the default medium.
 #include <complex>
 
 namespace klang::acoustics {

@@ -26,7 +26,7 @@ SphereResult solved(int degree, double ka, int divisions) {
   return result;
 }
 
-// reference/radiation.json, rows[].surface_p_over_rhocv and M_n0_unit_velocity_SI (a = 0.05 m).
+// tests/reference/radiation.json, rows[].surface_p_over_rhocv and M_n0_unit_velocity_SI (a = 0.05 m).
 struct Row {
   double ka;
   int degree;

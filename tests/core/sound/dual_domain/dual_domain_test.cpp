@@ -1,4 +1,4 @@
-// Both passes against exact fields: reference/fluid.json and a sum of images.
+// Both passes against exact fields: tests/reference/fluid.json and a sum of images.
 #include "core/sound/dual_domain/dual_domain.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ std::vector<DualDomainResult> solve(const LiquidBoundary& boundary, double frequ
                            {0.001}, options);
 }
 
-/// reference/fluid.json: pressure_release_sphere, rows with b = 0.
+/// tests/reference/fluid.json: pressure_release_sphere, rows with b = 0.
 struct BallRow {
   double frequency_hz, slope;
 };
@@ -151,7 +151,7 @@ TEST(PressureReleaseBall, SurfaceSlopeOfABubbleOffTheCentreIsTheSeries) {
 }
 
 TEST(ConcentricBall, PressureInTheAirIsTheExactTwoWayOne) {
-  // reference/fluid.json: concentric_two_way_exact, P at 0.5 m for a unit source.
+  // tests/reference/fluid.json: concentric_two_way_exact, P at 0.5 m for a unit source.
   const struct {
     double frequency_hz;
     Complex exact;
@@ -174,7 +174,7 @@ TEST(ClosedTank, ReferenceAgreesWithItself) {
   const test::TankImages images({0.30, 0.22, 0.15}, 2 * kPi * 1500 / 1497);
   EXPECT_NEAR(images.by_modes(0.075, 0.05), images.by_images(0.075, 0.05),
               1e-5 * std::abs(images.by_modes(0.075, 0.05)));
-  // reference/fluid.json: layer, f 500, H 0.1, d 0.02, r 0.1 and 0.01
+  // tests/reference/fluid.json: layer, f 500, H 0.1, d 0.02, r 0.1 and 0.01
   const test::TankImages layer({1, 1, 0.1}, 2 * kPi * 500 / 1497);
   EXPECT_NEAR(layer.layer(0.1, 0.02), 3.7322308342317947, 1e-8);
   EXPECT_NEAR(layer.layer(0.01, 0.02), 286.47383018113584, 1e-3);
@@ -327,7 +327,7 @@ TEST(DualDomain, CoarseSurfacesUseFewerSourcesAndStayRight) {
   EXPECT_EQ(result[0].n_fluid_sources, 9);
   EXPECT_EQ(result[0].n_air_sources, 6);
   const Complex exact(5.469712482068791e-05,
-                      1.5735696951745025e-05);  // reference/fluid.json: concentric_two_way_exact, 4000 Hz
+                      1.5735696951745025e-05);  // tests/reference/fluid.json: concentric_two_way_exact, 4000 Hz
   EXPECT_LE(std::abs(air_pressure(result[0], {0.5, 0, 0}) / result[0].source_strength - exact) / std::abs(exact), 1e-2);
 }
 

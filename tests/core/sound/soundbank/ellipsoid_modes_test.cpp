@@ -14,7 +14,7 @@ using soundbank::EllipsoidModes;
 TEST(EllipsoidModes, BallHasLambsFrequenciesAndMultiplicities) {
   const solid::Material material = solid::from_youngs_modulus(1e10, 0.29, 1000.0);
   const EllipsoidModes modes({0.3, 0.3, 0.3}, material, {14, 12});
-  // reference/sphere_lamb.json: steel-like, nu = 0.29
+  // tests/reference/sphere_lamb.json: steel-like, nu = 0.29
   const std::pair<double, int> expected[] = {{2.501132620409397, 5}, {2.64500665425552, 5},  {3.509495880385619, 3},
                                              {3.864699778223047, 7}, {3.933378897104085, 7}, {4.86995540349663, 1}};
   std::size_t at = 0;

@@ -78,7 +78,7 @@ TEST(OscillatorBank, ImpulseResponseMatchesReferenceInEveryDampingRegime) {
 }
 
 TEST(OscillatorBank, ThreeImpulsesMatchReference) {
-  // reference/oscillator.json: three_impulses_440Hz
+  // tests/reference/oscillator.json: three_impulses_440Hz
   const auto& r = reference_oscillators().front();
   const Eigen::VectorXd z =
       render({oscillator_of(r)},

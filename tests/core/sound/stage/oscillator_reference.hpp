@@ -1,4 +1,4 @@
-// Values of an outside reference of 15 digits: reference/oscillator.json, cases[].{lam, c, n, A, z_impulse, zd_impulse,
+// Values of an outside reference of 15 digits: tests/reference/oscillator.json, cases[].{lam, c, n, A, z_impulse, zd_impulse,
 // z_step} and three_impulses_440Hz (unit impulse or unit constant force from t = 0 at 44100 samples/s).
 #pragma once
 #include <array>

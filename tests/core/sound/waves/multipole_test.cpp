@@ -66,7 +66,7 @@ TEST(Multipole, OrderIsAtLeastKaPlus2AndKeepsTheStatedFraction) {
 }
 
 TEST(Multipole, PaperRuleLosesThePowerThatTheReferenceSays) {
-  // reference/radiation.json: truncation_offcentre_monopole. A monopole at distance d from the centre; L = 2 d.
+  // tests/reference/radiation.json: truncation_offcentre_monopole. A monopole at distance d from the centre; L = 2 d.
   for (const ReferenceTruncation& row : kReferenceTruncations) {
     const double d = 0.1, k = row.kd / d;
     const Multipole whole{Eigen::Vector3d::Zero(), k, 40, [&] {

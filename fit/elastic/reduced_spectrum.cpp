@@ -10,6 +10,7 @@
 #include "core/geometry/files/mesh_file.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
+#include "core/sound/stage/oscillator_bank.hpp"
 #include "fit/elastic/elastic_blocks.hpp"
 
 namespace klang::fit {

@@ -3,8 +3,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "apps/commands/bubble.hpp"
+#include "apps/kit/command.hpp"
 #include "apps/kit/number_options.hpp"
+#include "apps/kit/thermal_option.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"

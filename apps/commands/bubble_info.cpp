@@ -1,7 +1,8 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "apps/commands/bubble.hpp"
+#include "apps/kit/command.hpp"
+#include "apps/kit/thermal_option.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"

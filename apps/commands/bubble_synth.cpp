@@ -2,7 +2,7 @@
 #include <cmath>
 #include <memory>
 
-#include "apps/commands/bubble.hpp"
+#include "apps/kit/command.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "apps/commands/bubble.hpp"
+#include "apps/kit/command.hpp"
 #include "apps/kit/number_options.hpp"
 #include "apps/kit/number_table.hpp"
 #include "core/foundation/base/errors.hpp"

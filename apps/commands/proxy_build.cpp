@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "apps/commands/proxy.hpp"
+#include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"

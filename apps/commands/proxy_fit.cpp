@@ -4,7 +4,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "apps/commands/proxy.hpp"
+#include "apps/commands/proxy_errors_json.hpp"
+#include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
@@ -139,15 +140,6 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
 }
 
 }  // namespace
-
-nlohmann::json proxy_errors_json(const fit::ProxyErrors& e) {
-  return {{"partial_rms_cents", e.partial_rms_cents},
-          {"log_spectral_distance_db", e.log_spectral_distance_db},
-          {"mel_distance_db", e.mel_distance_db},
-          {"third_octave_db", e.third_octave_db},
-          {"loudness_difference_db", e.loudness_difference_db},
-          {"decay_rms_percent", e.decay_rms_percent}};
-}
 
 Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
   auto options = std::make_shared<ProxyFitCommand>();

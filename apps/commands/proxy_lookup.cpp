@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "apps/commands/proxy.hpp"
+#include "apps/kit/command.hpp"
 #include "apps/kit/number_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -15,48 +15,6 @@ namespace {
 
 nlohmann::json list(const Eigen::Ref<const Eigen::VectorXd>& values) {
   return std::vector<double>(values.begin(), values.end());
-}
-
-int run_proxy_info(const std::string& file, const CommonOptions& common) {
-  const soundbank::Soundbank bank = soundbank::read_soundbank(file);
-  nlohmann::json json = result_header("proxy_info", "done", common, {}, {file});
-  std::size_t n_modes = 0, n_sounding = 0;
-  int highest_order = 0;
-  double worst = 0.0;
-  for (const soundbank::Cell& cell : bank.cells)
-    for (const soundbank::CellMode& mode : cell.modes) {
-      ++n_modes;
-      n_sounding += mode.packed_pa.empty() ? 0 : 1;
-      highest_order = std::max(highest_order, mode.order);
-      worst = std::max(worst, mode.boundary_error);
-    }
-  json.update({{"n_cells", bank.cells.size()},
-               {"n_nodes", bank.nodes.size()},
-               {"max_interpolation_error", bank.max_interpolation_error},
-               {"max_interpolation_error_all_modes", bank.max_interpolation_error_all},
-               {"n_check_shapes", bank.n_check_shapes},
-               {"n_checked_modes", bank.n_checked_modes},
-               {"tolerance", bank.tolerance},
-               {"thinnest", bank.thinnest},
-               {"poissons_ratio", bank.poissons_ratio},
-               {"youngs_modulus_pa", bank.material.youngs_modulus_pa()},
-               {"density_kg_m3", bank.material.density_kg_m3},
-               {"shear_speed_over_sound_speed", bank.speed_ratio()},
-               {"air_density_kg_m3", bank.medium.density_kg_m3},
-               {"air_sound_speed_m_s", bank.medium.sound_speed_m_s},
-               {"modes_per_cell", bank.modes_per_cell},
-               {"n_modes", n_modes},
-               {"n_modes_with_sound", n_sounding},
-               {"highest_order", highest_order},
-               {"max_boundary_error", worst},
-               {"bytes", std::filesystem::file_size(file)},
-               {"built_by", nlohmann::json::parse(bank.provenance_json)}});
-  write_json(common, json);
-  say(common, "%s: Poisson's ratio %g, axes to 1:%g, %zu cells of %d modes, multipoles to order %d\n", file.c_str(),
-      bank.poissons_ratio, 1.0 / bank.thinnest, bank.cells.size(), bank.modes_per_cell, highest_order);
-  say(common, "first %d frequencies within %.3g %% at %d unseen shapes (asked %.3g %%)\n", bank.n_checked_modes,
-      100.0 * bank.max_interpolation_error, bank.n_check_shapes, 100.0 * bank.tolerance);
-  return kDone;
 }
 
 struct LookupOptions {
@@ -121,14 +79,6 @@ int run_proxy_lookup(const LookupOptions& o, const CommonOptions& common) {
 }
 
 }  // namespace
-
-Subcommand add_proxy_info(CLI::App& group, CommonOptions& common) {
-  auto file = std::make_shared<std::string>();
-  CLI::App* app = group.add_subcommand("info", "What a bank holds, how exact it is");
-  app->add_option("bank", *file, "Bank from klang proxy build")->required();
-  app->footer("Example:\n  klang proxy info glass.bank --json i.json");
-  return {app, [file, &common] { return run_proxy_info(*file, common); }};
-}
 
 Subcommand add_proxy_lookup(CLI::App& group, CommonOptions& common) {
   auto options = std::make_shared<LookupOptions>();

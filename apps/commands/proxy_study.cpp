@@ -3,7 +3,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "apps/commands/proxy.hpp"
+#include "apps/commands/proxy_errors_json.hpp"
+#include "apps/kit/command.hpp"
 #include "apps/kit/number_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"

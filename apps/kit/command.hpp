@@ -57,25 +57,11 @@ void say(const CommonOptions& common, const char* format, ...) __attribute__((fo
 /// One line to standard error, "klang: warning: ...".
 void warn(std::string_view text);
 
-/// A subcommand adds itself to the program; run() is called after parsing and returns the exit code.
+/// A subcommand: add_NAME() in apps/commands/NAME.cpp, which apps/commands/commands.cpp lists, adds it with its options and
+/// examples to its parent; run() is called after parsing and returns the exit code.
 struct Subcommand {
   CLI::App* app = nullptr;
   std::function<int()> run;
 };
-Subcommand add_mesh(CLI::App& program, CommonOptions& common);
-Subcommand add_modes(CLI::App& program, CommonOptions& common);
-Subcommand add_analyze(CLI::App& program, CommonOptions& common);
-Subcommand add_fit(CLI::App& program, CommonOptions& common);
-Subcommand add_tune(CLI::App& program, CommonOptions& common);
-Subcommand add_synth(CLI::App& program, CommonOptions& common);
-Subcommand add_bubble(CLI::App& program, CommonOptions& common);
-Subcommand add_proxy(CLI::App& program, CommonOptions& common);
-Subcommand add_converge(CLI::App& program, CommonOptions& common);
-Subcommand add_transfer(CLI::App& program, CommonOptions& common);
-Subcommand add_regress(CLI::App& program, CommonOptions& common);
-Subcommand add_validate(CLI::App& program, CommonOptions& common);
-Subcommand add_dataset(CLI::App& program, CommonOptions& common);
-Subcommand add_report(CLI::App& program, CommonOptions& common);
-Subcommand add_doctor(CLI::App& program, CommonOptions& common);
 
 }  // namespace klang::apps

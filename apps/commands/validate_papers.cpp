@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "apps/kit/command_group.hpp"
+#include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
@@ -47,7 +47,9 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
   return tables.passed() ? kDone : kCheckNotPassed;
 }
 
-Subcommand add_papers(CLI::App& group, CommonOptions& common) {
+}  // namespace
+
+Subcommand add_validate_papers(CLI::App& group, CommonOptions& common) {
   auto command = std::make_shared<PapersCommand>();
   CLI::App* papers = group.add_subcommand(
       "papers", "Every number of the papers' tables that can be computed: printed, ours, reference, verdict");
@@ -60,12 +62,6 @@ Subcommand add_papers(CLI::App& group, CommonOptions& common) {
       "  klang validate papers --markdown docs/papers.md\n"
       "Exit code 1: a number differs from the paper and it is not known why.");
   return {papers, [command, &common] { return run_papers(*command, common); }};
-}
-
-}  // namespace
-
-Subcommand add_validate(CLI::App& program, CommonOptions& common) {
-  return add_group(program, common, "validate", "Published numbers against this program", {add_papers});
 }
 
 }  // namespace klang::apps

@@ -1,0 +1,73 @@
+#include "apps/commands/regress_sound.hpp"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "apps/kit/number_options.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "core/sound/stage/oscillator_bank.hpp"
+
+namespace klang::apps {
+namespace {
+
+audio::Signal sound_of_model(const std::string& path, const RegressSoundOptions& options) {
+  options.damping.validate();
+  modal::SynthesisOptions synthesis;
+  synthesis.duration_s = checked("command line", "--model-duration-s", options.model_duration_s, 0.1, 60.0);
+  synthesis.sample_rate_hz = checked("command line", "--model-rate-hz", options.model_rate_hz, 1000.0, 768000.0);
+  const modal::ModalModel model = modal::read_modal_model(path);
+  const Eigen::VectorXd decays = decay_per_s(options.damping, model);
+  if (!(decays.size() > 0 && decays.minCoeff() > 0.0)) {
+    throw InputError(path, "a model needs damping to be held against a sound", "",
+                     "--rayleigh-stiffness-s, --rayleigh-mass-per-s or --loss-factor");
+  }
+  audio::Signal sound =
+      modal::synthesise(model, decays, read_strikes(options.strikes, options.model_duration_s, model), synthesis);
+  const double peak = sound.samples.cwiseAbs().maxCoeff();
+  if (!(peak > 0.0)) throw InputError(path, "the strikes excite no mode");
+  sound.samples *= 0.5 / peak;
+  sound.origin = path;
+  return sound;
+}
+
+}  // namespace
+
+void RegressSoundOptions::add_to(CLI::App& app) {
+  app.add_option("--band-hz", band, "LOW:HIGH in Hz in which partials are looked for")->capture_default_str();
+  app.add_option("--max-duration-s", max_duration_s, "Levels are kept for so long after the onset")
+      ->capture_default_str();
+  app.add_option("--min-snr-db", min_snr_db, "A partial stands this far above the noise")->capture_default_str();
+  add_damping_options(app, damping);
+  add_strike_option(app, strikes);
+  app.add_option("--model-duration-s", model_duration_s, "Length of a model's sound")->capture_default_str();
+  app.add_option("--model-rate-hz", model_rate_hz, "Sample rate of a model's sound")->capture_default_str();
+}
+
+validate::DescriptionOptions RegressSoundOptions::description() const {
+  validate::DescriptionOptions options;
+  options.band = parse_band("--band-hz", band);
+  options.max_duration_s = max_duration_s;
+  options.min_snr_db = min_snr_db;
+  options.validate();
+  return options;
+}
+
+nlohmann::json RegressSoundOptions::used() const {
+  return {{"band_hz", band},
+          {"max_duration_s", max_duration_s},
+          {"min_snr_db", min_snr_db},
+          {"rayleigh_stiffness_s", damping.rayleigh_stiffness_s},
+          {"rayleigh_mass_per_s", damping.rayleigh_mass_per_s},
+          {"loss_factor", damping.loss_factor},
+          {"model_duration_s", model_duration_s},
+          {"model_rate_hz", model_rate_hz}};
+}
+
+audio::Signal read_sound_or_model(const std::string& path, const RegressSoundOptions& options) {
+  if (std::filesystem::path(path).extension() == ".vtu") return sound_of_model(path, options);
+  return audio::read_sound(path);
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,104 @@
+#include "apps/kit/program.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <new>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/provenance.hpp"
+
+namespace klang::apps {
+namespace {
+
+/// One line whatever the parser or the library had to say.
+int complain(const char* what, int code) {
+  std::string line(what);
+  for (char& c : line) {
+    if (c == '\n' || c == '\r') c = ' ';
+  }
+  std::fprintf(stderr, "klang: %s\n", line.c_str());
+  return code;
+}
+
+}  // namespace
+
+Program::Program(std::span<const CommandEntry> commands)
+    : app_("Klangprobe: from recordings of struck objects to their material, with honest error bars", "klang") {
+  app_.set_version_flag("--version", version());
+  app_.require_subcommand(1);
+  app_.footer(
+      "Exit codes: 0 done; 1 ran, and a check did not pass; 2 bad input; 3 numerical failure; 130 interrupted.\n"
+      "klang SUBCOMMAND --help shows its options and examples.");
+  for (const CommandEntry& entry : commands) {
+    if (entry.add == nullptr) {
+      app_.add_subcommand(entry.group, entry.description)->require_subcommand(1);
+      continue;
+    }
+    const std::string group = entry.group;
+    CLI::App& parent = group.empty() ? app_ : *app_.get_subcommand(group);
+    subcommands_.push_back(entry.add(parent, common_));
+    add_common_options(*subcommands_.back().app, common_);
+  }
+}
+
+int Program::run(int argc, char** argv) {
+  common_.command_line = "klang";
+  for (int i = 1; i < argc; ++i) common_.command_line.append(" ").append(argv[i]);
+  try {
+    app_.parse(argc, argv);
+    set_thread_count(common_.n_threads);
+    return run_parsed();
+  } catch (const std::exception&) {
+    return exit_code_of_exception(argc, argv);
+  }
+}
+
+int Program::run_parsed() const {
+  for (const Subcommand& subcommand : subcommands_) {
+    if (subcommand.app->parsed()) return subcommand.run();
+  }
+  return kBadInput;
+}
+
+int Program::exit_code_of_exception(int argc, char** argv) const {
+  try {
+    throw;
+  } catch (const CLI::Success& success) {  // --help, --version
+    return app_.exit(success);
+  } catch (const CLI::ParseError& error) {
+    const std::string unknown = unknown_subcommand(argc, argv);
+    return complain(unknown.empty() ? error.what() : unknown.c_str(), kBadInput);
+  } catch (const InputError& error) {
+    return complain(error.what(), kBadInput);
+  } catch (const Interrupted& error) {
+    return complain(error.what(), kInterrupted);
+  } catch (const NumericalError& error) {
+    return complain(error.what(), kNumericalFailure);
+  } catch (const std::bad_alloc&) {
+    return complain("out of memory", kNumericalFailure);
+  } catch (const std::exception& error) {
+    return complain(error.what(), kNumericalFailure);
+  }
+}
+
+std::string Program::unknown_subcommand(int argc, char** argv) const {
+  const CLI::App* group = &app_;
+  std::string place;
+  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
+    const auto children = group->get_subcommands([](const CLI::App*) { return true; });
+    if (children.empty()) return {};
+    const CLI::App* child = nullptr;
+    std::string names;
+    for (const CLI::App* candidate : children) {
+      if (candidate->get_name() == argv[i]) child = candidate;
+      names += (names.empty() ? "" : ", ") + candidate->get_name();
+    }
+    if (child == nullptr) return InputError(place + argv[i], "is no subcommand", "", names).what();
+    place += std::string(argv[i]) + " ";
+    group = child;
+  }
+  return {};
+}
+
+}  // namespace klang::apps

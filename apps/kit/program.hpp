@@ -1,0 +1,43 @@
+#pragma once
+#include <CLI/App.hpp>
+#include <span>
+#include <vector>
+
+#include "apps/kit/command.hpp"
+
+namespace klang::apps {
+
+using AddSubcommand = Subcommand (*)(CLI::App& parent, CommonOptions& common);
+
+/// A subcommand, alone or in a group that only holds others (`klang bubble fit`); or such a group, before its members.
+struct CommandEntry {
+  const char* group = "";             ///< name of the group; empty at the top
+  AddSubcommand add = nullptr;        ///< nullptr: the entry is the group itself
+  const char* description = nullptr;  ///< of a group
+};
+
+/// The command line with all its subcommands. Every one of them, but no group, takes the common options.
+class Program {
+ public:
+  explicit Program(std::span<const CommandEntry> commands);
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  /// Parses, runs the subcommand and says what went wrong in one line. @return the exit code
+  int run(int argc, char** argv);
+
+  const CLI::App& app() const { return app_; }
+
+ private:
+  int run_parsed() const;
+  /// Of an exception that is being handled: the one place where it becomes an exit code.
+  int exit_code_of_exception(int argc, char** argv) const;
+  /// The complaint where a word stands in a subcommand's place, at the top or in a group; else empty.
+  std::string unknown_subcommand(int argc, char** argv) const;
+
+  CLI::App app_;
+  CommonOptions common_;
+  std::vector<Subcommand> subcommands_;
+};
+
+}  // namespace klang::apps

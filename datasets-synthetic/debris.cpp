@@ -41,21 +41,15 @@ DebrisPiece piece_of(const std::string& name, const detail::ConvexCell& cell) {
 }  // namespace
 
 void DebrisOptions::validate() const {
-  const std::string place = "debris";
-  const auto lengths = [&](const char* name, const Eigen::Vector3d& size) {
-    for (const double length : size) checked(place, name, length, 1e-4, 10.0);
-  };
-  if (!box_m.isZero(0.0)) lengths("box_m", box_m);
-  checked(place, "plate_length_m", plate_length_m, 1e-3, 10.0);
-  checked(place, "plate_width_m", plate_width_m, 1e-3, 10.0);
+  std::vector<Violation> violations = violations_of(*this);
+  const Range lengths = between(1e-4, 10.0);
+  for (const double length : box_m)
+    if (!box_m.isZero(0.0) && !lengths.holds(length)) violations.push_back(out_of_range("box_m", length, lengths));
   if (plate_thicknesses_m.size() > 50)
-    throw InputError(place, "plate_thicknesses_m", std::to_string(plate_thicknesses_m.size()), "at most 50");
-  for (const double thickness : plate_thicknesses_m) checked(place, "plate_thicknesses_m", thickness, 1e-4, 1.0);
-  lengths("slab_m", slab_m);
+    violations.push_back({"plate_thicknesses_m", "", std::to_string(plate_thicknesses_m.size()), "at most 50"});
   if (!(slab_m[2] <= slab_m.head<2>().minCoeff()))
-    throw InputError(place, "slab_m", to_text(slab_m[2]), "the thickness last and smallest");
-  if (n_shards < 0 || n_shards > 500) throw InputError(place, "n_shards", std::to_string(n_shards), "0 to 500");
-  checked(place, "largest_tilt_deg", largest_tilt_deg, 0.0, 30.0);
+    violations.push_back({"slab_m", "", to_text(slab_m[2]), "the thickness last and smallest"});
+  throw_violations("debris", std::move(violations));
 }
 
 std::vector<DebrisPiece> slab_shards(const DebrisOptions& options) {

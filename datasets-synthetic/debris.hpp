@@ -4,20 +4,31 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::datasets {
 
 /// What lies about after a breakage: a box, plates, and the shards of a slab.
 struct DebrisOptions {
-  Eigen::Vector3d box_m{0.12, 0.08, 0.05};                       ///< lengths; 0 in all: no box
-  double plate_length_m = 0.08, plate_width_m = 0.06;            ///< 1e-3 to 10
-  std::vector<double> plate_thicknesses_m{0.004, 0.006, 0.012};  ///< 1e-4 to 1 each, at most 50; empty: no plates
-  Eigen::Vector3d slab_m{0.2, 0.2, 0.006};                       ///< 1e-4 to 10 each, the thickness last and smallest
-  int n_shards = 10;                                             ///< 0 to 500: pieces of the slab
-  double largest_tilt_deg = 10.0;  ///< of the cracks against the slab's normal, as a rule; 0 to 30
+  Eigen::Vector3d box_m{0.12, 0.08, 0.05};  ///< lengths, 1e-4 to 10; 0 in all: no box
+  double plate_length_m = 0.08, plate_width_m = 0.06;
+  std::vector<double> plate_thicknesses_m{0.004, 0.006, 0.012};  ///< at most 50; empty: no plates
+  Eigen::Vector3d slab_m{0.2, 0.2, 0.006};                       ///< the thickness last and smallest
+  int n_shards = 10;
+  double largest_tilt_deg = 10.0;  ///< of the cracks against the slab's normal, as a rule
   std::uint64_t seed = 1;
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"plate_length_m", "Length of the plates", between(1e-3, 10.0)}, self.plate_length_m);
+    visit({"plate_width_m", "Width of the plates", between(1e-3, 10.0)}, self.plate_width_m);
+    visit({"plate_thicknesses_m", "Thickness of each plate", between(1e-4, 1.0)}, self.plate_thicknesses_m);
+    visit({"slab_m", "Length, width and thickness of the slab", between(1e-4, 10.0)}, self.slab_m);
+    visit({"n_shards", "Shards of the slab", between(0.0, 500.0)}, self.n_shards);
+    visit({"largest_tilt_deg", "How far cracks lean, as a rule", between(0.0, 30.0)}, self.largest_tilt_deg);
+  }
 };
 
 /// One body: a closed convex surface of triangles, normals outward, in the frame of what it was cut from.

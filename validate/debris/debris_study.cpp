@@ -385,29 +385,14 @@ DebrisStudyResult Study::run(const std::vector<datasets::DebrisPiece>& pieces) {
 }  // namespace
 
 void DebrisStudyOptions::validate() const {
-  const std::string place = "debris study";
-  debris.validate();
   solid::validate(material);
-  checked(place, "sample_rate_hz", sample_rate_hz, 8000.0, 192000.0);
-  checked(place, "highest_hz", highest_hz, 1000.0, 0.45 * sample_rate_hz);
-  checked(place, "elements_per_wavelength", elements_per_wavelength, 2.0, 20.0);
-  modal::PolynomialModeOptions{polynomial_degree}.validate();
-  checked(place, "rayleigh_mass_per_s", rayleigh_mass_per_s, 0.0, 1e4);
-  checked(place, "rayleigh_stiffness_s", rayleigh_stiffness_s, 0.0, 1e-4);
-  if (rayleigh_mass_per_s == 0.0 && rayleigh_stiffness_s == 0.0) throw InputError(place, "damping must not be zero");
-  checked(place, "impulse_n_s", impulse_n_s, 1e-6, 100.0);
-  checked(place, "contact_duration_s", contact_duration_s, 0.0, 0.01);
-  checked(place, "friction_deg", friction_deg, 0.0, 80.0);
-  checked(place, "listener_m", listener_m, 1e-3, 1000.0);
-  checked(place, "duration_s", duration_s, 0.05, 10.0);
-  checked(place, "mix_s", mix_s, 0.0, 60.0);
-  const auto count = [&](const char* name, int value, int low, int high) {
-    if (value < low || value > high)
-      throw InputError(place, name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
-  };
-  count("n_partials", n_partials, 1, 40);
-  count("n_thresholds", n_thresholds, 2, 100);
-  count("proxy_repeats", proxy_repeats, 1, 1000);
+  std::vector<Violation> violations = violations_of(*this);
+  if (highest_hz > 0.45 * sample_rate_hz)
+    violations.push_back(out_of_range("highest_hz", highest_hz, between(1000.0, 0.45 * sample_rate_hz)));
+  if (rayleigh_mass_per_s == 0.0 && rayleigh_stiffness_s == 0.0)
+    violations.push_back({"rayleigh_mass_per_s", "and rayleigh_stiffness_s must not both be 0", ""});
+  throw_violations("debris study", std::move(violations));
+  debris.validate();
 }
 
 DebrisStudyResult debris_study(const soundbank::Soundbank& bank, const DebrisStudyOptions& options, Monitor& monitor) {

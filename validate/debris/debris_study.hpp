@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/solid/material.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/soundbank/soundbank.hpp"
@@ -18,30 +19,60 @@ enum class ProxyContact {
   kNormal,  ///< where the ellipsoid's normal opposes the force, SB eqs. 23, 24
   kPlace    ///< where the body is hit, soundbank::point_of_place
 };
+constexpr auto words_of(ProxyContact) {
+  return std::array{Word{ProxyContact::kNormal, "normal"}, Word{ProxyContact::kPlace, "place"}};
+}
 
 struct DebrisStudyOptions {
   datasets::DebrisOptions debris;  ///< its seed also draws strikes, listeners and onsets
   solid::Material material =
       solid::from_youngs_modulus(6.2e10, 0.2, 2600.0);  ///< glass of SB Table 1; must be the bank's
-  double highest_hz = 20000.0;                          ///< modes up to here are heard, 1000 to 0.45 sample_rate_hz
-  double elements_per_wavelength =
-      6.0;  ///< quadratic elements to the shortest shear wave or thin plate's bending wave (in thick pieces real ones are up to a quarter shorter), 2 to 20
-  int polynomial_degree = 6;  ///< of the single-frequency calculation, modal::PolynomialModeOptions
+  double highest_hz = 20000.0;                          ///< at most 0.45 sample_rate_hz
+  /// Quadratic elements to the shortest shear wave or thin plate's bending wave (in thick pieces real ones are up to a quarter
+  /// shorter).
+  double elements_per_wavelength = 6.0;
+  int polynomial_degree = 6;  ///< of the single-frequency calculation
   double rayleigh_mass_per_s = 10.0,
-         rayleigh_stiffness_s = 1e-7;            ///< 0 to 1e4, 0 to 1e-4; decay = (mass + stiffness omega^2) / 2
-  double impulse_n_s = 0.01;                     ///< 1e-6 to 100
-  double contact_duration_s = 1e-5;              ///< standard deviation of the Gaussian pulse, 0 to 0.01
-  double friction_deg = 20.0;                    ///< largest angle of a strike's force to the inward normal, 0 to 80
+         rayleigh_stiffness_s = 1e-7;  ///< decay = (mass + stiffness omega^2) / 2, not both 0
+  double impulse_n_s = 0.01;
+  double contact_duration_s = 1e-5;              ///< standard deviation of the Gaussian pulse
+  double friction_deg = 20.0;                    ///< to the inward normal
   ProxyContact contact = ProxyContact::kNormal;  ///< of the proxy
-  double listener_m = 1.0;                       ///< from each piece's centre of mass, beyond the body, to 1000
-  double duration_s = 1.0;                       ///< of each piece's sound, 0.05 to 10
-  double mix_s = 1.0;                            ///< onsets of the mix are drawn from this time, 0 to 60
-  double sample_rate_hz = 48000.0;               ///< 8000 to 192000
-  int n_partials = 10;                           ///< first partials that are compared, 1 to 40
-  int n_thresholds = 8;                          ///< of the curve, 2 to 100
-  int proxy_repeats =
-      1;  ///< the proxy's way is walked so often and its times are the mean, 1 to 1000: more are steadier, with warm caches
+  double listener_m = 1.0;                       ///< from each piece's centre of mass, beyond the body
+  double duration_s = 1.0;
+  double mix_s = 1.0;
+  double sample_rate_hz = 48000.0;
+  int n_partials = 10;
+  int n_thresholds = 8;
+  int proxy_repeats = 1;  ///< more are steadier, with warm caches
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"debris", "The pieces"}, self.debris);
+    visit({"highest_hz", "Modes up to here are heard", between(1000.0, 0.45 * 192000.0)}, self.highest_hz);
+    visit({"elements_per_wavelength", "Finite elements to the shortest wave, direct way", between(2.0, 20.0)},
+          self.elements_per_wavelength);
+    visit({"polynomial_degree", "Of the polynomials that give the lowest frequency", between(2.0, 10.0)},
+          self.polynomial_degree);
+    visit({"rayleigh_mass_per_s", "Damping: mass coefficient", between(0.0, 1e4)}, self.rayleigh_mass_per_s);
+    visit({"rayleigh_stiffness_s", "Damping: stiffness coefficient", between(0.0, 1e-4)}, self.rayleigh_stiffness_s);
+    visit({"impulse_n_s", "Impulse of each strike", between(1e-6, 100.0)}, self.impulse_n_s);
+    visit({"contact_duration_s", "Duration of each strike", between(0.0, 0.01)}, self.contact_duration_s);
+    visit({"friction_deg", "Largest angle of a strike's force to the normal", between(0.0, 80.0)}, self.friction_deg);
+    visit({"contact",
+           "Where a strike meets the proxy: normal (where its normal opposes the force) or place (where the body is "
+           "hit)"},
+          self.contact);
+    visit({"listener_m", "Distance of the listener from each piece", between(1e-3, 1000.0)}, self.listener_m);
+    visit({"duration_s", "Length of each piece's sound", between(0.05, 10.0)}, self.duration_s);
+    visit({"mix_s", "The strikes of the mix fall within this time", between(0.0, 60.0)}, self.mix_s);
+    visit({"sample_rate_hz", "Sample rate", between(8000.0, 192000.0)}, self.sample_rate_hz);
+    visit({"n_partials", "First partials that are compared", between(1.0, 40.0)}, self.n_partials);
+    visit({"n_thresholds", "Points of the curve", between(2.0, 100.0)}, self.n_thresholds);
+    visit({"proxy_repeats", "The proxy's way is timed as the mean of so many", between(1.0, 1000.0)},
+          self.proxy_repeats);
+  }
 };
 
 /// Processor time of all threads [s], stage by stage.

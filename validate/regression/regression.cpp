@@ -373,17 +373,7 @@ nlohmann::json rows_json(const Eigen::MatrixXf& levels) {
 
 }  // namespace
 
-void RegressionOptions::validate() const {
-  constexpr const char* kPlace = "regression";
-  checked(kPlace, "false_alarm_rate", false_alarm_rate, 1e-9, 0.5);
-  checked(kPlace, "catch_cents", catch_cents, 0.01, 1000.0);
-  checked(kPlace, "catch_decay", catch_decay, 0.001, 10.0);
-  checked(kPlace, "floor_cents", floor_cents, 0.0, 1000.0);
-  checked(kPlace, "floor_decay", floor_decay, 0.0, 10.0);
-  checked(kPlace, "floor_level_db", floor_level_db, 0.0, 60.0);
-  checked(kPlace, "floor_spectrum_db", floor_spectrum_db, 0.0, 60.0);
-  checked(kPlace, "range_db", range_db, 10.0, 100.0);
-}
+void RegressionOptions::validate() const { validate_fields("regression", *this); }
 
 int RegressionResult::n_failed() const {
   return static_cast<int>(

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "validate/claim/claim.hpp"
 #include "validate/regression/reference_spectrum.hpp"
 #include "validate/regression/sound_description.hpp"
@@ -12,16 +13,32 @@
 namespace klang::validate {
 
 struct RegressionOptions {
-  double false_alarm_rate = 0.005;  ///< of a whole comparison, over all its claims, 1e-9 to 0.5
-  double catch_cents = 3.0;         ///< a judged partial shows a shift of this much in 99 of 100, 0.01 to 1000
-  double catch_decay = 0.10;        ///< and a relative change of its decay of this much, 0.001 to 10
-  double floor_cents = 0.5;         ///< least tolerances, whatever the noise: what no exponential describes; >= 0
-  double floor_decay = 0.02;        ///< relative
-  double floor_level_db = 1.0;      ///< of third octaves
-  double floor_spectrum_db = 1.0;   ///< of the log-spectral distance
-  double range_db = 40.0;  ///< partials further below the loudest are not missed and not superfluous, 10 to 100
-  bool levels = true;      ///< judge levels and log-spectral distance (false: they are reported only)
-  void validate() const;
+  double false_alarm_rate = 0.005;  ///< over all claims of the comparison
+  double catch_cents = 3.0;         ///< a judged partial shows a shift of this much in 99 of 100
+  double catch_decay = 0.10;        ///< and a relative change of its decay of this much
+  double floor_cents = 0.5;         ///< least tolerances, whatever the noise: what no exponential describes
+  double floor_decay = 0.02;
+  double floor_level_db = 1.0;
+  double floor_spectrum_db = 1.0;
+  double range_db = 40.0;
+  bool levels = true;
+  void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"false_alarm_rate", "Of a whole comparison", between(1e-9, 0.5)}, self.false_alarm_rate);
+    visit({"catch_cents", "Not judged: partials too weak to show a shift of this much", between(0.01, 1000.0)},
+          self.catch_cents);
+    visit({"catch_decay", "Not judged: decays too uncertain to show this relative change", between(0.001, 10.0)},
+          self.catch_decay);
+    visit({"floor_cents", "Least tolerance of a frequency", between(0.0, 1000.0)}, self.floor_cents);
+    visit({"floor_decay", "Least relative tolerance of a decay", between(0.0, 10.0)}, self.floor_decay);
+    visit({"floor_level_db", "Least tolerance of a third-octave level", between(0.0, 60.0)}, self.floor_level_db);
+    visit({"floor_spectrum_db", "Least tolerance of the log-spectral distance", between(0.0, 60.0)},
+          self.floor_spectrum_db);
+    visit({"range_db", "Weaker partials may be missing or superfluous", between(10.0, 100.0)}, self.range_db);
+    visit({"levels", "Judge levels and log-spectral distance, too; otherwise they are reported only"}, self.levels);
+  }
 };
 
 /// A partial of the reference, of the sound, or of both.

@@ -102,10 +102,10 @@ double Fingerprint::centre_hz(Eigen::Index band) const {
 }
 
 void DescriptionOptions::validate() const {
-  checked(kPlace, "band.low_hz", band.low_hz, 20.0, 1e5);
-  checked_open(kPlace, "band.high_hz", band.high_hz, band.low_hz, 1e6);
-  checked(kPlace, "max_duration_s", max_duration_s, 0.1, 20.0);
-  checked(kPlace, "min_snr_db", min_snr_db, 0.0, 120.0);
+  std::vector<Violation> violations = violations_of(*this);
+  if (!(band.high_hz > band.low_hz))
+    violations.push_back(out_of_range("band.high_hz", band.high_hz, inside(band.low_hz, 1e6)));
+  throw_violations(kPlace, std::move(violations));
 }
 
 double noise_density(const Fingerprint& fingerprint, double frequency_hz) {

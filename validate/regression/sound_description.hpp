@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/audio/sound_level.hpp"
 #include "fit/ringdown/partial_table.hpp"
@@ -25,10 +26,18 @@ struct Fingerprint {
 };
 
 struct DescriptionOptions {
-  Band band{50.0, 18000.0};     ///< of the partials; high_hz is cut to 0.45 of the sample rate; low_hz 20 to 1e5
-  double max_duration_s = 4.0;  ///< of the fingerprint, 0.1 to 20
+  Band band{50.0, 18000.0};     ///< high_hz is cut to 0.45 of the sample rate
+  double max_duration_s = 4.0;  ///< of the fingerprint
   double min_snr_db = 10.0;     ///< of RingdownOptions
-  void validate() const;
+  void validate() const;        ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"band.low_hz", "Lowest frequency of a partial", between(20.0, 1e5)}, self.band.low_hz);
+    visit({"band.high_hz", "Highest frequency of a partial", inside(0.0, 1e6)}, self.band.high_hz);
+    visit({"max_duration_s", "Levels are kept for so long after the onset", between(0.1, 20.0)}, self.max_duration_s);
+    visit({"min_snr_db", "A partial stands this far above the noise", between(0.0, 120.0)}, self.min_snr_db);
+  }
 };
 
 /// What is known of one sound: its partials with standard deviations, its noise, its levels. Of the first strike; of several

@@ -183,7 +183,7 @@ bool Study::passed() const {
 
 void StudyOptions::validate() const {
   if (levels != 0 && (levels < 3 || levels > 20))
-    throw InputError("study", "levels", std::to_string(levels), "3 to 20, or 0 for all");
+    throw_violations("study", {{"levels", "", std::to_string(levels), "3 to 20, or 0 for all"}});
 }
 
 bool wanted(const StudyOptions& options, const std::string& id) { return id.find(options.only) != std::string::npos; }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "validate/claim/claim.hpp"
 #include "validate/claim/order_estimate.hpp"
 #include "validate/studies/fields.hpp"
@@ -69,10 +70,17 @@ struct Study {
 };
 
 struct StudyOptions {
-  int levels = 0;         ///< coarsest levels of each series that are run, 3 or more; 0: all
-  std::string only;       ///< series whose id contains this; empty: all
-  bool fields = true;     ///< compute what the pictures show
+  int levels = 0;
+  std::string only;
+  bool fields = true;
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"levels", "Only the coarsest N levels of each series, 3 or more; 0: all"}, self.levels);
+    visit({"only", "Only series whose name contains TEXT"}, self.only);
+    visit({"fields", "Compute what the pictures show"}, self.fields);
+  }
 };
 
 /// "fem", "bem", ...: what run_study knows.

@@ -5,16 +5,7 @@
 
 namespace klang::bubble {
 
-void BubbleMedium::validate() const {
-  checked("bubble medium", "liquid_density_kg_m3", liquid_density_kg_m3, 100.0, 2e4);
-  checked("bubble medium", "liquid_sound_speed_m_s", liquid_sound_speed_m_s, 100.0, 1e4);
-  checked("bubble medium", "liquid_viscosity_pa_s", liquid_viscosity_pa_s, 0.0, 10.0);
-  checked("bubble medium", "surface_tension_n_m", surface_tension_n_m, 0.0, 1.0);
-  checked("bubble medium", "static_pressure_pa", static_pressure_pa, 1e3, 1e8);
-  checked("bubble medium", "heat_capacity_ratio", heat_capacity_ratio, 1.01, 1.7);
-  checked("bubble medium", "gas_diffusivity_m2_s", gas_diffusivity_m2_s, 1e-8, 1e-2);
-  checked("bubble medium", "gas_density_kg_m3", gas_density_kg_m3, 0.0, 100.0);
-}
+void BubbleMedium::validate() const { validate_fields("bubble medium", *this); }
 
 BubbleOscillation bubble_oscillation(double radius_m, const BubbleMedium& medium, BubbleTheory theory) {
   checked("bubble", "radius_m", radius_m, kSmallestRadiusM, kLargestRadiusM);

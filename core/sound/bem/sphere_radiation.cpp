@@ -53,12 +53,7 @@ Eigen::MatrixXcd corner_velocity(const RadiatingSurface& surface, const SphereCa
 
 }  // namespace
 
-void SphereCase::validate() const {
-  if (degree < 0 || degree > 20) throw InputError("sphere", "degree", std::to_string(degree), "0 to 20");
-  if (divisions < 1 || divisions > 100) throw InputError("sphere", "divisions", std::to_string(divisions), "1 to 100");
-  checked("sphere", "radius_m", radius_m, 1e-6, 1e6);
-  checked("sphere", "ka", ka, 1e-3, 100.0);
-}
+void SphereCase::validate() const { validate_fields("sphere", *this); }
 
 double SphereCase::frequency_hz(const Medium& medium) const {
   return ka * medium.sound_speed_m_s / (2.0 * kPi * radius_m);

@@ -10,12 +10,20 @@ namespace klang::acoustics {
 /// A sphere with normal velocity P_n(cos theta) x 1 m/s, P_n the Legendre polynomial: n = 0 pulsates, 1 is a dipole, 2 an
 /// axial quadrupole, 3 an axial octupole.
 struct SphereCase {
-  int degree = 0;         ///< 0 to 20
-  double radius_m = 0.1;  ///< 1e-6 to 1e6
-  double ka = 1.0;        ///< wavenumber x radius, 1e-3 to 100
-  int divisions = 10;     ///< of the edges of the icosahedron, 1 to 100: 20 divisions^2 elements
+  int degree = 0;
+  double radius_m = 0.1;
+  double ka = 1.0;
+  int divisions = 10;     ///< 20 divisions^2 elements
   void validate() const;  ///< InputError
   double frequency_hz(const Medium& medium) const;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"degree", "Of the Legendre polynomial", between(0.0, 20.0)}, self.degree);
+    visit({"radius_m", "Radius of the sphere", between(1e-6, 1e6)}, self.radius_m);
+    visit({"ka", "Wavenumber times radius of the sphere", between(1e-3, 100.0)}, self.ka);
+    visit({"divisions", "Of the edges of the icosahedron", between(1.0, 100.0)}, self.divisions);
+  }
 };
 
 /// Exact surface pressure over normal velocity, -i rho c h_n(ka) / h_n'(ka) [Pa s/m], h_n^(2).

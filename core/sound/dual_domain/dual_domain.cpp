@@ -184,12 +184,7 @@ void add_images(const LiquidBoundary& boundary, FluidField& field) {
 
 }  // namespace
 
-void DualDomainOptions::validate() const {
-  liquid.validate();
-  air.validate();
-  checked("dual domain", "ridge", ridge, 1e-15, 1.0);
-  if (wall_length_m) checked("dual domain", "wall_length_m", *wall_length_m, 1e-9, 1e6);
-}
+void DualDomainOptions::validate() const { validate_fields("dual domain", *this); }
 
 DualDomainOptions DualDomainOptions::as_printed() {
   DualDomainOptions options;

@@ -23,16 +23,25 @@ enum class FluidSpace {
   /// j_l(k r) Y_l^m, l <= 2, about each of the random points, ridge on their own coefficients: HF eqs. 21-26 to the letter.
   kSources
 };
+constexpr auto words_of(FluidSpace) {
+  return std::array{Word{FluidSpace::kFlatLimit, "flat"}, Word{FluidSpace::kSources, "sources"}};
+}
 
 enum class LeastSquares {
   kSketch,  ///< conjugate gradients behind a random sketch: the same answer, several times faster
   kDirect   ///< QR of (34) by LAPACK
 };
+constexpr auto words_of(LeastSquares) {
+  return std::array{Word{LeastSquares::kSketch, "sketch"}, Word{LeastSquares::kDirect, "direct"}};
+}
 
 enum class Literature {
   kRight,
   kPaper  ///< HF as printed: S_b = -4 pi rho omega^2 r^2 (eq. 10), air driven without the density ratio (16), alpha without a length (26)
 };
+constexpr auto words_of(Literature) {
+  return std::array{Word{Literature::kRight, "right"}, Word{Literature::kPaper, "paper"}};
+}
 
 struct DualDomainOptions {
   acoustics::Medium liquid{1000.0, 1497.0};
@@ -40,7 +49,7 @@ struct DualDomainOptions {
   FluidSpace fluid_space = FluidSpace::kFlatLimit;
   LeastSquares solver = LeastSquares::kSketch;
   Literature literature = Literature::kRight;
-  double ridge = 1e-8;        ///< epsilon over the Frobenius norm of the matrix (HF section 5.6), 1e-15 to 1
+  double ridge = 1e-8;        ///< epsilon over the Frobenius norm of the matrix (HF section 5.6)
   bool scale_columns = true;  ///< functions scaled to length 1 on the boundary before the ridge is put on
   bool images = true;         ///< pass 1 starts from the bubble and its images in surfaces that are close
   bool wall_slopes = false;   ///< dP/dn of the liquid on rigid walls too, where it should be 0: to look at
@@ -52,6 +61,25 @@ struct DualDomainOptions {
   void validate() const;  ///< InputError
   /// Everything as HF prints it: sources, ridge on unscaled coefficients, no images, printed formulas.
   static DualDomainOptions as_printed();
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"liquid", "The liquid"}, self.liquid);
+    visit({"air", "The air"}, self.air);
+    visit({"fluid_space",
+           "flat: the space that the sources of pass 1 span as k goes to 0; sources: their own coefficients"},
+          self.fluid_space);
+    visit({"solver", "sketch, or direct: QR by LAPACK"}, self.solver);
+    visit({"literature",
+           "right, or paper: formulas as printed (sign of the source, no density ratio, wall weight without a length)"},
+          self.literature);
+    visit({"ridge", "Ridge over the norm of the matrix", between(1e-15, 1.0)}, self.ridge);
+    visit({"scale_columns", "Functions scaled to length 1 before the ridge is put on"}, self.scale_columns);
+    visit({"images", "Pass 1 with images of the bubble in surfaces close to it"}, self.images);
+    visit({"wall_slopes", "Slopes of the pressure on rigid walls, too"}, self.wall_slopes);
+    visit({"wall_length_m", "Length in the weight of rigid walls; default from size and sources", between(1e-9, 1e6)},
+          self.wall_length_m);
+  }
 };
 
 /// The liquid's pressure of a unit source: s(x) + images + regular waves.

@@ -62,10 +62,7 @@ Vector3d closest(const Vector3d& p, const Vector3d& a, const Vector3d& b, const 
 
 }  // namespace
 
-void BoundaryOptions::validate() const {
-  checked("liquid boundary", "expand_m", expand_m, 0.0, 1.0);
-  checked("liquid boundary", "crease_angle_deg", crease_angle_deg, 5.0, 180.0);
-}
+void BoundaryOptions::validate() const { validate_fields("liquid boundary", *this); }
 
 bool LiquidBoundary::counts(std::size_t triangle, bool of_liquid) const {
   const auto region = static_cast<BoundaryRegion>(region_[triangle]);

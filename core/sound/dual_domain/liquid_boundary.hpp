@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::bubble {
@@ -35,10 +36,17 @@ struct BoundarySample {
 };
 
 struct BoundaryOptions {
-  double expand_m = 0.0;  ///< free surface pushed out by this, against bubbles and sources that lie close to it; 0 to 1
-  double crease_angle_deg =
-      40.0;               ///< triangles of a vertex whose normals differ more get samples of their own, 5 to 180
-  void validate() const;  ///< InputError
+  double expand_m = 0.0;
+  double crease_angle_deg = 40.0;  ///< triangles of a vertex whose normals differ more get samples of their own
+  void validate() const;           ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"expand_m", "Moves the free surface out, for bubbles and sources close to it", between(0.0, 1.0)},
+          self.expand_m);
+    visit({"crease_angle_deg", "Angle of normals from which on an edge is sharp", between(5.0, 180.0)},
+          self.crease_angle_deg);
+  }
 };
 
 /// The boundary of a body of liquid, checked: closed, consistently oriented, normals outwards, with free surface.

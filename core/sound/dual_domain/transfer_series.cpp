@@ -21,14 +21,7 @@ Eigen::Vector3d position(const BubblePath& path, double time_s) {
 
 }  // namespace
 
-void TransferSeriesOptions::validate() const {
-  solver.validate();
-  checked("transfer series", "fluid_sources", fluid_sources, 1, 400);
-  checked("transfer series", "air_sources", air_sources, 1, 1000);
-  checked("transfer series", "frequency_hz", frequency_hz, 1.0, 1e5);
-  checked("transfer series", "radius_m", radius_m, 1e-6, 0.1);
-  checked("transfer series", "decay_per_s", decay_per_s, 0.0, 1e6);
-}
+void TransferSeriesOptions::validate() const { validate_fields("transfer series", *this); }
 
 TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s,
                                      const std::function<LiquidBoundary(std::size_t)>& boundary, const BubblePath& path,

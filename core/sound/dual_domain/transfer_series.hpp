@@ -26,6 +26,18 @@ struct TransferSeriesOptions {
   /// to 1/1000. 0: every frame.
   double decay_per_s = 0.0;
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"solver", "How each frame is solved"}, self.solver);
+    visit({"fluid_sources", "Quadrupole sources of pass 1 (liquid)", between(1.0, 400.0)}, self.fluid_sources);
+    visit({"air_sources", "Quadrupole sources of pass 2 (air)", between(1.0, 1000.0)}, self.air_sources);
+    visit({"frequency_hz", "Frequency of the bubble", between(1.0, 1e5)}, self.frequency_hz);
+    visit({"radius_m", "Radius of the bubble", between(1e-6, 0.1)}, self.radius_m);
+    visit({"decay_per_s", "Decay of the bubble, for growing steps and the end at 1/1000; 0: every frame",
+           between(0.0, 1e6)},
+          self.decay_per_s);
+  }
 };
 
 struct TransferAtTime {

@@ -15,11 +15,6 @@ namespace {
 constexpr int kPerClass = 12;
 constexpr double kSafety = 0.6;
 
-void check_count(const char* name, int value, int low, int high) {
-  if (value < low || value > high)
-    throw InputError("soundbank", name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
-}
-
 /// Halton's sequence in the triangle: the same shapes in every run, none twice.
 ShapePoint check_shape(int index, double depth) {
   const auto radical = [](int i, int base) {
@@ -321,15 +316,10 @@ BuildResult Builder::run() {
 
 void BuildOptions::validate() const {
   solid::validate(material);
-  medium.validate();
-  checked("soundbank", "tolerance", tolerance, 1e-4, 0.2);
-  checked("soundbank", "thinnest", thinnest, 0.01, 0.9);
-  checked("soundbank", "boundary_tolerance", boundary_tolerance, 1e-8, 0.1);
-  check_count("modes_per_cell", modes_per_cell, 1, 40);
-  check_count("n_checked_modes", n_checked_modes, 1, modes_per_cell);
-  check_count("degree", degree, 6, 24);
-  check_count("max_halvings", max_halvings, 2, 30);
-  check_count("check_shapes", check_shapes, 1, 100000);
+  std::vector<Violation> violations = violations_of(*this);
+  if (n_checked_modes > modes_per_cell)
+    violations.push_back(out_of_range("n_checked_modes", n_checked_modes, between(1, modes_per_cell)));
+  throw_violations("soundbank", std::move(violations));
 }
 
 BuildResult build_soundbank(const BuildOptions& options, Monitor& monitor, BuildProgress progress,

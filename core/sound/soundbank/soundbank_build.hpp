@@ -11,16 +11,31 @@ namespace klang::soundbank {
 struct BuildOptions {
   solid::Material material;  ///< Poisson's ratio decides about the frequencies, the wave speed about the radiation
   acoustics::Medium medium;
-  double tolerance = 0.01;           ///< relative error of interpolated frequencies, 1e-4 to 0.2
-  double thinnest = 0.04;            ///< smallest a/c, 0.01 to 0.9
-  int n_checked_modes = 10;          ///< 1 to modes_per_cell
-  int modes_per_cell = 16;           ///< 1 to 40
-  int degree = 14;                   ///< of the polynomials, 6 to 24
-  int max_halvings = 20;             ///< depth of the tree, 2 to 30
-  int check_shapes = 100;            ///< random shapes a round of independent checks, 1 to 100000
-  bool radiation = true;             ///< false: frequencies only
-  double boundary_tolerance = 5e-3;  ///< of the radiation, EllipsoidRadiationOptions
+  double tolerance = 0.01;
+  double thinnest = 0.04;    ///< smallest a/c
+  int n_checked_modes = 10;  ///< at most modes_per_cell
+  int modes_per_cell = 16;
+  int degree = 14;
+  int max_halvings = 20;
+  int check_shapes = 100;  ///< of each round of independent checks
+  bool radiation = true;
+  double boundary_tolerance = 5e-3;  ///< EllipsoidRadiationOptions
   void validate() const;             ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"medium", "The fluid around"}, self.medium);
+    visit({"tolerance", "Relative error of interpolated frequencies", between(1e-4, 0.2)}, self.tolerance);
+    visit({"thinnest", "Smallest ratio of the shortest axis to the longest", between(0.01, 0.9)}, self.thinnest);
+    visit({"n_checked_modes", "Modes to which the tolerance applies", between(1.0, 40.0)}, self.n_checked_modes);
+    visit({"modes_per_cell", "Modes of each cell", between(1.0, 40.0)}, self.modes_per_cell);
+    visit({"degree", "Of the polynomials of the displacements", between(6.0, 24.0)}, self.degree);
+    visit({"max_halvings", "Depth of the tree of shapes", between(2.0, 30.0)}, self.max_halvings);
+    visit({"check_shapes", "Unseen shapes of the last check", between(1.0, 100000.0)}, self.check_shapes);
+    visit({"radiation", "The sound of the modes, too; otherwise modes and frequencies only"}, self.radiation);
+    visit({"boundary_tolerance", "Relative error of the normal velocity of the radiation", between(1e-8, 0.1)},
+          self.boundary_tolerance);
+  }
 };
 
 /// What a stopped build has already done; good for the same options only.

@@ -23,11 +23,6 @@ constexpr double kLevelsPerOctave = 4.0;
 
 double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-void check_count(const char* name, int value, int low, int high) {
-  if (value < low || value > high)
-    throw InputError("transfer", name, std::to_string(value), std::to_string(low) + " to " + std::to_string(high));
-}
-
 /// Equilateral triangles of this edge cover the area count times.
 double edge_for_count(double area_m2, int count) { return std::sqrt(4.0 / std::sqrt(3.0) * area_m2 / count); }
 
@@ -188,12 +183,10 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
 }  // namespace
 
 void RadiateOptions::validate() const {
-  medium.validate();
-  order.validate();
-  checked("transfer", "elements_per_wavelength", elements_per_wavelength, 2.0, 40.0);
-  checked("transfer", "elements_per_pattern", elements_per_pattern, 2.0, 40.0);
-  check_count("max_elements", max_elements, 20, 40000);
-  check_count("min_elements", min_elements, 20, max_elements);
+  std::vector<Violation> violations = violations_of(*this);
+  if (min_elements > max_elements)
+    violations.push_back(out_of_range("min_elements", min_elements, between(20.0, max_elements)));
+  throw_violations("transfer", std::move(violations));
 }
 
 RadiateResult radiate(const modal::ModalModel& model, const RadiateOptions& options, Monitor& monitor,

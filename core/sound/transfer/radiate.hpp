@@ -15,13 +15,26 @@ enum class RadiateStatus { kNotRun, kDone, kFailed };
 
 struct RadiateOptions {
   Medium medium;
-  double elements_per_wavelength = 6.0;  ///< of the sound, 2 to 40
-  double elements_per_pattern = 6.0;     ///< of the wavelength of the mode on the surface, 2 to 40
-  int min_elements = 300;                ///< 20 to max_elements, where the modal mesh allows
-  int max_elements = 12000;              ///< to 40000: bounds memory to 24 (max_elements / 2)^2 bytes a solve
-  bool allow_coarse = false;             ///< fewer than 4 elements a wavelength are accepted
+  double elements_per_wavelength = 6.0;  ///< of the sound
+  double elements_per_pattern = 6.0;     ///< of the wavelength of the mode on the surface
+  int min_elements = 300;                ///< at most max_elements, where the modal mesh allows
+  int max_elements = 12000;              ///< bounds memory to 24 (max_elements / 2)^2 bytes per solve
+  bool allow_coarse = false;
   OrderOptions order;
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"medium", "The fluid around"}, self.medium);
+    visit({"elements_per_wavelength", "Boundary elements per wavelength of sound", between(2.0, 40.0)},
+          self.elements_per_wavelength);
+    visit({"elements_per_pattern", "Boundary elements per wavelength of the mode on the surface", between(2.0, 40.0)},
+          self.elements_per_pattern);
+    visit({"min_elements", "Boundary elements at least", between(20.0, 40000.0)}, self.min_elements);
+    visit({"max_elements", "Boundary elements at most", between(20.0, 40000.0)}, self.max_elements);
+    visit({"allow_coarse", "Accept fewer than 4 elements per wavelength"}, self.allow_coarse);
+    visit({"order", "How far the multipoles go"}, self.order);
+  }
 };
 
 struct RadiateResult {

@@ -29,11 +29,7 @@ double radius_about(const SurfaceField& field, const Eigen::Vector3d& centre) {
 
 }  // namespace
 
-void OrderOptions::validate() const {
-  checked_open("multipole order", "kept_power_fraction", kept_power_fraction, 0.0, 1.0);
-  checked("multipole order", "max_order", max_order, 2, kHighestOrder);
-  if (fixed_order) checked("multipole order", "fixed_order", *fixed_order, 0, kHighestOrder);
-}
+void OrderOptions::validate() const { validate_fields("multipole order", *this); }
 
 Eigen::VectorXcd multipole_coefficients(const SurfaceField& field, double wavenumber_per_m, const Medium& medium,
                                         const Eigen::Vector3d& centre_m, int order) {

@@ -34,9 +34,18 @@ struct OrderOptions {
   double kept_power_fraction = 0.999;
   /// SB section 4 instead: ceil(max(k L / 4, 4)) with L = 2 a. Loses most of the power of some sources at ka >= 10.
   bool paper_rule = false;
-  std::optional<int> fixed_order;  ///< 0 to 200: neither rule
-  int max_order = 120;             ///< 2 to 200: a rule that asks for more ends here, and the result says so
+  std::optional<int> fixed_order;  ///< neither rule
+  int max_order = 120;             ///< a rule that asks for more ends here, and the result says so
   void validate() const;           ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"kept_power_fraction", "Part of the radiated power that the multipoles keep", inside(0.0, 1.0)},
+          self.kept_power_fraction);
+    visit({"paper_rule", "Order max(kL/4, 4) instead (loses power)"}, self.paper_rule);
+    visit({"fixed_order", "This order, by no rule", between(0.0, 200.0)}, self.fixed_order);
+    visit({"max_order", "Highest order", between(2.0, 200.0)}, self.max_order);
+  }
 };
 
 struct MultipoleResult {

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "apps/kit/number_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -16,8 +17,7 @@ namespace {
 struct AnalyzeOptions {
   std::string recording;
   std::string band = "20:20000";
-  int max_partials = 200;
-  double min_snr_db = fit::RingdownOptions{}.min_snr_db;
+  fit::RingdownOptions ringdown;  ///< but for its band
   std::string output;
   std::string csv;
 };
@@ -57,10 +57,8 @@ void print_partials(const fit::RingdownResult& result, const CommonOptions& comm
 
 int run_analyze(const AnalyzeOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
-  fit::RingdownOptions ringdown;
+  fit::RingdownOptions ringdown = options.ringdown;
   ringdown.band = parse_band("--band-hz", options.band);
-  ringdown.max_partials = options.max_partials;
-  ringdown.min_snr_db = options.min_snr_db;
   ringdown.validate();
   std::unique_ptr<OutputDirectory> out;
   const audio::Signal recording = audio::read_sound(options.recording);
@@ -105,12 +103,8 @@ Subcommand add_analyze(CLI::App& program, CommonOptions& common) {
   auto options = std::make_shared<AnalyzeOptions>();
   CLI::App* app = program.add_subcommand("analyze", "Partials of a recording with their standard deviations");
   app->add_option("recording", options->recording, "WAV, FLAC, OGG or AIFF")->required();
-  app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
-  app->add_option("--max-partials", options->max_partials, "Keep the strongest N, 1 to 2000")
-      ->check(CLI::Range(1, 2000))
-      ->capture_default_str();
-  app->add_option("--min-snr-db", options->min_snr_db, "A partial stands this far above the noise")
-      ->capture_default_str();
+  add_band_option(*app, common, options->band);
+  add_fields(*app, common, options->ringdown, {{"max_partials"}, {"min_snr_db"}});
   app->add_option("-o,--output", options->output, "Folder for report.html, resynthesis and pictures");
   app->add_option("--csv", options->csv, "Write the partials as CSV (klang fit reads it)");
   app->footer(

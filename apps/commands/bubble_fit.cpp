@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "apps/kit/number_options.hpp"
 #include "apps/kit/thermal_option.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -170,14 +171,8 @@ Subcommand add_bubble_fit(CLI::App& group, CommonOptions& common) {
   CLI::App* app =
       group.add_subcommand("fit", "Bubbles in a recording of water drops: radius, damping, onset, pitch constants");
   app->add_option("recording", options->recording, "WAV, FLAC, OGG or AIFF")->required();
-  app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
-  app->add_option("--min-snr-db", options->search.min_snr_db,
-                  "Energy of a ring over the noise's spectral density, 10 to 120")
-      ->capture_default_str();
-  app->add_option("--max-bubbles", options->search.max_bubbles, "Strongest N, 1 to 10000")->capture_default_str();
-  app->add_option("--amplitude-exponent", options->search.amplitude_exponent,
-                  "n of |p| ~ omega^n as the pitch rises, -5 to 5")
-      ->capture_default_str();
+  add_band_option(*app, common, options->band);
+  add_fields(*app, common, options->search, {{"min_snr_db"}, {"max_bubbles"}, {"amplitude_exponent"}});
   add_thermal_option(*app, options->thermal);
   app->add_option(
       "--rise", options->rise,

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "apps/kit/thermal_option.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -63,22 +64,19 @@ int run_info(const InfoOptions& options, const CommonOptions& common) {
 Subcommand add_bubble_info(CLI::App& group, CommonOptions& common) {
   auto options = std::make_shared<InfoOptions>();
   CLI::App* app = group.add_subcommand("info", "Frequency and damping of one bubble");
-  bubble::BubbleMedium& medium = options->medium;
   app->add_option("--radius-m", options->radius_m, "Radius of the bubble, 1e-5 to 0.05")->required();
   app->add_option("--literature", options->literature,
                   "right, or paper: the forms as printed by Zheng and James 2009 (docs/errata.md)")
       ->capture_default_str();
   add_thermal_option(*app, options->thermal);
-  app->add_option("--liquid-density-kg-m3", medium.liquid_density_kg_m3, "Density of the liquid")
-      ->capture_default_str();
-  app->add_option("--liquid-sound-speed-m-s", medium.liquid_sound_speed_m_s, "Its sound speed")->capture_default_str();
-  app->add_option("--liquid-viscosity-pa-s", medium.liquid_viscosity_pa_s, "Its shear viscosity")
-      ->capture_default_str();
-  app->add_option("--surface-tension-n-m", medium.surface_tension_n_m, "Surface tension")->capture_default_str();
-  app->add_option("--static-pressure-pa", medium.static_pressure_pa, "Pressure in the liquid")->capture_default_str();
-  app->add_option("--heat-capacity-ratio", medium.heat_capacity_ratio, "Of the gas")->capture_default_str();
-  app->add_option("--gas-diffusivity-m2-s", medium.gas_diffusivity_m2_s, "Thermal diffusivity of the gas")
-      ->capture_default_str();
+  add_fields(*app, common, options->medium,
+             {{"liquid_density_kg_m3"},
+              {"liquid_sound_speed_m_s"},
+              {"liquid_viscosity_pa_s"},
+              {"surface_tension_n_m"},
+              {"static_pressure_pa"},
+              {"heat_capacity_ratio"},
+              {"gas_diffusivity_m2_s"}});
   app->footer("Example:\n  klang bubble info --radius-m 0.001 --json b.json");
   return {app, [options, &common] { return run_info(*options, common); }};
 }

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "apps/kit/number_options.hpp"
 #include "apps/kit/number_table.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -21,78 +22,48 @@ using Complex = std::complex<double>;
 using bubble::DualDomainOptions;
 
 struct TransferOptions {
-  std::string boundary, bubble, path, points, output, literature = "right", solver = "sketch", fluid_space = "flat";
-  double frequency_hz = 0.0, unit_m = 1.0, frame_step_s = 0.0;
-  std::optional<double> given_radius_m, decay_per_s, wall_length_m;
-  double radius_m = 0.0;  ///< as given, or that which rings at the frequency
-  int fluid_sources = 60, air_sources = 100;
-  bool no_images = false, no_scaling = false;
+  std::string boundary, bubble, path, points, output;
+  double unit_m = 1.0, frame_step_s = 0.0;
+  std::optional<double> given_radius_m, decay_per_s;
   bubble::BoundaryOptions surface;
-  DualDomainOptions solve;
+  bubble::TransferSeriesOptions series;  ///< of one boundary, too, as far as they concern it
 };
 
-/// The radius that rings at this frequency, between the smallest and the largest there are.
-double radius_of(double frequency_hz, bubble::BubbleTheory theory) {
-  const auto frequency = [&](double radius) {
-    return bubble::bubble_oscillation(radius, {}, theory).undamped_frequency_hz;
-  };
-  double small = bubble::kSmallestRadiusM, large = bubble::kLargestRadiusM;
-  if (!(frequency_hz <= frequency(small) && frequency_hz >= frequency(large)))
-    throw InputError("command line", "--frequency-hz belongs to no bubble", to_text(frequency_hz),
-                     to_text(frequency(large)) + " to " + to_text(frequency(small)) + " Hz; or give --radius-m");
-  for (int turn = 0; turn < 200 && large - small > 1e-15 * large; ++turn) {
-    const double middle = 0.5 * (small + large);
-    (frequency(middle) > frequency_hz ? small : large) = middle;
+/// What follows from the options, and all of them checked.
+void finish(TransferOptions& o, std::uint64_t seed) {
+  const bool paper = o.series.solver.literature == bubble::Literature::kPaper;
+  const auto theory = paper ? bubble::BubbleTheory::kPaper : bubble::BubbleTheory::kLeighton;
+  o.series.seed = seed;
+  if (o.given_radius_m) {
+    o.series.radius_m =
+        checked("command line", "--radius-m", *o.given_radius_m, bubble::kSmallestRadiusM, bubble::kLargestRadiusM);
+  } else {
+    checked("command line", "--frequency-hz", o.series.frequency_hz, 1.0, 1e5);
+    o.series.radius_m = bubble::bubble_radius_m(o.series.frequency_hz, {}, theory);
   }
-  return 0.5 * (small + large);
-}
-
-void finish(TransferOptions& o) {
-  const auto choice = [](const char* name, const std::string& value, const char* first, const char* second) {
-    if (value != first && value != second)
-      throw InputError("command line", name, value, std::string(first) + ", " + second);
-    return value == second;
-  };
-  const bool paper = choice("--literature", o.literature, "right", "paper");
-  o.solve.literature = paper ? bubble::Literature::kPaper : bubble::Literature::kRight;
-  o.solve.solver =
-      choice("--solver", o.solver, "sketch", "direct") ? bubble::LeastSquares::kDirect : bubble::LeastSquares::kSketch;
-  o.solve.fluid_space = choice("--fluid-functions", o.fluid_space, "flat", "sources") ? bubble::FluidSpace::kSources
-                                                                                      : bubble::FluidSpace::kFlatLimit;
-  o.solve.images = !o.no_images;
-  o.solve.scale_columns = !o.no_scaling;
-  o.solve.wall_length_m = o.wall_length_m;
-  if (o.decay_per_s) checked("command line", "--decay-per-s", *o.decay_per_s, 0.0, 1e6);
-  o.solve.validate();
+  o.series.decay_per_s = o.decay_per_s.value_or(0.0);
+  o.series.validate();
   o.surface.validate();
-  if (o.fluid_sources < 1 || o.fluid_sources > 400)
-    throw InputError("command line", "--fluid-sources", std::to_string(o.fluid_sources), "1 to 400");
-  if (o.air_sources < 1 || o.air_sources > 1000)
-    throw InputError("command line", "--air-sources", std::to_string(o.air_sources), "1 to 1000");
-  checked("command line", "--frequency-hz", o.frequency_hz, 1.0, 1e5);
-  o.radius_m =
-      o.given_radius_m
-          ? checked("command line", "--radius-m", *o.given_radius_m, bubble::kSmallestRadiusM, bubble::kLargestRadiusM)
-          : radius_of(o.frequency_hz, paper ? bubble::BubbleTheory::kPaper : bubble::BubbleTheory::kLeighton);
 }
 
 nlohmann::json options_json(const TransferOptions& o) {
-  return {{"frequency_hz", o.frequency_hz},
-          {"radius_m", o.radius_m},
-          {"fluid_sources", o.fluid_sources},
-          {"air_sources", o.air_sources},
+  const DualDomainOptions& solver = o.series.solver;
+  return {{"frequency_hz", o.series.frequency_hz},
+          {"radius_m", o.series.radius_m},
+          {"fluid_sources", o.series.fluid_sources},
+          {"air_sources", o.series.air_sources},
           {"expand_m", o.surface.expand_m},
           {"unit_m", o.unit_m},
-          {"ridge", o.solve.ridge},
-          {"literature", o.literature},
-          {"solver", o.solver},
-          {"fluid_functions", o.fluid_space},
-          {"images", o.solve.images},
-          {"scaled_columns", o.solve.scale_columns},
-          {"liquid_density_kg_m3", o.solve.liquid.density_kg_m3},
-          {"liquid_sound_speed_m_s", o.solve.liquid.sound_speed_m_s},
-          {"air_density_kg_m3", o.solve.air.density_kg_m3},
-          {"air_sound_speed_m_s", o.solve.air.sound_speed_m_s}};
+          {"ridge", solver.ridge},
+          {"literature", to_text(solver.literature)},
+          {"solver", to_text(solver.solver)},
+          {"fluid_functions", to_text(solver.fluid_space)},
+          {"images", solver.images},
+          {"scaled_columns", solver.scale_columns},
+          {"liquid_density_kg_m3", solver.liquid.density_kg_m3},
+          {"liquid_sound_speed_m_s", solver.liquid.sound_speed_m_s},
+          {"air_density_kg_m3", solver.air.density_kg_m3},
+          {"air_sound_speed_m_s", solver.air.sound_speed_m_s}};
 }
 
 int run_series(const TransferOptions& options, const CommonOptions& common) {
@@ -113,15 +84,8 @@ int run_series(const TransferOptions& options, const CommonOptions& common) {
   const Eigen::MatrixXd points = read_number_table(options.points, 3, "x_m,y_m,z_m");
   if (points.rows() != 1)
     throw InputError(options.points, "a series needs one listener", std::to_string(points.rows()) + " points", "1");
-  bubble::TransferSeriesOptions series;
-  series.solver = options.solve;
-  series.fluid_sources = options.fluid_sources;
-  series.air_sources = options.air_sources;
-  series.seed = common.seed;
-  series.frequency_hz = options.frequency_hz;
-  series.radius_m = options.radius_m;
-  series.decay_per_s =
-      options.decay_per_s ? *options.decay_per_s : bubble::bubble_oscillation(options.radius_m).decay_per_s;
+  bubble::TransferSeriesOptions series = options.series;
+  if (!options.decay_per_s) series.decay_per_s = bubble::bubble_oscillation(series.radius_m).decay_per_s;
   TerminalMonitor monitor(common.quiet);
   const bubble::TransferSeriesResult result = bubble::transfer_series(
       frames.time_s,
@@ -136,7 +100,7 @@ int run_series(const TransferOptions& options, const CommonOptions& common) {
   std::vector<std::filesystem::path> inputs = {options.points};
   if (!options.path.empty()) inputs.emplace_back(options.path);
   inputs.insert(inputs.end(), frames.files.begin(), frames.files.end());
-  if (result.n_fluid_sources < options.fluid_sources || result.n_air_sources < options.air_sources)
+  if (result.n_fluid_sources < series.fluid_sources || result.n_air_sources < series.air_sources)
     warn("the coarsest frame carries " + std::to_string(result.n_fluid_sources) + " fluid and " +
          std::to_string(result.n_air_sources) + " air sources");
   nlohmann::json json = result_header("bubble_transfer_series", "done", common, options_json(options), inputs);
@@ -167,32 +131,32 @@ int run_one(const TransferOptions& options, const CommonOptions& common) {
   const Eigen::MatrixXd points = read_number_table(options.points, 3, "x_m,y_m,z_m");
   const bubble::BoundaryMesh mesh = bubble::read_boundary(options.boundary, options.unit_m);
   const bubble::LiquidBoundary boundary(mesh, options.surface);
-  boundary.check_bubble(at, 0.1 * options.radius_m);
+  boundary.check_bubble(at, 0.1 * options.series.radius_m);
   for (Eigen::Index i = 0; i < points.rows(); ++i)
     if (boundary.inside_air_boundary(points.row(i).transpose()))
       throw InputError(options.points, "point " + std::to_string(i) + " lies inside the liquid",
                        to_text(points(i, 0)) + "," + to_text(points(i, 1)) + "," + to_text(points(i, 2)),
                        "points in the air");
   TerminalMonitor monitor(common.quiet);
-  DualDomainOptions solve = options.solve;
+  DualDomainOptions solve = options.series.solver;
   solve.wall_slopes = !options.output.empty();
   const bubble::SourcePoints sources =
-      bubble::random_source_points(boundary, options.fluid_sources, options.air_sources, common.seed);
-  const bubble::DualDomainResult result =
-      bubble::solve_dual_domain(boundary, options.frequency_hz, sources, {at}, {options.radius_m}, solve, monitor)[0];
+      bubble::random_source_points(boundary, options.series.fluid_sources, options.series.air_sources, common.seed);
+  const bubble::DualDomainResult result = bubble::solve_dual_domain(boundary, options.series.frequency_hz, sources,
+                                                                    {at}, {options.series.radius_m}, solve, monitor)[0];
   if (!result.usable()) throw NumericalError("bubble transfer: " + result.message);
-  if (result.n_fluid_sources < options.fluid_sources || result.n_air_sources < options.air_sources)
+  if (result.n_fluid_sources < options.series.fluid_sources || result.n_air_sources < options.series.air_sources)
     warn("the surface has only " + std::to_string(boundary.samples().size()) +
          " samples: " + std::to_string(result.n_fluid_sources) + " fluid and " + std::to_string(result.n_air_sources) +
          " air sources are used");
   if (!options.output.empty())
-    bubble::write_boundary_solution(options.output, mesh, boundary, result, options.solve.liquid.density_kg_m3);
+    bubble::write_boundary_solution(options.output, mesh, boundary, result, options.series.solver.liquid.density_kg_m3);
 
   nlohmann::json json =
       result_header("bubble_transfer", "done", common, options_json(options), {options.boundary, options.points});
   json["n_samples"] = boundary.samples().size();
   json["volume_m3"] = boundary.volume_m3();
-  json["radius_m"] = options.radius_m;
+  json["radius_m"] = options.series.radius_m;
   json["source_strength_kg_m_s2"] = result.source_strength.real();
   json["fit_error_fluid"] = result.fit_error_fluid;
   json["fit_error_air"] = result.fit_error_air;
@@ -209,13 +173,13 @@ int run_one(const TransferOptions& options, const CommonOptions& common) {
   }
   write_json(common, json);
   say(common, "%zu samples, %g Hz: fit errors %.3g %% (liquid), %.3g %% (air), %.2f s\n", boundary.samples().size(),
-      options.frequency_hz, 100.0 * result.fit_error_fluid, 100.0 * result.fit_error_air,
+      options.series.frequency_hz, 100.0 * result.fit_error_fluid, 100.0 * result.fit_error_air,
       result.wall_time_s.at("total"));
   return kDone;
 }
 
 int run_bubble_transfer(TransferOptions options, const CommonOptions& common) {
-  finish(options);
+  finish(options, common.seed);
   const bool series = bubble::is_series(options.boundary);
   if (options.bubble.empty() == (options.path.empty() || !series))
     throw InputError(
@@ -237,42 +201,34 @@ Subcommand add_bubble_transfer(CLI::App& group, CommonOptions& common) {
       ->required();
   app->add_option("--bubble", options->bubble, "Position x,y,z [m]");
   app->add_option("--path", options->path, "Series: positions over time (CSV time_s,x_m,y_m,z_m)");
-  app->add_option("--frequency-hz", options->frequency_hz, "Frequency of the bubble")->required();
+  add_fields(*app, common, options->series, {{"frequency_hz"}});
+  app->get_option("--frequency-hz")->default_str("")->required();
   app->add_option("--radius-m", options->given_radius_m, "Its radius; default: the one that rings at this frequency");
   app->add_option("--points", options->points, "Where to find the pressure: x_m,y_m,z_m a line (CSV)")->required();
   app->add_option("-o,--output", options->output,
                   "Surface with the solution (.vtp); series: transfer over time (.csv) for klang bubble synth");
-  app->add_option("--fluid-sources", options->fluid_sources, "Quadrupole sources of pass 1 (liquid)")
-      ->capture_default_str();
-  app->add_option("--air-sources", options->air_sources, "Quadrupole sources of pass 2 (air)")->capture_default_str();
-  app->add_option("--expand-m", options->surface.expand_m,
-                  "Moves the free surface out, for bubbles and sources close to it")
-      ->capture_default_str();
+  add_fields(*app, common, options->series, {{"fluid_sources"}, {"air_sources"}});
+  add_fields(*app, common, options->surface, {{"expand_m"}});
   app->add_option("--unit-m", options->unit_m, "Length of the surface file's unit")->capture_default_str();
   app->add_option("--frame-step-s", options->frame_step_s, "Series drop_####.vtp: time between frames");
   app->add_option(
       "--decay-per-s", options->decay_per_s,
       "Series: decay of the bubble, for growing steps and the end at 1/1000; default from the radius, 0: every frame");
-  app->add_option(
-         "--literature", options->literature,
-         "right, or paper: formulas as printed (sign of the source, no density ratio, wall weight without a length)")
-      ->capture_default_str();
-  app->add_option("--fluid-functions", options->fluid_space,
-                  "flat: the space that the sources of pass 1 span as k goes to 0; sources: their own coefficients")
-      ->capture_default_str();
-  app->add_option("--solver", options->solver, "sketch, or direct: QR by LAPACK")->capture_default_str();
-  app->add_option("--ridge", options->solve.ridge, "Ridge over the norm of the matrix")->capture_default_str();
-  app->add_option("--wall-length-m", options->wall_length_m,
-                  "Length in the weight of rigid walls; default from size and sources");
-  app->add_flag("--no-images", options->no_images, "Pass 1 without images of the bubble in surfaces close to it");
-  app->add_flag("--no-scaling", options->no_scaling, "Ridge on functions that are not scaled to length 1");
-  app->add_option("--liquid-density-kg-m3", options->solve.liquid.density_kg_m3, "Density of the liquid")
-      ->capture_default_str();
-  app->add_option("--liquid-sound-speed-m-s", options->solve.liquid.sound_speed_m_s, "Sound speed of the liquid")
-      ->capture_default_str();
-  app->add_option("--air-density-kg-m3", options->solve.air.density_kg_m3, "Density of the air")->capture_default_str();
-  app->add_option("--air-sound-speed-m-s", options->solve.air.sound_speed_m_s, "Sound speed of the air")
-      ->capture_default_str();
+  add_fields(*app, common, options->series,
+             {{"solver.literature"},
+              {"solver.fluid_space", "--fluid-functions"},
+              {"solver.solver"},
+              {"solver.ridge"},
+              {"solver.wall_length_m"},
+              {"solver.images", "!--no-images", "Pass 1 without images of the bubble in surfaces close to it"},
+              {"solver.scale_columns", "!--no-scaling", "Ridge on functions that are not scaled to length 1"},
+              {"solver.liquid.density_kg_m3", "--liquid-density-kg-m3", "Density of the liquid"},
+              {"solver.liquid.sound_speed_m_s", "--liquid-sound-speed-m-s", "Sound speed of the liquid"},
+              {"solver.air.density_kg_m3", "--air-density-kg-m3", "Density of the air"},
+              {"solver.air.sound_speed_m_s", "--air-sound-speed-m-s", "Sound speed of the air"}});
+  for (const auto& [field, flag] :
+       {std::pair{"radius_m", "--radius-m"}, {"decay_per_s", "--decay-per-s"}, {"boundary", "--boundary"}})
+    name_field(*app, common, field, flag);
   app->footer(
       "Pressure in Pa for a bubble wall that swings by 1 m (unit amplitude).\n"
       "Examples:\n"

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
@@ -73,9 +74,7 @@ Subcommand add_converge(CLI::App& program, CommonOptions& common) {
   app->add_option("-o,--output", command->output,
                   "Folder for study.json, report.html, junit.xml, levels.csv, VTK files")
       ->required();
-  app->add_option("--levels", command->options.levels, "Only the coarsest N levels of each series, 3 or more; 0: all")
-      ->capture_default_str();
-  app->add_option("--only", command->options.only, "Only series whose name contains TEXT")->type_name("TEXT");
+  add_fields(*app, common, command->options, {{"levels"}, {"only"}});
   app->add_flag("--no-pictures", command->no_pictures, "Leave out the VTK pictures");
   app->footer(
       "Examples:\n"

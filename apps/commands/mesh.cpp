@@ -65,7 +65,7 @@ int run_mesh(MeshOptions options, const CommonOptions& common) {
 Subcommand add_mesh(CLI::App& program, CommonOptions& common) {
   auto options = std::make_shared<MeshOptions>();
   CLI::App* app = program.add_subcommand("mesh", "Make or import a tetrahedral mesh, with a quality report");
-  options->body.add_to(*app, true);
+  options->body.add_to(*app, common, true);
   app->add_option("-o,--output", options->output, "Write the mesh (.vtu or .msh)");
   app->add_option("--density-kg-m3", options->density_kg_m3, "Also report the mass");
   app->footer(

@@ -138,7 +138,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
 Subcommand add_modes(CLI::App& program, CommonOptions& common) {
   auto options = std::make_shared<ModesOptions>();
   CLI::App* app = program.add_subcommand("modes", "Eigenfrequencies and mode shapes of a body");
-  options->body.add_to(*app);
+  options->body.add_to(*app, common);
   app->add_option("--material", options->material,
                   "Preset, or name=value list: lame_lambda_pa, lame_mu_pa (or youngs_modulus_pa, poissons_ratio), "
                   "density_kg_m3")

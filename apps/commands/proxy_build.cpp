@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
@@ -14,7 +15,6 @@ namespace {
 struct ProxyBuildOptions {
   std::string output;
   double youngs_modulus_pa = 6.2e10, poissons_ratio = 0.2, density_kg_m3 = 2600.0;  // glass of SB Table 1
-  bool no_radiation = false;
   soundbank::BuildOptions build;
 };
 
@@ -38,7 +38,6 @@ int run_proxy_build(ProxyBuildOptions o, const CommonOptions& common) {
   if (o.output.empty()) throw InputError("command line", "-o", {}, "a file for the bank");
   if (std::filesystem::is_directory(o.output)) throw InputError("-o", "is a folder", o.output, "a file for the bank");
   o.build.material = solid::from_youngs_modulus(o.youngs_modulus_pa, o.poissons_ratio, o.density_kg_m3);
-  o.build.radiation = !o.no_radiation;
   o.build.n_checked_modes = std::min(o.build.n_checked_modes, o.build.modes_per_cell);
   o.build.validate();
   const nlohmann::json used = options_json(o);
@@ -85,7 +84,6 @@ int run_proxy_build(ProxyBuildOptions o, const CommonOptions& common) {
 Subcommand add_proxy_build(CLI::App& group, CommonOptions& common) {
   auto options = std::make_shared<ProxyBuildOptions>();
   CLI::App* app = group.add_subcommand("build", "Precompute modes and sound of ellipsoids of all shapes");
-  soundbank::BuildOptions& build = options->build;
   app->add_option("-o,--output", options->output, "The bank")->required();
   app->add_option("--poissons-ratio", options->poissons_ratio, "Frequencies and shapes depend on it alone")
       ->capture_default_str();
@@ -93,20 +91,17 @@ Subcommand add_proxy_build(CLI::App& group, CommonOptions& common) {
                   "With the density: the wave speed, on which the radiation depends")
       ->capture_default_str();
   app->add_option("--density-kg-m3", options->density_kg_m3, "Density of the solid")->capture_default_str();
-  app->add_option("--air-density-kg-m3", build.medium.density_kg_m3, "Density of the fluid")->capture_default_str();
-  app->add_option("--air-sound-speed-m-s", build.medium.sound_speed_m_s, "Its sound speed")->capture_default_str();
-  app->add_option("--tolerance", build.tolerance, "Relative error of interpolated frequencies")->capture_default_str();
-  app->add_option("--thinnest", build.thinnest, "Smallest ratio of the shortest axis to the longest")
-      ->capture_default_str();
-  app->add_option("--modes", build.modes_per_cell, "Modes of each cell")->capture_default_str();
-  app->add_option("--checked-modes", build.n_checked_modes, "Modes to which the tolerance applies")
-      ->capture_default_str();
-  app->add_option("--degree", build.degree, "Of the polynomials of the displacements")->capture_default_str();
-  app->add_option("--check-shapes", build.check_shapes, "Unseen shapes of the last check")->capture_default_str();
-  app->add_option("--boundary-tolerance", build.boundary_tolerance,
-                  "Relative error of the normal velocity of the radiation")
-      ->capture_default_str();
-  app->add_flag("--no-radiation", options->no_radiation, "Modes and frequencies only");
+  add_fields(*app, common, options->build,
+             {{"medium.density_kg_m3", "--air-density-kg-m3"},
+              {"medium.sound_speed_m_s", "--air-sound-speed-m-s", "Its sound speed"},
+              {"tolerance"},
+              {"thinnest"},
+              {"modes_per_cell", "--modes"},
+              {"n_checked_modes", "--checked-modes"},
+              {"degree"},
+              {"check_shapes"},
+              {"boundary_tolerance"},
+              {"radiation", "!--no-radiation", "Modes and frequencies only"}});
   app->footer(
       "Examples:\n"
       "  klang proxy build --poissons-ratio 0.2 --tolerance 0.01 -o glass.bank --json b.json\n"

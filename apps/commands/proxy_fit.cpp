@@ -6,6 +6,7 @@
 
 #include "apps/commands/proxy_errors_json.hpp"
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
@@ -150,16 +151,8 @@ Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
   app->add_option("--transfer", options->transfer,
                   "Of a modal model, from klang transfer: compare the sound far away, radiation included");
   app->add_option("-o,--output", options->output, "Folder for fit.json, report.html and the three sounds")->required();
-  app->add_option("--partials", options->fit.n_partials, "First partials that are fitted and compared, at most")
-      ->capture_default_str();
-  app->add_option("--highest-hz", options->fit.highest_hz,
-                  "Partials above it are not fitted nor compared (three always are)")
-      ->capture_default_str();
-  app->add_option("--generations", options->fit.search.n_generations,
-                  "Of the search around the best: more are slower and may find a better one")
-      ->capture_default_str();
-  app->add_option("--duration-s", options->fit.duration_s, "Length of the sounds that are compared")
-      ->capture_default_str();
+  add_fields(*app, common, options->fit,
+             {{"n_partials", "--partials"}, {"highest_hz"}, {"search.n_generations", "--generations"}, {"duration_s"}});
   app->add_option("--rayleigh-mass-per-s", options->rayleigh_mass_per_s, "Damping of a model: mass coefficient")
       ->capture_default_str();
   app->add_option("--rayleigh-stiffness-s", options->rayleigh_stiffness_s, "Damping of a model: stiffness coefficient")

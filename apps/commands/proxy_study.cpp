@@ -5,6 +5,7 @@
 
 #include "apps/commands/proxy_errors_json.hpp"
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "apps/kit/number_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -22,7 +23,6 @@ struct ProxyStudyCommand {
   bool shards_only = false;
   double youngs_modulus_pa = 6.2e10, poissons_ratio = 0.2, density_kg_m3 = 2600.0;  // glass of SB Table 1
   validate::DebrisStudyOptions study;
-  std::string contact = "normal";
 };
 
 nlohmann::json options_json(const ProxyStudyCommand& o) {
@@ -41,7 +41,7 @@ nlohmann::json options_json(const ProxyStudyCommand& o) {
           {"rayleigh_stiffness_s", s.rayleigh_stiffness_s},
           {"impulse_n_s", s.impulse_n_s},
           {"contact_duration_s", s.contact_duration_s},
-          {"contact", o.contact},
+          {"contact", to_text(s.contact)},
           {"friction_deg", s.friction_deg},
           {"listener_m", s.listener_m},
           {"duration_s", s.duration_s},
@@ -156,7 +156,6 @@ int run_proxy_study(ProxyStudyCommand o, const CommonOptions& common) {
     study.debris.box_m.setZero();
     study.debris.plate_thicknesses_m.clear();
   }
-  study.contact = o.contact == "normal" ? validate::ProxyContact::kNormal : validate::ProxyContact::kPlace;
   study.debris.seed = common.seed;
   study.material = solid::from_youngs_modulus(o.youngs_modulus_pa, o.poissons_ratio, o.density_kg_m3);
   study.validate();
@@ -201,40 +200,30 @@ Subcommand add_proxy_study(CLI::App& group, CommonOptions& common) {
   app->add_option("bank", options->bank, "Bank from klang proxy build, with sound")->required();
   app->add_option("-o,--output", options->output, "Folder for study.json, study.csv, report.html and the two mixes")
       ->required();
-  app->add_option("--pieces", study.debris.n_shards, "Shards of the slab")->capture_default_str();
+  add_fields(*app, common, study, {{"debris.n_shards", "--pieces", {}, between(1, 500)}});
   app->add_flag("--shards-only", options->shards_only, "Leave out the box and the three plates");
   app->add_option("--slab", options->slab, "Length, width and thickness of the slab [m]: 0.2,0.2,0.006");
-  app->add_option("--tilt-deg", study.debris.largest_tilt_deg, "How far cracks lean, as a rule")->capture_default_str();
-  app->add_option("--thresholds", study.n_thresholds, "Points of the curve")->capture_default_str();
-  app->add_option("--highest-hz", study.highest_hz, "Modes up to here are heard")->capture_default_str();
+  add_fields(*app, common, study,
+             {{"debris.largest_tilt_deg", "--tilt-deg"}, {"n_thresholds", "--thresholds"}, {"highest_hz"}});
   app->add_option("--youngs-modulus-pa", options->youngs_modulus_pa, "Of the pieces; must be the bank's")
       ->capture_default_str();
   app->add_option("--poissons-ratio", options->poissons_ratio, "Of the pieces; must be the bank's")
       ->capture_default_str();
   app->add_option("--density-kg-m3", options->density_kg_m3, "Of the pieces; must be the bank's")
       ->capture_default_str();
-  app->add_option("--rayleigh-mass-per-s", study.rayleigh_mass_per_s, "Damping: mass coefficient")
-      ->capture_default_str();
-  app->add_option("--rayleigh-stiffness-s", study.rayleigh_stiffness_s, "Damping: stiffness coefficient")
-      ->capture_default_str();
-  app->add_option(
-         "--contact", options->contact,
-         "Where a blow meets the proxy: normal (where its normal opposes the force) or place (where the body is hit)")
-      ->check(CLI::IsMember({"normal", "place"}))
-      ->capture_default_str();
-  app->add_option("--friction-deg", study.friction_deg, "Largest angle of a strike's force to the normal")
-      ->capture_default_str();
-  app->add_option("--listener-m", study.listener_m, "Distance of the listener from each piece")->capture_default_str();
-  app->add_option("--duration-s", study.duration_s, "Length of each piece's sound")->capture_default_str();
-  app->add_option("--mix-s", study.mix_s, "The strikes of the mix fall within this time")->capture_default_str();
-  app->add_option("--partials", study.n_partials, "First partials that are compared")->capture_default_str();
-  app->add_option("--degree", study.polynomial_degree, "Of the polynomials that give the lowest frequency")
-      ->capture_default_str();
-  app->add_option("--elements-per-wavelength", study.elements_per_wavelength,
-                  "Finite elements to the shortest wave, direct way")
-      ->capture_default_str();
-  app->add_option("--repeats", study.proxy_repeats, "The proxy's way is timed as the mean of so many")
-      ->capture_default_str();
+  add_fields(*app, common, study,
+             {{"rayleigh_mass_per_s"},
+              {"rayleigh_stiffness_s"},
+              {"contact"},
+              {"friction_deg"},
+              {"listener_m"},
+              {"duration_s"},
+              {"mix_s"},
+              {"n_partials", "--partials"},
+              {"polynomial_degree", "--degree"},
+              {"elements_per_wavelength"},
+              {"proxy_repeats", "--repeats"}});
+  name_field(*app, common, "debris.slab_m", "--slab");
   app->footer(
       "Examples:\n"
       "  klang proxy study glass.bank -o debris --threads 1\n"

@@ -3,6 +3,7 @@
 
 #include "apps/commands/regress_sound.hpp"
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
@@ -16,16 +17,14 @@ struct CheckCommand {
   std::string reference;
   RegressSoundOptions sound;
   std::string output;
-  bool no_levels = false;
   validate::RegressionOptions options;
 };
 
 int run_check(const CheckCommand& command, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
-  validate::RegressionOptions options = command.options;
-  options.levels = !command.no_levels;
+  const validate::RegressionOptions& options = command.options;
   options.validate();
-  const validate::DescriptionOptions description = command.sound.description();
+  const validate::DescriptionOptions description = command.sound.checked_description();
   const std::string& path = command.sound.sounds.front();
   const validate::ReferenceSpectrum reference =
       validate::parse_reference(read_file(command.reference, std::size_t{256} << 20), command.reference);
@@ -100,22 +99,17 @@ Subcommand add_regress_check(CLI::App& group, CommonOptions& common) {
       ->required()
       ->expected(1);
   app->add_option("-o,--output", command->output, "Folder for regression.json, junit.xml and report.html");
-  validate::RegressionOptions& options = command->options;
-  app->add_option("--false-alarm-rate", options.false_alarm_rate, "Of a whole comparison")->capture_default_str();
-  app->add_option("--catch-cents", options.catch_cents, "Not judged: partials too weak to show a shift of this much")
-      ->capture_default_str();
-  app->add_option("--catch-decay", options.catch_decay, "Not judged: decays too uncertain to show this relative change")
-      ->capture_default_str();
-  app->add_option("--floor-cents", options.floor_cents, "Least tolerance of a frequency")->capture_default_str();
-  app->add_option("--floor-decay", options.floor_decay, "Least relative tolerance of a decay")->capture_default_str();
-  app->add_option("--floor-level-db", options.floor_level_db, "Least tolerance of a third-octave level")
-      ->capture_default_str();
-  app->add_option("--floor-spectrum-db", options.floor_spectrum_db, "Least tolerance of the log-spectral distance")
-      ->capture_default_str();
-  app->add_option("--range-db", options.range_db, "Weaker partials may be missing or superfluous")
-      ->capture_default_str();
-  app->add_flag("--no-levels", command->no_levels, "Judge partials only: the strike was another one");
-  command->sound.add_to(*app);
+  add_fields(*app, common, command->options,
+             {{"false_alarm_rate"},
+              {"catch_cents"},
+              {"catch_decay"},
+              {"floor_cents"},
+              {"floor_decay"},
+              {"floor_level_db"},
+              {"floor_spectrum_db"},
+              {"range_db"},
+              {"levels", "!--no-levels", "Judge partials only: the strike was another one"}});
+  command->sound.add_to(*app, common);
   app->footer(
       "Examples:\n"
       "  klang regress check bell.json today.wav -o verdict\n"

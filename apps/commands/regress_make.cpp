@@ -18,7 +18,7 @@ struct MakeCommand {
 
 int run_make(const MakeCommand& command, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
-  const validate::DescriptionOptions description = command.sound.description();
+  const validate::DescriptionOptions description = command.sound.checked_description();
   std::vector<validate::SoundDescription> takes;
   std::vector<std::filesystem::path> inputs;
   for (const std::string& path : command.sound.sounds) {
@@ -54,7 +54,7 @@ Subcommand add_regress_make(CLI::App& group, CommonOptions& common) {
   app->add_option("sounds", command->sound.sounds, "WAV, FLAC, OGG or AIFF of one strike each, or a modal model (.vtu)")
       ->required();
   app->add_option("-o,--output", command->output, "Reference file (.json)")->required();
-  command->sound.add_to(*app);
+  command->sound.add_to(*app, common);
   app->footer(
       "Several takes give tolerances by their scatter; one take gives those of its noise alone.\n"
       "Examples:\n"

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "apps/kit/field_options.hpp"
 #include "apps/kit/number_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -34,30 +35,26 @@ audio::Signal sound_of_model(const std::string& path, const RegressSoundOptions&
 
 }  // namespace
 
-void RegressSoundOptions::add_to(CLI::App& app) {
-  app.add_option("--band-hz", band, "LOW:HIGH in Hz in which partials are looked for")->capture_default_str();
-  app.add_option("--max-duration-s", max_duration_s, "Levels are kept for so long after the onset")
-      ->capture_default_str();
-  app.add_option("--min-snr-db", min_snr_db, "A partial stands this far above the noise")->capture_default_str();
+void RegressSoundOptions::add_to(CLI::App& app, CommonOptions& common) {
+  add_band_option(app, common, band, "LOW:HIGH in Hz in which partials are looked for");
+  add_fields(app, common, description, {{"max_duration_s"}, {"min_snr_db"}});
   add_damping_options(app, damping);
   add_strike_option(app, strikes);
   app.add_option("--model-duration-s", model_duration_s, "Length of a model's sound")->capture_default_str();
   app.add_option("--model-rate-hz", model_rate_hz, "Sample rate of a model's sound")->capture_default_str();
 }
 
-validate::DescriptionOptions RegressSoundOptions::description() const {
-  validate::DescriptionOptions options;
+validate::DescriptionOptions RegressSoundOptions::checked_description() const {
+  validate::DescriptionOptions options = description;
   options.band = parse_band("--band-hz", band);
-  options.max_duration_s = max_duration_s;
-  options.min_snr_db = min_snr_db;
   options.validate();
   return options;
 }
 
 nlohmann::json RegressSoundOptions::used() const {
   return {{"band_hz", band},
-          {"max_duration_s", max_duration_s},
-          {"min_snr_db", min_snr_db},
+          {"max_duration_s", description.max_duration_s},
+          {"min_snr_db", description.min_snr_db},
           {"rayleigh_stiffness_s", damping.rayleigh_stiffness_s},
           {"rayleigh_mass_per_s", damping.rayleigh_mass_per_s},
           {"loss_factor", damping.loss_factor},

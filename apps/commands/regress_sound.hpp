@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/kit/command.hpp"
 #include "apps/kit/strike_options.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "validate/regression/sound_description.hpp"
@@ -14,15 +15,14 @@ namespace klang::apps {
 struct RegressSoundOptions {
   std::vector<std::string> sounds;
   std::string band = "50:18000";
-  double max_duration_s = validate::DescriptionOptions{}.max_duration_s;
-  double min_snr_db = validate::DescriptionOptions{}.min_snr_db;
+  validate::DescriptionOptions description;  ///< but for its band
   DampingOptions damping;
   std::vector<std::string> strikes;
   double model_duration_s = 2.0;
   double model_rate_hz = 48000.0;
 
-  void add_to(CLI::App& app);
-  validate::DescriptionOptions description() const;  ///< checked
+  void add_to(CLI::App& app, CommonOptions& common);
+  validate::DescriptionOptions checked_description() const;
   nlohmann::json used() const;
 };
 

@@ -168,6 +168,7 @@ Subcommand add_synth(CLI::App& program, CommonOptions& common) {
       ->check(CLI::IsMember({"single", "double"}))
       ->needs(transfer)
       ->capture_default_str();
+  name_field(*app, common, "device", "--device");
   app->footer(
       "Examples:\n"
       "  klang synth plate.vtu -o plate.wav --transfer plate-transfer.vtu --listener walk.csv --ears-m 0.17 --delay\n"

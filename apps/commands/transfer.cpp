@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "apps/kit/number_table.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -249,21 +250,16 @@ Subcommand add_transfer(CLI::App& program, CommonOptions& common) {
   app->add_option("--frequency-hz", options->frequency_hz, "Frequency of that velocity");
   app->add_option("--points", options->points_csv, "Where to find the pressure: x_m,y_m,z_m a line");
   app->add_option("--unit-m", options->unit_m, "Length of the surface file's unit")->capture_default_str();
-  app->add_option("--density-kg-m3", options->radiate.medium.density_kg_m3, "Density of the fluid")
-      ->capture_default_str();
-  app->add_option("--sound-speed-m-s", options->radiate.medium.sound_speed_m_s, "Sound speed of the fluid")
-      ->capture_default_str();
-  app->add_option("--elements-per-wavelength", options->radiate.elements_per_wavelength,
-                  "Modal model: boundary elements a wavelength of sound")
-      ->capture_default_str();
-  app->add_option("--max-elements", options->radiate.max_elements, "Modal model: boundary elements at most")
-      ->capture_default_str();
-  app->add_option("--kept-power", options->radiate.order.kept_power_fraction,
-                  "Modal model: part of the radiated power that the multipoles keep")
-      ->capture_default_str();
-  app->add_flag("--paper-order", options->radiate.order.paper_rule,
-                "Modal model: order max(kL/4, 4) instead (loses power)");
-  app->add_flag("--allow-coarse", options->radiate.allow_coarse, "Accept fewer than 4 elements a wavelength");
+  add_fields(*app, common, options->radiate,
+             {{"medium.density_kg_m3"},
+              {"medium.sound_speed_m_s"},
+              {"elements_per_wavelength", {}, "Modal model: boundary elements per wavelength of sound"},
+              {"max_elements", {}, "Modal model: boundary elements at most"},
+              {"order.kept_power_fraction", "--kept-power",
+               "Modal model: part of the radiated power that the multipoles keep"},
+              {"order.paper_rule", "--paper-order", "Modal model: order max(kL/4, 4) instead (loses power)"},
+              {"allow_coarse"}});
+  name_field(*app, common, "radius_m", "--radius-m");
   app->footer(
       "Examples:\n"
       "  klang transfer bowl.vtu -o bowl-transfer.vtu --json bowl-transfer.json\n"

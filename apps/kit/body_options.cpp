@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
+#include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/files/mesh_file.hpp"
 
@@ -65,7 +66,7 @@ solid::Material parse_material(const std::string& text) {
   return material;
 }
 
-void BodyOptions::add_to(CLI::App& app, bool shape_is_positional) {
+void BodyOptions::add_to(CLI::App& app, CommonOptions& common, bool shape_is_positional) {
   std::string kinds;
   for (const std::string& kind : mesh::shape_kinds()) kinds += (kinds.empty() ? "" : ", ") + kind;
   if (shape_is_positional) {
@@ -81,13 +82,7 @@ void BodyOptions::add_to(CLI::App& app, bool shape_is_positional) {
   app.add_option("--element", element, "p1 (linear) or p2 (quadratic, curved)")
       ->check(CLI::IsMember({"p1", "p2"}))
       ->capture_default_str();
-  app.add_option("--max-edge-m", max_edge_m, "Longest element edge in metres; 0: chosen by the program")
-      ->capture_default_str();
-  app.add_option("--unit-m", unit_m, "Mesh files: length of the file's unit in metres (0.001: millimetres)")
-      ->capture_default_str();
-  app.add_option("--refine", refinement, "Halve every edge this often (shapes), 0 to 4")
-      ->check(CLI::Range(0, 4))
-      ->capture_default_str();
+  add_fields(app, common, *this, {{"max_edge_m"}, {"unit_m"}, {"refinement", "--refine"}});
 }
 
 std::optional<mesh::ShapeSpec> BodyOptions::shape_spec() const {
@@ -106,8 +101,7 @@ std::optional<mesh::ShapeSpec> BodyOptions::shape_spec() const {
 }
 
 mesh::TetMesh BodyOptions::build(double wavelength_m) const {
-  checked("command line", "--max-edge-m", max_edge_m, 0.0, 1e3);
-  checked("command line", "--unit-m", unit_m, 1e-9, 1e6);
+  validate_fields("command line", *this);
   if (const auto spec = shape_spec()) {
     mesh::ShapeMeshOptions options;
     options.order = order();

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/kit/command.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/shapes/shape.hpp"
 #include "core/physics/solid/material.hpp"
 #include "core/physics/solid/support.hpp"
@@ -26,15 +28,24 @@ struct BodyOptions {
   std::string mesh_file;
   std::string element = "p2";
   double max_edge_m = 0.0;
-  double unit_m = 1.0;  ///< of mesh files
+  double unit_m = 1.0;
   int refinement = 0;
 
-  void add_to(CLI::App& app, bool shape_is_positional = false);
+  void add_to(CLI::App& app, CommonOptions& common, bool shape_is_positional = false);
   std::optional<mesh::ShapeSpec> shape_spec() const;  ///< checked; empty when --mesh is given
   int order() const { return element == "p1" ? 1 : 2; }
   /// Meshes or reads the body. wavelength_m: shortest structural wavelength, 0 for the default resolution.
   mesh::TetMesh build(double wavelength_m = 0.0) const;
   std::vector<std::filesystem::path> inputs() const;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"max_edge_m", "Longest element edge in metres; 0: chosen by the program", between(0.0, 1e3)},
+          self.max_edge_m);
+    visit({"unit_m", "Mesh files: length of the file's unit in metres (0.001: millimetres)", between(1e-9, 1e6)},
+          self.unit_m);
+    visit({"refinement", "Halve every edge this often (shapes)", between(0.0, 4.0)}, self.refinement);
+  }
 };
 
 }  // namespace klang::apps

@@ -49,6 +49,15 @@ void add_common_options(CLI::App& app, CommonOptions& common) {
       ->group("Common options");
 }
 
+void name_field(const CLI::App& app, CommonOptions& common, const std::string& field, const std::string& flag) {
+  auto& flags = common.flags[&app];
+  flags[field] = flag;
+  const std::size_t dot = field.rfind('.');
+  if (dot == std::string::npos) return;
+  const auto [inner, is_new] = flags.emplace(field.substr(dot + 1), flag);
+  if (!is_new && inner->second != flag) inner->second.clear();
+}
+
 TerminalMonitor::TerminalMonitor(bool quiet) : active_(!quiet && ::isatty(STDERR_FILENO) == 1) {
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -22,7 +23,13 @@ struct CommonOptions {
   int n_threads = 0;
   std::uint64_t seed = 1;
   std::string command_line;
+  /// What each command calls the fields of its options structs: library code names fields in its messages, users know flags.
+  std::map<const CLI::App*, std::map<std::string, std::string>> flags;
 };
+
+/// Messages about this field of the options of a command name the flag. A field of an inner struct ("medium.density_kg_m3") is
+/// known by its own name, too, where that is clear.
+void name_field(const CLI::App& app, CommonOptions& common, const std::string& field, const std::string& flag);
 
 /// Adds --json, --quiet, --threads and --seed.
 void add_common_options(CLI::App& app, CommonOptions& common);

@@ -1,5 +1,6 @@
 #include "apps/kit/number_options.hpp"
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 
@@ -18,6 +19,11 @@ double parse_number(const std::string& option, std::string_view text) {
 }
 
 }  // namespace
+
+void add_band_option(CLI::App& app, CommonOptions& common, std::string& band, const std::string& help) {
+  app.add_option("--band-hz", band, help)->capture_default_str();
+  for (const char* field : {"band.low_hz", "band.high_hz"}) name_field(app, common, field, "--band-hz");
+}
 
 Band parse_band(const std::string& option, const std::string& text) {
   const std::size_t colon = text.find(':');

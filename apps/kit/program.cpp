@@ -7,6 +7,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/fields.hpp"
 
 namespace klang::apps {
 namespace {
@@ -69,6 +70,8 @@ int Program::exit_code_of_exception(int argc, char** argv) const {
   } catch (const CLI::ParseError& error) {
     const std::string unknown = unknown_subcommand(argc, argv);
     return complain(unknown.empty() ? error.what() : unknown.c_str(), kBadInput);
+  } catch (const OptionsError& error) {
+    return complain(error.text([this](const std::string& field) { return flag_of_field(field); }).c_str(), kBadInput);
   } catch (const InputError& error) {
     return complain(error.what(), kBadInput);
   } catch (const Interrupted& error) {
@@ -80,6 +83,14 @@ int Program::exit_code_of_exception(int argc, char** argv) const {
   } catch (const std::exception& error) {
     return complain(error.what(), kNumericalFailure);
   }
+}
+
+std::string Program::flag_of_field(const std::string& field) const {
+  for (const auto& [app, flags] : common_.flags) {
+    const auto found = flags.find(field);
+    if (app->parsed() && found != flags.end() && !found->second.empty()) return found->second;
+  }
+  return field;
 }
 
 std::string Program::unknown_subcommand(int argc, char** argv) const {

@@ -32,6 +32,8 @@ class Program {
   int run_parsed() const;
   /// Of an exception that is being handled: the one place where it becomes an exit code.
   int exit_code_of_exception(int argc, char** argv) const;
+  /// The flag of a field of the options of the subcommand that was called, or the field's name.
+  std::string flag_of_field(const std::string& field) const;
   /// The complaint where a word stands in a subcommand's place, at the top or in a group; else empty.
   std::string unknown_subcommand(int argc, char** argv) const;
 

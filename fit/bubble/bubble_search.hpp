@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/bubble/bubble_medium.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "fit/bubble/chirp_fit.hpp"
@@ -13,13 +14,24 @@ namespace klang::fit::bubble {
 
 struct BubbleSearchOptions {
   Band band{200.0, 20000.0};  ///< high_hz is cut to 0.45 of the sample rate
-  double min_snr_db = 17.0;   ///< energy of a ring over the noise's spectral density, 10 to 120
-  int max_bubbles = 500;      ///< 1 to 10000
+  double min_snr_db = 17.0;
+  int max_bubbles = 500;
   klang::bubble::BubbleMedium medium;
   klang::bubble::BubbleTheory theory = klang::bubble::BubbleTheory::kLeighton;
-  double amplitude_exponent = 1.5;  ///< ChirpLaw, -5 to 5
+  double amplitude_exponent = 1.5;  ///< ChirpLaw
   bool soft_attack = true;          ///< each ring takes the soft or the hard attack, whichever fits; false: hard only
   void validate() const;            ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"band.low_hz", "Lowest frequency", between(100.0, 2e5)}, self.band.low_hz);
+    visit({"band.high_hz", "Highest frequency", above(0.0)}, self.band.high_hz);
+    visit({"min_snr_db", "Energy of a ring over the noise's spectral density", between(10.0, 120.0)}, self.min_snr_db);
+    visit({"max_bubbles", "Strongest N", between(1.0, 10000.0)}, self.max_bubbles);
+    visit({"medium", "Liquid and gas"}, self.medium);
+    visit({"amplitude_exponent", "n of |p| ~ omega^n as the pitch rises", between(-5.0, 5.0)}, self.amplitude_exponent);
+    visit({"soft_attack", "Each ring takes the soft or the hard attack, whichever fits"}, self.soft_attack);
+  }
 };
 
 enum class BubbleVerdict {

@@ -26,14 +26,10 @@ double damped_hz(const BubbleMedium& medium, BubbleTheory theory, double radius_
 }  // namespace
 
 void BubbleSearchOptions::validate() const {
-  checked("bubbles", "band low_hz", band.low_hz, 100.0, 2e5);
+  std::vector<Violation> violations = violations_of(*this);
   if (!(band.high_hz > band.low_hz))
-    throw InputError("bubbles", "band", std::to_string(band.high_hz), "high_hz above low_hz");
-  medium.validate();
-  checked("bubbles", "min_snr_db", min_snr_db, 10.0, 120.0);
-  checked("bubbles", "amplitude_exponent", amplitude_exponent, -5.0, 5.0);
-  if (max_bubbles < 1 || max_bubbles > 10000)
-    throw InputError("bubbles", "max_bubbles", std::to_string(max_bubbles), "1 to 10000");
+    violations.push_back(out_of_range("band.high_hz", band.high_hz, above(band.low_hz)));
+  throw_violations("bubbles", std::move(violations));
 }
 
 const char* words(BubbleVerdict verdict) {

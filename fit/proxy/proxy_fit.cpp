@@ -47,11 +47,7 @@ int audible_partials(const Voice& voice, const ProxyFitOptions& options) {
 }  // namespace
 
 void ProxyFitOptions::validate() const {
-  if (n_partials < 3 || n_partials > 40)
-    throw InputError("proxy fit", "n_partials", std::to_string(n_partials), "3 to 40");
-  checked("proxy fit", "highest_hz", highest_hz, 100.0, 1e6);
-  checked("proxy fit", "duration_s", duration_s, 0.05, 20.0);
-  checked("proxy fit", "sample_rate_hz", sample_rate_hz, 8000.0, 192000.0);
+  validate_fields("proxy fit", *this);
   search.validate();
 }
 

@@ -9,12 +9,22 @@
 namespace klang::fit {
 
 struct ProxyFitOptions {
-  int n_partials = 10;          ///< first partials that are fitted and compared at most, 3 to 40
-  double highest_hz = 20000.0;  ///< partials above it cannot be heard and are not fitted (three always are), 100 to 1e6
-  double duration_s = 1.0;      ///< of the sounds that are compared, 0.05 to 20
-  double sample_rate_hz = 48000;  ///< 8000 to 192000
+  int n_partials = 10;
+  double highest_hz = 20000.0;  ///< partials above it cannot be heard
+  double duration_s = 1.0;
+  double sample_rate_hz = 48000;
   ProxySearchOptions search;
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n_partials", "First partials that are fitted and compared, at most", between(3.0, 40.0)}, self.n_partials);
+    visit({"highest_hz", "Partials above it are not fitted nor compared (three always are)", between(100.0, 1e6)},
+          self.highest_hz);
+    visit({"duration_s", "Length of the sounds that are compared", between(0.05, 20.0)}, self.duration_s);
+    visit({"sample_rate_hz", "Their sample rate", between(8000.0, 192000.0)}, self.sample_rate_hz);
+    visit({"search", "The search"}, self.search);
+  }
 };
 
 struct ProxyParameters {

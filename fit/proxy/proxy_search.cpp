@@ -274,16 +274,9 @@ ProxySearchResult Search::run() {
 }  // namespace
 
 void ProxySearchOptions::validate() const {
-  const auto check = [](const char* name, int value, int low, int high) {
-    if (value < low || value > high)
-      throw InputError("proxy search", name, std::to_string(value),
-                       std::to_string(low) + " to " + std::to_string(high));
-  };
-  check("grid", grid, 10, 512);
-  check("parts", parts, 1, grid);
-  check("n_scan", n_scan, 16, 100000);
-  check("n_generations", n_generations, 0, 1000);
-  check("n_children", n_children, 4, 1000);
+  std::vector<Violation> violations = violations_of(*this);
+  if (parts > grid) violations.push_back(out_of_range("parts", parts, between(1, grid)));
+  throw_violations("proxy search", std::move(violations));
 }
 
 ProxySearchResult search_proxy(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept,

@@ -5,20 +5,31 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "fit/proxy/proxy_model.hpp"
 #include "fit/proxy/proxy_sound.hpp"
 
 namespace klang::fit {
 
 struct ProxySearchOptions {
-  int grid = 64;     ///< shapes along each side of the square, 10 to 512
-  int parts = 24;    ///< the square is scanned by parts x parts parts, 1 to grid
-  int n_scan = 800;  ///< candidates of the grid whose sound is heard, 16 to 100000
-  int n_generations =
-      8;  ///< of the search around the best, 0 to 1000; thrice as many while cents have not fallen by 40 %
-  int n_children = 48;  ///< heard in each, 4 to 1000
+  int grid = 64;
+  int parts = 24;  ///< at most grid
+  int n_scan = 800;
+  int n_generations = 8;  ///< thrice as many while cents have not fallen by 40 %
+  int n_children = 48;
   std::uint64_t seed = 1;
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"grid", "Shapes along each side of the square", between(10.0, 512.0)}, self.grid);
+    visit({"parts", "The square is scanned by so many parts each way", between(1.0, 512.0)}, self.parts);
+    visit({"n_scan", "Candidates of the grid whose sound is compared", between(16.0, 100000.0)}, self.n_scan);
+    visit({"n_generations", "Of the search around the best: more are slower and may find a better one",
+           between(0.0, 1000.0)},
+          self.n_generations);
+    visit({"n_children", "Candidates of each generation", between(4.0, 1000.0)}, self.n_children);
+  }
 };
 
 /// A proxy that was heard.

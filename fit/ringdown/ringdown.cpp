@@ -280,10 +280,10 @@ void warn_about(RingdownResult& result, const RingData& data, const Search& foun
 }  // namespace
 
 void RingdownOptions::validate() const {
-  checked("ringdown", "band.low_hz", band.low_hz, 0, 1e9);
-  checked_open("ringdown", "band.high_hz", band.high_hz, band.low_hz, 1e9);
-  checked("ringdown", "max_partials", max_partials, 1, 2000);
-  checked("ringdown", "min_snr_db", min_snr_db, 0, 120);
+  std::vector<Violation> violations = violations_of(*this);
+  if (!(band.high_hz > band.low_hz))
+    violations.push_back(out_of_range("band.high_hz", band.high_hz, inside(band.low_hz, 1e9)));
+  throw_violations("ringdown", std::move(violations));
 }
 
 RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options, Monitor& monitor) {

@@ -3,6 +3,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "fit/ringdown/partial_table.hpp"
 
@@ -11,10 +12,18 @@ namespace klang::fit {
 enum class RingdownStatus { kNotRun, kOk, kNothingFound };
 
 struct RingdownOptions {
-  Band band;                 ///< high_hz is cut to 0.48 of the sample rate; 0 <= low_hz < high_hz
-  int max_partials = 200;    ///< strongest kept, 1 to 2000
-  double min_snr_db = 10.0;  ///< a partial's peak above the noise in its own resolution cell, 0 to 120
-  void validate() const;
+  Band band;  ///< high_hz is cut to 0.48 of the sample rate
+  int max_partials = 200;
+  double min_snr_db = 10.0;  ///< a partial's peak above the noise in its own resolution cell
+  void validate() const;     ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"band.low_hz", "Lowest frequency", between(0.0, 1e9)}, self.band.low_hz);
+    visit({"band.high_hz", "Highest frequency", inside(0.0, 1e9)}, self.band.high_hz);
+    visit({"max_partials", "Keep the strongest N", between(1.0, 2000.0)}, self.max_partials);
+    visit({"min_snr_db", "A partial stands this far above the noise", between(0.0, 120.0)}, self.min_snr_db);
+  }
 };
 
 struct RingdownResult {

@@ -313,8 +313,8 @@ TEST(BadTransfer, OptionsOutOfRangeAreRefused) {
   expect_refused(scratch, "transfer --json p.json", {"transfer", "0 given"});
   expect_refused(scratch, "transfer --sphere cube --ka 1 --json p.json", {"--sphere", "pulsating"});
   expect_refused(scratch, "transfer --sphere dipole --json p.json", {"--ka"});
-  expect_refused(scratch, "transfer --sphere dipole --ka 1 --radius-m -1 --json p.json", {"radius_m"});
-  expect_refused(scratch, "transfer --sphere dipole --ka 1 --density-kg-m3 0 --json p.json", {"density_kg_m3"});
+  expect_refused(scratch, "transfer --sphere dipole --ka 1 --radius-m -1 --json p.json", {"--radius-m"});
+  expect_refused(scratch, "transfer --sphere dipole --ka 1 --density-kg-m3 0 --json p.json", {"--density-kg-m3"});
   expect_refused(scratch, "transfer --surface cube.off --json p.json", {"--velocity-csv"});
   expect_refused(scratch,
                  "transfer --surface cube.off --velocity-csv v.csv --frequency-hz nan --points pts.csv --json p.json",
@@ -329,7 +329,7 @@ TEST(BadBubble, RadiusOutOfRangeIsNamed) {
   expect_refused(scratch, "bubble info --radius-m nan --json b.json", {"radius_m"});
   expect_refused(scratch, "bubble info --radius-m 0.001 --literature poem --json b.json", {"--literature", "poem"});
   expect_refused(scratch, "bubble info --radius-m 0.001 --surface-tension-n-m -1 --json b.json",
-                 {"surface_tension_n_m"});
+                 {"--surface-tension-n-m", "0 to 1"});
   expect_refused(scratch, "bubble", {"subcommand"});
   expect_refused(scratch, "bubble sing", {"sing"});
 }

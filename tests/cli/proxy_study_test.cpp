@@ -76,10 +76,10 @@ TEST(KlangProxyStudy, BadInputIsRefused) {
   expect_refused(scratch, kStudy + "-o out", {"no sound"});
   expect_refused(scratch, kStudy + "-o out --poissons-ratio 0.3", {"another Poisson's ratio"});
   expect_refused(scratch, "proxy study a.bank -o out --pieces 0", {"--pieces"});
-  expect_refused(scratch, "proxy study a.bank -o out --thresholds 1", {"n_thresholds"});
+  expect_refused(scratch, "proxy study a.bank -o out --thresholds 1", {"--thresholds"});
   expect_refused(scratch, "proxy study a.bank -o out --contact edge", {"--contact"});
-  expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1,0.2", {"slab_m"});
+  expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1,0.2", {"--slab"});
   expect_refused(scratch, "proxy study a.bank -o out --slab 0.1,0.1", {"--slab"});
-  expect_refused(scratch, "proxy study a.bank -o out --highest-hz 30000", {"highest_hz"});
+  expect_refused(scratch, "proxy study a.bank -o out --highest-hz 30000", {"--highest-hz"});
   expect_refused(scratch, "proxy study none.bank -o out", {"none.bank"});
 }

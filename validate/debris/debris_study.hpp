@@ -61,7 +61,7 @@ struct DebrisStudyOptions {
     visit({"contact_duration_s", "Duration of each strike", between(0.0, 0.01)}, self.contact_duration_s);
     visit({"friction_deg", "Largest angle of a strike's force to the normal", between(0.0, 80.0)}, self.friction_deg);
     visit({"contact",
-           "Where a strike meets the proxy: normal (where its normal opposes the force) or place (where the body is "
+           "Where a blow meets the proxy: normal (where its normal opposes the force) or place (where the body is "
            "hit)"},
           self.contact);
     visit({"listener_m", "Distance of the listener from each piece", between(1e-3, 1000.0)}, self.listener_m);

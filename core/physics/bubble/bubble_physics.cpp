@@ -30,6 +30,22 @@ BubbleOscillation bubble_oscillation(double radius_m, const BubbleMedium& medium
   return result;
 }
 
+double bubble_radius_m(double undamped_frequency_hz, const BubbleMedium& medium, BubbleTheory theory) {
+  const auto frequency = [&](double radius_m) {
+    return bubble_oscillation(radius_m, medium, theory).undamped_frequency_hz;
+  };
+  double small = kSmallestRadiusM, large = kLargestRadiusM;
+  if (!(undamped_frequency_hz <= frequency(small) && undamped_frequency_hz >= frequency(large))) {
+    throw_violations("bubble", {{"frequency_hz", "belongs to no bubble", to_text(undamped_frequency_hz),
+                                 to_text(frequency(large)) + " to " + to_text(frequency(small)) + " Hz"}});
+  }
+  for (int turn = 0; turn < 200 && large - small > 1e-15 * large; ++turn) {
+    const double middle = 0.5 * (small + large);
+    (frequency(middle) > undamped_frequency_hz ? small : large) = middle;
+  }
+  return 0.5 * (small + large);
+}
+
 double entrainment_velocity_m_s(double radius_m, const BubbleMedium& medium, BubbleTheory theory) {
   const double omega0 = 2.0 * kPi * bubble_oscillation(radius_m, medium, theory).undamped_frequency_hz;
   return 2.0 * medium.surface_tension_n_m / (radius_m * radius_m * medium.liquid_density_kg_m3 * omega0);

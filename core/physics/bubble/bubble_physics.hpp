@@ -19,6 +19,11 @@ struct BubbleOscillation {
 BubbleOscillation bubble_oscillation(double radius_m, const BubbleMedium& medium = {},
                                      BubbleTheory theory = BubbleTheory::kLeighton);
 
+/// The radius of a bubble that rings at this frequency when it is not damped.
+/// @throws InputError for a frequency that no bubble between the smallest and the largest radius has
+double bubble_radius_m(double undamped_frequency_hz, const BubbleMedium& medium = {},
+                       BubbleTheory theory = BubbleTheory::kLeighton);
+
 /// Excitation of a newly closed bubble by the Laplace pressure p = 2 sigma / r, as radial velocity at onset [m/s].
 ///   pressure step: p / (rho r omega0), that is the force 4 pi r^2 p for a time 1/omega0 on the mass 4 pi rho r^3;
 ///                  the amplitude is then p / (rho r omega0 omega_d), 3.4e-7 m for a millimetre

@@ -181,7 +181,7 @@ BoundaryFrames numbered(const std::string& pattern, double frame_step_s) {
   const std::string name = path.filename().string();
   const std::size_t first = name.find('#'), last = name.find_last_of('#');
   if (first == std::string::npos || name.find_first_not_of('#', first) <= last)
-    throw InputError("--boundary", "needs one run of # for the number", pattern, "drop_####.vtp");
+    throw OptionsError("", {{"boundary", "needs one run of # for the number", pattern, "drop_####.vtp"}});
   const std::string head = name.substr(0, first), tail = name.substr(last + 1);
   const std::size_t width = last - first + 1;
   const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
@@ -197,16 +197,16 @@ BoundaryFrames numbered(const std::string& pattern, double frame_step_s) {
       continue;
     found[number] = folder / file;
   }
-  if (found.empty()) throw InputError("--boundary", "no frames of this name", pattern);
+  if (found.empty()) throw OptionsError("", {{"boundary", "has no frames of this name", pattern}});
   BoundaryFrames frames;
   long long expected = found.begin()->first;
   for (const auto& [number, file] : found) {
     if (number != expected) {
       std::string missing = std::to_string(expected);
       missing.insert(0, missing.size() < width ? width - missing.size() : 0, '0');
-      throw InputError(
-          "--boundary", "a frame of the series is missing", (folder / (head + missing + tail)).string(),
-          "every number from " + std::to_string(found.begin()->first) + " to " + std::to_string(found.rbegin()->first));
+      const std::string all =
+          "every number from " + std::to_string(found.begin()->first) + " to " + std::to_string(found.rbegin()->first);
+      throw OptionsError("", {{"boundary", "has a frame missing", (folder / (head + missing + tail)).string(), all}});
     }
     frames.time_s.push_back(static_cast<double>(number - found.begin()->first) * frame_step_s);
     frames.files.push_back(file);

@@ -4,7 +4,7 @@
 #include <cctype>
 
 #include "core/foundation/base/check.hpp"
-#include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/transfer/detail/opencl_handles.hpp"
 
 namespace klang::acoustics {
@@ -91,7 +91,7 @@ std::size_t chosen_device(const std::vector<OpenClDevice>& devices, const std::s
   std::string names;
   for (std::size_t i = 0; i < devices.size(); ++i)
     names += (i > 0 ? ", " : "") + std::to_string(i) + " (" + devices[i].name + ")";
-  throw InputError("--device", "no OpenCL device fits", choice, names);
+  throw OptionsError("", {{"device", "fits no OpenCL device", choice, names}});
 }
 
 }  // namespace klang::acoustics

@@ -33,7 +33,7 @@ struct HeardMode {
   std::string label;
 };
 
-struct Made {
+struct RecordingAndTruth {
   SyntheticRecording recording;
   std::vector<Eigen::Vector3d> mounts_m;  // the points that were taken
   json truth;
@@ -75,7 +75,7 @@ json shape_json(const mesh::ShapeSpec& shape) {
   return value;
 }
 
-Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed, Monitor& monitor) {
+RecordingAndTruth make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed, Monitor& monitor) {
   const RecipeSpecimen& specimen = recipe.specimens[index];
   const std::size_t n_channels = specimen.pickups.size();
   std::vector<Eigen::Vector3d> places;
@@ -185,7 +185,7 @@ Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed,
     sound = sound.cwiseMax(-*recipe.clip_level).cwiseMin(*recipe.clip_level);
   }
 
-  Made made;
+  RecordingAndTruth made;
   made.recording.name = specimen.name;
   made.recording.signal = {std::move(sound), recipe.sample_rate_hz, recipe.name + ", " + specimen.name};
   json partial_list = json::array(), strikes = json::array(), mode_list = json::array();
@@ -338,7 +338,7 @@ Dataset made_dataset(std::string_view toml, const std::string& name, const std::
                      std::uint64_t seed, Monitor& monitor) {
   if (is_drop_recipe(toml)) return make_drops(toml, name, seed, monitor);
   const Recipe recipe = parse_recipe(toml, name, base);
-  std::vector<Made> made(recipe.specimens.size());
+  std::vector<RecordingAndTruth> made(recipe.specimens.size());
   for_each_job(
       made.size(), [&](std::size_t i) { made[i] = make_recording(recipe, i, seed, monitor); }, "synthetic recordings",
       monitor);
@@ -346,7 +346,7 @@ Dataset made_dataset(std::string_view toml, const std::string& name, const std::
   json truth = truth_header(recipe, toml, seed);
   truth["specimens"] = json::array();
   std::vector<std::vector<Eigen::Vector3d>> mounts_m;
-  for (Made& one : made) {
+  for (RecordingAndTruth& one : made) {
     mounts_m.push_back(std::move(one.mounts_m));
     dataset.recordings.push_back(std::move(one.recording));
     truth["specimens"].push_back(std::move(one.truth));

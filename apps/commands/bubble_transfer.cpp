@@ -204,7 +204,7 @@ Subcommand add_bubble_transfer(CLI::App& group, CommonOptions& common) {
   add_fields(*app, common, options->series, {{"frequency_hz"}});
   app->get_option("--frequency-hz")->default_str("")->required();
   app->add_option("--radius-m", options->given_radius_m, "Its radius; default: the one that rings at this frequency");
-  app->add_option("--points", options->points, "Where to find the pressure: x_m,y_m,z_m a line (CSV)")->required();
+  app->add_option("--points", options->points, "Where to find the pressure: x_m,y_m,z_m per line (CSV)")->required();
   app->add_option("-o,--output", options->output,
                   "Surface with the solution (.vtp); series: transfer over time (.csv) for klang bubble synth");
   add_fields(*app, common, options->series, {{"fluid_sources"}, {"air_sources"}});

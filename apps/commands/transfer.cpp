@@ -57,7 +57,7 @@ void add_solution(nlohmann::json& json, const BemResult& bem) {
 
 void warn_coarse(const BemResult& bem, const BemOptions& options) {
   if (bem.elements_per_wavelength < options.min_elements_per_wavelength)
-    warn("only " + to_text(bem.elements_per_wavelength) + " elements a wavelength: the result is not to be trusted");
+    warn("only " + to_text(bem.elements_per_wavelength) + " elements per wavelength: the result is not to be trusted");
 }
 
 int run_sphere(const TransferOptions& options, const CommonOptions& common) {
@@ -248,7 +248,7 @@ Subcommand add_transfer(CLI::App& program, CommonOptions& common) {
   app->add_option("--velocity-csv", options->velocity_csv,
                   "Its outward normal velocity [m/s]: re,im for each triangle or each vertex, in the surface's order");
   app->add_option("--frequency-hz", options->frequency_hz, "Frequency of that velocity");
-  app->add_option("--points", options->points_csv, "Where to find the pressure: x_m,y_m,z_m a line");
+  app->add_option("--points", options->points_csv, "Where to find the pressure: x_m,y_m,z_m per line");
   app->add_option("--unit-m", options->unit_m, "Length of the surface file's unit")->capture_default_str();
   add_fields(*app, common, options->radiate,
              {{"medium.density_kg_m3"},

@@ -71,7 +71,7 @@ int Program::exit_code_of_exception(int argc, char** argv) const {
     const std::string unknown = unknown_subcommand(argc, argv);
     return complain(unknown.empty() ? error.what() : unknown.c_str(), kBadInput);
   } catch (const OptionsError& error) {
-    return complain(error.text([this](const std::string& field) { return flag_of_field(field); }).c_str(), kBadInput);
+    return complain(error.text([this](const std::string& field) { return flag_or_field(field); }).c_str(), kBadInput);
   } catch (const InputError& error) {
     return complain(error.what(), kBadInput);
   } catch (const Interrupted& error) {
@@ -85,10 +85,30 @@ int Program::exit_code_of_exception(int argc, char** argv) const {
   }
 }
 
-std::string Program::flag_of_field(const std::string& field) const {
-  for (const auto& [app, flags] : common_.flags) {
-    const auto found = flags.find(field);
-    if (app->parsed() && found != flags.end() && !found->second.empty()) return found->second;
+std::vector<const CLI::App*> Program::commands() const {
+  std::vector<const CLI::App*> commands;
+  for (const Subcommand& subcommand : subcommands_) commands.push_back(subcommand.app);
+  return commands;
+}
+
+std::string Program::path_of(const CLI::App& command) const {
+  std::string path = command.get_name();
+  for (const CLI::App* at = command.get_parent(); at != nullptr; at = at->get_parent())
+    path = at->get_name() + " " + path;
+  return path;
+}
+
+std::string Program::flag_of_field(const CLI::App& command, const std::string& field) const {
+  const auto flags = common_.flags.find(&command);
+  if (flags == common_.flags.end()) return {};
+  const auto found = flags->second.find(field);
+  return found == flags->second.end() ? std::string() : found->second;
+}
+
+std::string Program::flag_or_field(const std::string& field) const {
+  for (const Subcommand& subcommand : subcommands_) {
+    const std::string flag = flag_of_field(*subcommand.app, field);
+    if (subcommand.app->parsed() && !flag.empty()) return flag;
   }
   return field;
 }

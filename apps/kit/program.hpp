@@ -27,13 +27,17 @@ class Program {
   int run(int argc, char** argv);
 
   const CLI::App& app() const { return app_; }
+  std::vector<const CLI::App*> commands() const;       ///< without groups, in the order of --help
+  std::string path_of(const CLI::App& command) const;  ///< "klang bubble fit"
+  /// What this command calls a field of its options; empty: it does not take it.
+  std::string flag_of_field(const CLI::App& command, const std::string& field) const;
 
  private:
   int run_parsed() const;
   /// Of an exception that is being handled: the one place where it becomes an exit code.
   int exit_code_of_exception(int argc, char** argv) const;
   /// The flag of a field of the options of the subcommand that was called, or the field's name.
-  std::string flag_of_field(const std::string& field) const;
+  std::string flag_or_field(const std::string& field) const;
   /// The complaint where a word stands in a subcommand's place, at the top or in a group; else empty.
   std::string unknown_subcommand(int argc, char** argv) const;
 

@@ -51,7 +51,7 @@ void add_triangle(vtkCellArray* cells, vtkIdType a, vtkIdType b, vtkIdType c) {
 }
 
 void write_surface(const validate::SurfaceField& field, const std::filesystem::path& path) {
-  KLANG_CHECK(field.values.size() == field.vertices_m.rows() && field.triangles.cols() == 3, "a value a vertex");
+  KLANG_CHECK(field.values.size() == field.vertices_m.rows() && field.triangles.cols() == 3, "a value per vertex");
   vtkNew<vtkPolyData> data;
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();

@@ -45,7 +45,7 @@ double median(std::vector<double> values) {
 
 OrderEstimate estimate_order(const std::vector<double>& step, const std::vector<double>& error, Convergence kind,
                              double error_floor) {
-  KLANG_CHECK(step.size() == error.size(), "one error a level");
+  KLANG_CHECK(step.size() == error.size(), "one error per level");
   const std::size_t n = step.size();
   OrderEstimate result;
   result.excluded.resize(n);
@@ -127,7 +127,7 @@ std::optional<GridConvergence> grid_convergence(const std::array<double, 3>& h, 
 }
 
 std::optional<RichardsonLimit> richardson_limit(const std::vector<double>& h, const std::vector<double>& value) {
-  KLANG_CHECK(h.size() == value.size(), "one value a level");
+  KLANG_CHECK(h.size() == value.size(), "one value per level");
   const std::size_t n = h.size();
   if (n < 3) return {};
   const double h0 = *std::max_element(h.begin(), h.end());

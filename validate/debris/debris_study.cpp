@@ -46,7 +46,7 @@ class StageClock {
 };
 
 /// Where a piece is struck and heard, in its own frame.
-struct Blow {
+struct PieceStrike {
   Eigen::Vector3d at_m, impulse_n_s, listener_m;  ///< the listener from the centre of mass
   double onset_s = 0.0;
 };
@@ -61,7 +61,7 @@ Eigen::Vector3d random_direction(RandomStream& random) {
   return v.normalized();
 }
 
-Blow random_blow(const mesh::SurfaceMesh& surface, const DebrisStudyOptions& o, std::uint64_t stream) {
+PieceStrike random_strike(const mesh::SurfaceMesh& surface, const DebrisStudyOptions& o, std::uint64_t stream) {
   RandomStream random(o.debris.seed, 1000 + stream);
   std::vector<double> upto;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
@@ -76,16 +76,16 @@ Blow random_blow(const mesh::SurfaceMesh& surface, const DebrisStudyOptions& o, 
                         b = surface.vertices_m.row(surface.triangles(t, 1)),
                         c = surface.vertices_m.row(surface.triangles(t, 2));
   const double root = std::sqrt(random.uniform()), part = random.uniform();
-  Blow blow;
-  blow.at_m = (1.0 - root) * a + root * (1.0 - part) * b + root * part * c;
+  PieceStrike strike;
+  strike.at_m = (1.0 - root) * a + root * (1.0 - part) * b + root * part * c;
   const Eigen::Vector3d inward = -(b - a).cross(c - a).normalized();
   const double tilt = o.friction_deg * kPi / 180.0 * std::sqrt(random.uniform()), turn = 2.0 * kPi * random.uniform();
   const Eigen::Vector3d e = inward.unitOrthogonal(), f = inward.cross(e);
-  blow.impulse_n_s =
+  strike.impulse_n_s =
       o.impulse_n_s * (std::cos(tilt) * inward + std::sin(tilt) * (std::cos(turn) * e + std::sin(turn) * f));
-  blow.listener_m = o.listener_m * random_direction(random);
-  blow.onset_s = o.mix_s * random.uniform();
-  return blow;
+  strike.listener_m = o.listener_m * random_direction(random);
+  strike.onset_s = o.mix_s * random.uniform();
+  return strike;
 }
 
 /// SB eq. 8. @return Pa
@@ -121,7 +121,7 @@ double element_edge_m(const mesh::MassProperties& body, const DebrisStudyOptions
   return std::min(bending, shear) / o.elements_per_wavelength;
 }
 
-struct Heard {
+struct PieceSound {
   Ringing ringing;
   Eigen::VectorXd sound_pa;
 };
@@ -135,8 +135,8 @@ class Study {
  private:
   /// What the bank needs once, before the first proxy: the polynomials of its shapes. @return processor time [s]
   double prepare() const;
-  Heard direct(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result);
-  Heard proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result);
+  PieceSound direct(const datasets::DebrisPiece& piece, const PieceStrike& strike, DebrisPieceResult& result);
+  PieceSound proxy(const datasets::DebrisPiece& piece, const PieceStrike& strike, DebrisPieceResult& result);
   void curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>& direct,
              const std::vector<Eigen::VectorXd>& by_proxy) const;
   audio::Signal mix(const DebrisStudyResult& result, const std::vector<const Eigen::VectorXd*>& sounds) const;
@@ -147,8 +147,8 @@ class Study {
   Monitor& monitor_;
 };
 
-Heard Study::direct(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result) {
-  Heard heard;
+PieceSound Study::direct(const datasets::DebrisPiece& piece, const PieceStrike& strike, DebrisPieceResult& result) {
+  PieceSound heard;
   mesh::TetMesh mesh;
   modal::EigenResult modes;
   {
@@ -181,20 +181,20 @@ Heard Study::direct(const datasets::DebrisPiece& piece, const Blow& blow, Debris
     if (!transfer.usable()) throw NumericalError(piece.name + ": " + transfer.message);
     Eigen::MatrixXcd pressure;
     acoustics::TransferEvaluator(transfer.transfer)
-        .evaluate(mesh::mass_properties(piece.surface).centre_m + blow.listener_m, pressure);
+        .evaluate(mesh::mass_properties(piece.surface).centre_m + strike.listener_m, pressure);
     ringing.pressure_pa = Eigen::VectorXd::Zero(model.n_modes());
     for (std::size_t i = 0; i < transfer.transfer.modes.size(); ++i)
       ringing.pressure_pa[transfer.transfer.modes[i].mode] = std::abs(pressure(static_cast<Eigen::Index>(i), 0));
   }
   {
     const StageClock clock(result.direct.audio_s);
-    const mesh::SurfacePoint place = mesh::nearest_surface_point(model.mesh, blow.at_m);
+    const mesh::SurfacePoint place = mesh::nearest_surface_point(model.mesh, strike.at_m);
     ringing.omega = model.angular_frequency_rad_s;
     ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
     ringing.impulse = Eigen::VectorXd::Zero(model.n_modes());
     for (std::size_t k = 0; k < place.nodes.size(); ++k)
       ringing.impulse += place.weights[static_cast<Eigen::Index>(k)] *
-                         model.shapes.middleRows<3>(3 * place.nodes[k]).transpose() * blow.impulse_n_s;
+                         model.shapes.middleRows<3>(3 * place.nodes[k]).transpose() * strike.impulse_n_s;
     heard.sound_pa = sound_of(ringing, o_);
   }
   return heard;
@@ -211,8 +211,8 @@ double Study::prepare() const {
   return spent_s;
 }
 
-Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisPieceResult& result) {
-  Heard heard;
+PieceSound Study::proxy(const datasets::DebrisPiece& piece, const PieceStrike& strike, DebrisPieceResult& result) {
+  PieceSound heard;
   {
     const StageClock clock(result.proxy.lowest_s);
     result.lowest_hz = modal::lowest_frequency_hz(piece.surface, o_.material, {o_.polynomial_degree});
@@ -258,7 +258,7 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
     transfer.modes = std::move(radiating);
     ringing.pressure_pa = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kept.size()));
     Eigen::MatrixXcd pressure;
-    acoustics::TransferEvaluator(transfer).evaluate(frame.rotation * blow.listener_m, pressure);
+    acoustics::TransferEvaluator(transfer).evaluate(frame.rotation * strike.listener_m, pressure);
     for (std::size_t i = 0; i < transfer.modes.size(); ++i)
       ringing.pressure_pa[row[static_cast<std::size_t>(transfer.modes[i].mode)]] =
           std::abs(pressure(static_cast<Eigen::Index>(i), 0));
@@ -268,11 +268,11 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
     ringing.omega = Eigen::Map<const Eigen::VectorXd>(omega.data(), static_cast<Eigen::Index>(omega.size()));
     ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
     const soundbank::EllipsoidModes modes = soundbank::cell_modes(bank_, found.cell, scale);
-    const Eigen::Vector3d force = frame.rotation * blow.impulse_n_s;
+    const Eigen::Vector3d force = frame.rotation * strike.impulse_n_s;
     const Eigen::Vector3d contact =
         o_.contact == ProxyContact::kNormal
             ? soundbank::point_of_normal(modes.axes_m(), -force)
-            : soundbank::point_of_place(modes.axes_m(), frame.rotation * (blow.at_m - body.centre_m), frame.moments,
+            : soundbank::point_of_place(modes.axes_m(), frame.rotation * (strike.at_m - body.centre_m), frame.moments,
                                         body.volume_m3);
     const Eigen::Vector3d xi = contact.cwiseQuotient(modes.axes_m());
     ringing.impulse.resize(static_cast<Eigen::Index>(kept.size()));
@@ -357,16 +357,16 @@ DebrisStudyResult Study::run(const std::vector<datasets::DebrisPiece>& pieces) {
     if (!(o_.listener_m > 2.0 * radius))
       throw InputError("debris study", "listener_m", to_text(o_.listener_m),
                        "more than " + to_text(2.0 * radius) + ", twice the radius of " + piece.name);
-    const Blow blow = random_blow(piece.surface, o_, i);
+    const PieceStrike strike = random_strike(piece.surface, o_, i);
     DebrisPieceResult row;
     row.name = piece.name;
     row.volume_m3 = piece.volume_m3;
-    row.onset_s = blow.onset_s;
-    Heard by_proxy;
-    for (int k = 0; k < o_.proxy_repeats; ++k) by_proxy = proxy(piece, blow, row);
+    row.onset_s = strike.onset_s;
+    PieceSound by_proxy;
+    for (int k = 0; k < o_.proxy_repeats; ++k) by_proxy = proxy(piece, strike, row);
     for (double* stage : {&row.proxy.lowest_s, &row.proxy.retrieval_s, &row.proxy.transfer_s, &row.proxy.audio_s})
       *stage /= o_.proxy_repeats;
-    Heard heard = direct(piece, blow, row);
+    PieceSound heard = direct(piece, strike, row);
     if (sounds(heard.sound_pa) && by_proxy.sound_pa.size() > 0 && sounds(by_proxy.sound_pa))
       row.errors = fit::TargetSound(voice_of(heard.ringing, o_), o_.n_partials, o_.duration_s, o_.sample_rate_hz)
                        .errors(voice_of(by_proxy.ringing, o_));

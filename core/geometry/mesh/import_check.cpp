@@ -73,7 +73,7 @@ void check_faces(const TetMesh& mesh, const std::string& name) {
   for (std::size_t i = 2; i < faces.size(); ++i)
     if (faces[i].corners == faces[i - 2].corners) bad = std::min(bad, faces[i].element);
   if (bad < mesh.n_elements())
-    throw InputError(name, element_name(bad) + " is the third on one face", "", "at most two elements a face");
+    throw InputError(name, element_name(bad) + " is the third on one face", "", "at most two elements per face");
 }
 
 void check_mid_nodes(const TetMesh& mesh, const std::string& name) {

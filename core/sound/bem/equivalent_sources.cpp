@@ -74,7 +74,7 @@ EquivalentSources fit_equivalent_sources(const SurfaceField& field, double waven
   KLANG_CHECK(field.normals.cols() == n_points && field.weights_m2.size() == n_points &&
                   field.normal_velocity_m_s.size() == n_points &&
                   (field.pressure_pa.size() == 0 || field.pressure_pa.size() == n_points),
-              "a surface field has one normal, weight and velocity a point");
+              "a surface field has one normal, weight and velocity per point");
   if (points_m.empty()) throw InputError("equivalent sources", "have no point");
   for (const Eigen::Vector3d& x : points_m) {
     if (!(winding_number(field, x) > 0.5)) {

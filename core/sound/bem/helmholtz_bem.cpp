@@ -60,10 +60,10 @@ double check_resolution(const RadiatingSurface& surface, double frequency_hz, co
   const double count = wavelength_m / surface.largest_edge_m;
   if (count < options.min_elements_per_wavelength && !options.allow_coarse) {
     char text[200];
-    std::snprintf(text, sizeof text, "%.3g elements a wavelength at %.6g Hz; the largest element is %.4g m", count,
+    std::snprintf(text, sizeof text, "%.3g elements per wavelength at %.6g Hz; the largest element is %.4g m", count,
                   frequency_hz, surface.largest_edge_m);
     char allowed[200];
-    std::snprintf(allowed, sizeof allowed, "elements of at most %.4g m (%g a wavelength)",
+    std::snprintf(allowed, sizeof allowed, "elements of at most %.4g m (%g per wavelength)",
                   wavelength_m / options.min_elements_per_wavelength, options.min_elements_per_wavelength);
     throw InputError("surface", "is too coarse for the frequency", text, allowed);
   }
@@ -126,7 +126,7 @@ HelmholtzBem::HelmholtzBem(HelmholtzBem&&) noexcept = default;
 const RadiatingSurface& HelmholtzBem::surface() const { return data_->surface; }
 
 Eigen::MatrixXcd HelmholtzBem::from_triangles(const Eigen::MatrixXcd& velocity_m_s) const {
-  KLANG_CHECK(velocity_m_s.rows() == surface().n_triangles(), "one velocity a triangle");
+  KLANG_CHECK(velocity_m_s.rows() == surface().n_triangles(), "one velocity per triangle");
   Eigen::MatrixXcd corners(3 * velocity_m_s.rows(), velocity_m_s.cols());
   for (Eigen::Index t = 0; t < velocity_m_s.rows(); ++t)
     corners.middleRows(3 * t, 3) = velocity_m_s.row(t).replicate(3, 1);
@@ -134,7 +134,7 @@ Eigen::MatrixXcd HelmholtzBem::from_triangles(const Eigen::MatrixXcd& velocity_m
 }
 
 Eigen::MatrixXcd HelmholtzBem::from_vertices(const Eigen::MatrixXcd& velocity_m_s) const {
-  KLANG_CHECK(velocity_m_s.rows() == surface().n_vertices(), "one velocity a vertex");
+  KLANG_CHECK(velocity_m_s.rows() == surface().n_vertices(), "one velocity per vertex");
   const Eigen::Matrix3Xi& triangles = surface().triangles;
   Eigen::MatrixXcd corners(3 * triangles.cols(), velocity_m_s.cols());
   for (Eigen::Index t = 0; t < triangles.cols(); ++t)

@@ -87,7 +87,7 @@ BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
   }
   vtkDataArray* region = data->GetCellData()->GetArray("region");
   if (region == nullptr || region->GetNumberOfTuples() != data->GetNumberOfCells())
-    throw InputError(name, "the cell array \"region\" is missing", {}, "0 free surface, 1 rigid wall a face");
+    throw InputError(name, "the cell array \"region\" is missing", {}, "per face: 0 free surface, 1 rigid wall");
   std::vector<Eigen::Vector3i> triangles;
   std::vector<vtkIdType> cell_of;
   vtkNew<vtkIdList> ids;

@@ -228,7 +228,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   const std::vector<BoundarySample>& samples = boundary.samples();
   KLANG_CHECK(
       options.surface_pressure.size() == 0 || options.surface_pressure.size() == static_cast<Index>(samples.size()),
-      "a surface pressure has one value a sample");
+      "a surface pressure has one value per sample");
   const auto n_samples = static_cast<Index>(samples.size()), n_bubbles = static_cast<Index>(bubbles_m.size());
   const bool paper = options.literature == Literature::kPaper;
   const double kf = options.liquid.wavenumber_per_m(frequency_hz), ka = options.air.wavenumber_per_m(frequency_hz);

@@ -73,7 +73,7 @@ LiquidBoundary::LiquidBoundary(const BoundaryMesh& mesh, const BoundaryOptions& 
     : region_(mesh.region), name_(mesh.name) {
   options.validate();
   const Index n_vertices = mesh.surface.vertices_m.rows(), n_triangles = mesh.surface.triangles.rows();
-  KLANG_CHECK(region_.size() == static_cast<std::size_t>(n_triangles), "a boundary has one region a triangle");
+  KLANG_CHECK(region_.size() == static_cast<std::size_t>(n_triangles), "a boundary has one region per triangle");
   if (n_triangles == 0) throw InputError(name_, "the boundary has no triangles");
   for (Index i = 0; i < n_vertices; ++i)
     if (!mesh.surface.vertices_m.row(i).allFinite())

@@ -19,7 +19,7 @@ void check_field(const SurfaceField& field, double k) {
   const Eigen::Index n = field.points_m.cols();
   KLANG_CHECK(n > 0 && field.normals.cols() == n && field.weights_m2.size() == n && field.pressure_pa.size() == n &&
                   field.normal_velocity_m_s.size() == n,
-              "a surface field has one normal, weight, pressure and velocity a point");
+              "a surface field has one normal, weight, pressure and velocity per point");
   checked_open("multipole", "wavenumber_per_m", k, 0.0, 1e6);
 }
 

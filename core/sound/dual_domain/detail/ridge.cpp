@@ -315,7 +315,7 @@ template <class Scalar>
 RidgeSolution<Scalar> solve_ridge(const Matrix<Scalar>& adjoint, const Eigen::VectorXd& scale, const Matrix<Scalar>& b,
                                   double eps, RidgeMethod method) {
   KLANG_CHECK(b.rows() == adjoint.cols() && scale.size() == adjoint.rows() && eps >= 0.0,
-              "a ridge system has one row of data a row");
+              "a ridge system has one row of data per row");
   KLANG_CHECK(adjoint.rows() % kMultiple<Scalar> == 0, "unknowns of a ridge system come padded");
   return method == RidgeMethod::kDirect ? solve_direct(adjoint, scale, b, eps) : solve_sketched(adjoint, scale, b, eps);
 }

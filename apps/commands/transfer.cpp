@@ -15,6 +15,7 @@
 #include "core/geometry/mesh/surface_check.hpp"
 #include "core/sound/bem/sphere_radiation.hpp"
 #include "core/sound/transfer/radiate.hpp"
+#include "core/sound/transfer/radiate_progress.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
 
 namespace klang::apps {
@@ -61,18 +62,14 @@ void warn_coarse(const BemResult& bem, const BemOptions& options) {
 }
 
 int run_sphere(const TransferOptions& options, const CommonOptions& common) {
-  static const std::vector<std::string> kPatterns{"pulsating", "dipole", "quadrupole", "octupole"};
-  const auto pattern = std::find(kPatterns.begin(), kPatterns.end(), options.sphere);
-  if (pattern == kPatterns.end())
+  const auto pattern = enum_from_text<acoustics::SpherePattern>(options.sphere);
+  if (!pattern)
     throw InputError("--sphere", "is no pattern", options.sphere, "pulsating, dipole, quadrupole, octupole");
   checked("command line", "--ka", options.ka, 1e-3, 100.0);
   if (options.elements < 20 || options.elements > 40000)
     throw InputError("command line", "--elements", std::to_string(options.elements), "20 to 40000");
-  acoustics::SphereCase sphere;
-  sphere.degree = static_cast<int>(pattern - kPatterns.begin());
-  sphere.radius_m = options.radius_m;
-  sphere.ka = options.ka;
-  sphere.divisions = static_cast<int>(std::ceil(std::sqrt(options.elements / 20.0) - 1e-9));
+  const acoustics::SphereCase sphere{static_cast<int>(*pattern), options.radius_m, options.ka,
+                                     acoustics::sphere_divisions(options.elements)};
   const BemOptions bem = bem_options(options);
   TerminalMonitor monitor(common.quiet);
   const acoustics::SphereResult result = acoustics::solve_sphere(sphere, bem, monitor);
@@ -87,8 +84,7 @@ int run_sphere(const TransferOptions& options, const CommonOptions& common) {
   json["surface_pressure_relative_error"] = result.surface_pressure_relative_error;
   json["element_size_m"] = result.element_size_m;
   json["radiated_power_w"] = acoustics::radiated_power_w(result.multipole, options.radiate.medium);
-  json["exact_radiated_power_w"] = 2.0 * kPi * options.radius_m * options.radius_m / (2 * sphere.degree + 1) *
-                                   acoustics::sphere_impedance(sphere.degree, sphere.ka, options.radiate.medium).real();
+  json["exact_radiated_power_w"] = acoustics::sphere_radiated_power_w(sphere, options.radiate.medium);
   const Complex exact = acoustics::sphere_coefficient_pa(sphere, options.radiate.medium);
   json["exact_multipole"] = {{"n", sphere.degree}, {"m", 0}, {"re", exact.real()}, {"im", exact.imag()}};
   for (int n = 0; n <= result.multipole.order; ++n)
@@ -102,24 +98,14 @@ int run_sphere(const TransferOptions& options, const CommonOptions& common) {
   return kDone;
 }
 
-/// The velocities of the surface's triangles or vertices at the corners of the triangles that radiate.
-Eigen::MatrixXcd corner_velocity(const TransferOptions& options, const mesh::SurfaceMesh& surface,
-                                 const std::vector<bool>& outer) {
+Eigen::VectorXcd read_velocity(const TransferOptions& options, const mesh::SurfaceMesh& surface) {
   const Eigen::MatrixXd table = read_number_table(options.velocity_csv, 2, "re,im");
-  const bool by_triangle = table.rows() == surface.triangles.rows();
-  if (!by_triangle && table.rows() != surface.vertices_m.rows())
+  if (table.rows() != surface.triangles.rows() && table.rows() != surface.vertices_m.rows())
     throw InputError(options.velocity_csv, "has the wrong number of rows", std::to_string(table.rows()),
                      std::to_string(surface.triangles.rows()) + " (triangles) or " +
                          std::to_string(surface.vertices_m.rows()) + " (vertices) of " + options.surface);
-  Eigen::MatrixXcd velocity(3 * std::count(outer.begin(), outer.end(), true), 1);
-  Eigen::Index row = 0;
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
-    if (!outer[static_cast<std::size_t>(t)]) continue;
-    for (int c = 0; c < 3; ++c) {
-      const Eigen::Index at = by_triangle ? t : surface.triangles(t, c);
-      velocity(row++, 0) = Complex(table(at, 0), table(at, 1));
-    }
-  }
+  Eigen::VectorXcd velocity(table.rows());
+  for (Eigen::Index i = 0; i < table.rows(); ++i) velocity[i] = Complex(table(i, 0), table(i, 1));
   return velocity;
 }
 
@@ -131,14 +117,10 @@ int run_surface(const TransferOptions& options, const CommonOptions& common) {
   mesh::SurfaceMesh surface = mesh::read_surface(options.surface);
   surface.vertices_m *= options.unit_m;
   mesh::check_closed_surface(surface, options.surface);
-  const std::vector<bool> outer = acoustics::faces_outer_fluid(surface);
-  const Eigen::MatrixXcd velocity = corner_velocity(options, surface, outer);
+  const acoustics::OuterSurface outer = acoustics::outer_surface(surface);
+  const Eigen::VectorXcd velocity = acoustics::corner_values(surface, outer, read_velocity(options, surface));
   const Eigen::Matrix3Xd points = read_number_table(options.points_csv, 3, "x_m,y_m,z_m").transpose();
-  mesh::SurfaceMesh outside{surface.vertices_m, mesh::IndexRows(velocity.rows() / 3, 3)};
-  Eigen::Index row = 0;
-  for (std::size_t t = 0; t < outer.size(); ++t)
-    if (outer[t]) outside.triangles.row(row++) = surface.triangles.row(static_cast<Eigen::Index>(t)).head<3>();
-  acoustics::RadiatingSurface radiating = acoustics::radiating_surface(outside);
+  acoustics::RadiatingSurface radiating = acoustics::radiating_surface(outer.mesh);
   acoustics::check_resolution(radiating, options.frequency_hz, bem);
 
   TerminalMonitor monitor(common.quiet);
@@ -178,25 +160,14 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
   const std::string key =
       nlohmann::json({{"model_sha256", input_file(options.model).sha256}, {"options", used}, {"version", version()}})
           .dump();
-  acoustics::TransferModel finished{options.radiate.medium, {}};
-  if (std::filesystem::exists(partial)) {
-    try {
-      if (acoustics::read_transfer_provenance(partial) == key) finished = acoustics::read_transfer_model(partial);
-    } catch (const InputError&) {  // another program's file or a damaged one: start afresh, and say so
-      warn(partial.string() + " cannot be read: starting afresh");
-    }
-    if (!finished.modes.empty())
-      say(common, "going on after %zu of %td modes (%s)\n", finished.modes.size(), model.n_modes(), partial.c_str());
-  }
-  const std::vector<acoustics::ModeTransfer> known = finished.modes;
+  acoustics::RadiateProgress progress(partial, key, options.radiate.medium);
+  if (progress.unreadable()) warn(partial.string() + " cannot be read: starting afresh");
+  const std::vector<acoustics::ModeTransfer> known = progress.modes();
+  if (!known.empty())
+    say(common, "going on after %zu of %td modes (%s)\n", known.size(), model.n_modes(), partial.c_str());
   TerminalMonitor monitor(common.quiet);
-  const acoustics::RadiateResult result =
-      acoustics::radiate(model, options.radiate, monitor, known, [&](const acoustics::ModeTransfer& mode) {
-        finished.modes.push_back(mode);
-        std::sort(finished.modes.begin(), finished.modes.end(),
-                  [](const auto& a, const auto& b) { return a.mode < b.mode; });
-        acoustics::write_transfer_model(partial, finished, key);
-      });
+  const acoustics::RadiateResult result = acoustics::radiate(
+      model, options.radiate, monitor, known, [&](const acoustics::ModeTransfer& mode) { progress.add(mode); });
   if (!result.usable()) throw NumericalError(result.message);
 
   nlohmann::json json = result_header("transfer", "done", common, used, {options.model});
@@ -214,8 +185,7 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
                              {"residual", json_number(mode.residual)}});
   }
   write_json(common, json);
-  std::error_code ignored;
-  std::filesystem::remove(partial, ignored);
+  progress.remove();
   say(common, "%s: %zu modes, multipoles to order %d\n", options.output.c_str(), result.transfer.modes.size(), highest);
   return kDone;
 }

@@ -207,7 +207,7 @@ TEST(BubbleTransfer, BadInputIsNamed) {
   expect_refused(scratch, with("1500", "1500 --radius-m 0"), {"--radius-m"});
   expect_refused(scratch, with("--fluid-sources 30", "--fluid-sources 0"), {"--fluid-sources", "1 to 400"});
   expect_refused(scratch, kTank + "--radius-m 1", {"--radius-m"});
-  expect_refused(scratch, kTank + "--literature book", {"--literature", "right, paper"});
+  expect_refused(scratch, kTank + "--literature book", {"--literature", "right", "paper"});
   expect_refused(scratch, kTank + "-o v.png", {".vtp"});
   scratch.write("inside.csv", "0.1,0.1,-0.05\n");
   expect_refused(scratch, with("pts.csv", "inside.csv"), {"point 0", "inside the liquid"});

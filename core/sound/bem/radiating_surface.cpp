@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/foundation/base/check.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
@@ -89,6 +90,28 @@ std::vector<bool> faces_outer_fluid(const mesh::SurfaceMesh& surface) {
   }
   for (std::size_t t = 0; t < n; ++t) outer[t] = part_is_outer[parts.part_of_triangle[t]];
   return outer;
+}
+
+OuterSurface outer_surface(const mesh::SurfaceMesh& surface) {
+  const std::vector<bool> outer = faces_outer_fluid(surface);
+  OuterSurface result;
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+    if (outer[static_cast<std::size_t>(t)]) result.triangles.push_back(t);
+  result.mesh = {surface.vertices_m, mesh::IndexRows(static_cast<Eigen::Index>(result.triangles.size()), 3)};
+  for (Eigen::Index row = 0; row < result.mesh.triangles.rows(); ++row)
+    result.mesh.triangles.row(row) = surface.triangles.row(result.triangles[static_cast<std::size_t>(row)]).head<3>();
+  return result;
+}
+
+Eigen::VectorXcd corner_values(const mesh::SurfaceMesh& surface, const OuterSurface& outer,
+                               const Eigen::VectorXcd& values) {
+  const bool by_triangle = values.size() == surface.triangles.rows();
+  KLANG_CHECK(by_triangle || values.size() == surface.vertices_m.rows(), "one value per triangle or per vertex");
+  Eigen::VectorXcd corners(3 * outer.mesh.triangles.rows());
+  Eigen::Index at = 0;
+  for (const Eigen::Index t : outer.triangles)
+    for (int c = 0; c < 3; ++c) corners[at++] = values[by_triangle ? t : surface.triangles(t, c)];
+  return corners;
 }
 
 mesh::SurfaceMesh geodesic_sphere(double radius_m, int n) {

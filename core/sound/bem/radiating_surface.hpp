@@ -40,6 +40,18 @@ RadiatingSurface checked_radiating_surface(const mesh::SurfaceMesh& surface, con
 /// Parts come from mesh::check_closed_surface.
 std::vector<bool> faces_outer_fluid(const mesh::SurfaceMesh& surface);
 
+/// The part of a surface that faces the fluid outside.
+struct OuterSurface {
+  mesh::SurfaceMesh mesh;               ///< vertices of the whole
+  std::vector<Eigen::Index> triangles;  ///< its rows in the whole
+};
+OuterSurface outer_surface(const mesh::SurfaceMesh& surface);
+
+/// Values of the triangles or of the vertices of the whole surface at the corners of the outer triangles, 3 per triangle.
+/// values: as many as the whole has triangles (taken where both are as many), or as it has vertices
+Eigen::VectorXcd corner_values(const mesh::SurfaceMesh& surface, const OuterSurface& outer,
+                               const Eigen::VectorXcd& values);
+
 /// A geodesic sphere around the origin: each face of an icosahedron cut into n^2 triangles and pushed out, 20 n^2
 /// triangles in all. The vertices lie on a sphere slightly larger than radius_m, so that the polyhedron encloses
 /// exactly the volume of the ball.

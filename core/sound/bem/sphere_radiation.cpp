@@ -78,6 +78,13 @@ Complex sphere_coefficient_pa(const SphereCase& sphere, const Medium& medium) {
          std::sqrt(4.0 * kPi / (2.0 * sphere.degree + 1.0));
 }
 
+double sphere_radiated_power_w(const SphereCase& sphere, const Medium& medium) {
+  return 2.0 * kPi * sphere.radius_m * sphere.radius_m / (2 * sphere.degree + 1) *
+         sphere_impedance(sphere.degree, sphere.ka, medium).real();
+}
+
+int sphere_divisions(int n_elements) { return static_cast<int>(std::ceil(std::sqrt(n_elements / 20.0) - 1e-9)); }
+
 SphereResult solve_sphere(const SphereCase& sphere, const BemOptions& options, Monitor& monitor) {
   sphere.validate();
   return solve_sphere(

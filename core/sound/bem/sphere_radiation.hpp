@@ -7,6 +7,13 @@
 
 namespace klang::acoustics {
 
+/// How a sphere moves, by degree from 0.
+enum class SpherePattern { kPulsating, kDipole, kQuadrupole, kOctupole };
+constexpr auto words_of(SpherePattern) {
+  return std::array{Word{SpherePattern::kPulsating, "pulsating"}, Word{SpherePattern::kDipole, "dipole"},
+                    Word{SpherePattern::kQuadrupole, "quadrupole"}, Word{SpherePattern::kOctupole, "octupole"}};
+}
+
 /// A sphere with normal velocity P_n(cos theta) x 1 m/s, P_n the Legendre polynomial: n = 0 pulsates, 1 is a dipole, 2 an
 /// axial quadrupole, 3 an axial octupole.
 struct SphereCase {
@@ -34,6 +41,12 @@ std::complex<double> sphere_pressure_pa(const SphereCase& sphere, const Medium& 
 
 /// Exact coefficient M_n^0 [Pa]; all others are 0.
 std::complex<double> sphere_coefficient_pa(const SphereCase& sphere, const Medium& medium);
+
+/// Exact radiated power [W], time average: 1/2 Re Z integral P_n^2 dS = 2 pi a^2 / (2 n + 1) Re Z, Z the sphere_impedance.
+double sphere_radiated_power_w(const SphereCase& sphere, const Medium& medium);
+
+/// Divisions of the icosahedron's edges that give at least n_elements.
+int sphere_divisions(int n_elements);
 
 struct SphereResult {
   std::shared_ptr<const HelmholtzBem> solver;

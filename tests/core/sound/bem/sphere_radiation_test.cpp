@@ -51,6 +51,28 @@ TEST(SphereRadiation, ClosedFormsAgreeWithTheReference) {
   }
 }
 
+// Power by the impedance on the surface against power through the multipole, two ways that share no formula but h_n.
+TEST(SphereRadiation, ExactPowerIsThatOfTheExactMultipole) {
+  const Medium air;
+  for (const Row& row : kRows) {
+    const SphereCase sphere{row.degree, 0.05, row.ka, 10};
+    Multipole multipole;
+    multipole.wavenumber_per_m = row.ka / sphere.radius_m;
+    multipole.order = row.degree;
+    multipole.coefficients_pa = Eigen::VectorXcd::Zero((row.degree + 1) * (row.degree + 1));
+    multipole.coefficients_pa[row.degree * (row.degree + 1)] = sphere_coefficient_pa(sphere, air);
+    const double exact_w = sphere_radiated_power_w(sphere, air);
+    EXPECT_LE(std::abs(radiated_power_w(multipole, air) / exact_w - 1.0), 1e-10) << row.ka;
+  }
+}
+
+TEST(SphereRadiation, DivisionsGiveAtLeastTheElementsAskedFor) {
+  EXPECT_EQ(sphere_divisions(20), 1);
+  EXPECT_EQ(sphere_divisions(21), 2);
+  EXPECT_EQ(sphere_divisions(2000), 10);
+  EXPECT_EQ(sphere_divisions(2001), 11);
+}
+
 // The bar is 1 % on the surface and 0.5 % of coefficients and field points.
 TEST(SphereRadiation, PressureAndMultipolesOfTwoThousandElementsMatchTheReference) {
   for (const Row& row : kRows) {

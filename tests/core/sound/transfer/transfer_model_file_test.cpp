@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/sound/transfer/radiate_progress.hpp"
 #include "core/sound/waves/helmholtz_basis.hpp"
 #include "tests/core/sound/transfer/transfer_samples.hpp"
 
@@ -89,6 +90,33 @@ TEST(TransferModelFile, RefusesTheTransferOfAnotherModel) {
   EXPECT_THROW(check_belongs(transfer, model, "t.vtu"), InputError);
   transfer.modes[1].mode = 3;
   EXPECT_THROW(check_belongs(transfer, model, "t.vtu"), InputError);
+}
+
+TEST(RadiateProgress, GoesOnWithTheSameKeyOnlyAndInOrderOfModes) {
+  const auto path = scratch("progress.vtu");
+  std::filesystem::remove(path);
+  const TransferModel model = random_transfer({2, 3}, 5);
+  {
+    RadiateProgress progress(path, "key", model.medium);
+    EXPECT_TRUE(progress.modes().empty());
+    progress.add(model.modes[1]);
+    progress.add(model.modes[0]);
+  }
+  const RadiateProgress again(path, "key", model.medium);
+  ASSERT_EQ(again.modes().size(), 2U);
+  EXPECT_EQ(again.modes()[0].mode, model.modes[0].mode);
+  EXPECT_EQ(again.modes()[1].multipole.coefficients_pa, model.modes[1].multipole.coefficients_pa);
+  EXPECT_TRUE(RadiateProgress(path, "another key", model.medium).modes().empty());
+  again.remove();
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST(RadiateProgress, AFileThatMakesNoSenseCountsAsNone) {
+  const auto path = scratch("damaged.vtu");
+  write_file(path, "no transfer model");
+  const RadiateProgress progress(path, "key", {});
+  EXPECT_TRUE(progress.unreadable());
+  EXPECT_TRUE(progress.modes().empty());
 }
 
 }  // namespace

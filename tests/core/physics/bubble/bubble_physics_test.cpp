@@ -58,6 +58,18 @@ TEST(BubblePhysics, ProsperettisTheoryIsTheReferencesExactThermalSolution) {
   }
 }
 
+TEST(BubblePhysics, RadiusOfAFrequencyRingsAtThatFrequency) {
+  for (const double frequency_hz : {70.0, 1500.0, 3e4}) {
+    for (const BubbleTheory theory : {BubbleTheory::kLeighton, BubbleTheory::kPaper}) {
+      const double radius_m = bubble_radius_m(frequency_hz, {}, theory);
+      const double back_hz = bubble_oscillation(radius_m, {}, theory).undamped_frequency_hz;
+      EXPECT_LE(std::abs(back_hz / frequency_hz - 1.0), 1e-13) << frequency_hz;
+    }
+  }
+  EXPECT_THROW(bubble_radius_m(1.0), InputError);
+  EXPECT_THROW(bubble_radius_m(std::numeric_limits<double>::quiet_NaN()), InputError);
+}
+
 TEST(BubblePhysics, SurfaceTensionRaisesThePitch) {
   BubbleMedium without;
   without.surface_tension_n_m = 0.0;

@@ -180,6 +180,33 @@ TEST(HelmholtzBem, ThreadsDoNotChangeTheAssembledBits) {
   EXPECT_EQ(one, two);
 }
 
+TEST(OuterSurface, LeavesOutAHollowAndTakesValuesOfTrianglesOrVertices) {
+  mesh::SurfaceMesh surface = geodesic_sphere(0.1, 1);
+  const mesh::SurfaceMesh inner = geodesic_sphere(0.05, 1);
+  const Eigen::Index n_triangles = inner.triangles.rows(), n_vertices = inner.vertices_m.rows();
+  surface.vertices_m.conservativeResize(2 * n_vertices, 3);
+  surface.vertices_m.bottomRows(n_vertices) = inner.vertices_m;
+  surface.triangles.conservativeResize(2 * n_triangles, 3);
+  for (Eigen::Index t = 0; t < n_triangles; ++t)  // turned round: its normals point into the hollow
+    for (int c = 0; c < 3; ++c)
+      surface.triangles(n_triangles + t, c) = inner.triangles(t, 2 - c) + static_cast<int>(n_vertices);
+  const OuterSurface outer = outer_surface(surface);
+  ASSERT_EQ(outer.mesh.triangles.rows(), n_triangles);
+  EXPECT_EQ(outer.mesh.triangles, surface.triangles.topRows(n_triangles));
+  const auto counting = [](Eigen::Index n) {
+    Eigen::VectorXcd values(n);
+    for (Eigen::Index i = 0; i < n; ++i) values[i] = Complex(static_cast<double>(i), -1.0);
+    return values;
+  };
+  const Eigen::VectorXcd by_triangle = corner_values(surface, outer, counting(2 * n_triangles)),
+                         by_vertex = corner_values(surface, outer, counting(2 * n_vertices));
+  for (Eigen::Index t = 0; t < n_triangles; ++t)
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(by_triangle[3 * t + c], Complex(static_cast<double>(t), -1.0));
+      EXPECT_EQ(by_vertex[3 * t + c], Complex(static_cast<double>(surface.triangles(t, c)), -1.0));
+    }
+}
+
 TEST(HelmholtzBem, BadInputIsNamed) {
   const HelmholtzBem solver(radiating_surface(geodesic_sphere(0.1, 3)));
   const auto velocity = solver.from_triangles(Eigen::VectorXcd::Ones(180));

@@ -20,7 +20,7 @@ extern "C" void dgemm_(const char* op_a, const char* op_b, const int* m, const i
                        const double* alpha, const double* a, const int* lda, const double* b, const int* ldb,
                        const double* beta, double* c, const int* ldc);
 
-namespace klang::solid::detail {
+namespace klang::solid {
 namespace {
 
 constexpr int kPoints = TetRule::kPoints;
@@ -303,4 +303,4 @@ Eigen::MatrixXd EnrichedSpace::block_jacobi(const Eigen::MatrixXd& w) const {
   return result;
 }
 
-}  // namespace klang::solid::detail
+}  // namespace klang::solid

@@ -13,7 +13,7 @@
 #endif
 #define KLANG_INLINE inline __attribute__((always_inline))
 
-namespace klang::acoustics::detail {
+namespace klang::acoustics::simd {
 
 inline constexpr std::size_t kLanes = 8;
 
@@ -61,4 +61,4 @@ KLANG_INLINE void sine_cosine(const Vector& x, Vector& sine, Vector& cosine) {
   std::memcpy(&cosine, &cosine_out, sizeof cosine);
 }
 
-}  // namespace klang::acoustics::detail
+}  // namespace klang::acoustics::simd

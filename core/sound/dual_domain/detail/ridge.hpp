@@ -31,7 +31,7 @@ struct RidgeSolution {
 /// Sketch: every row of A, with two random signs, is added into 2 of 4 n buckets (a sparse embedding, Clarkson and Woodruff
 /// 2013); R from the Cholesky factor of sketch^H sketch + eps^2 I makes A R^-1 well conditioned (singular values near 1 +- 1/2),
 /// whatever A is (Rokhlin and Tygert 2008; Blendenpik, Avron, Maymounkov and Toledo 2010), so that conjugate gradients win a
-/// factor of 2 to 3 a step. A is read once a step and never factored: 4 n^2 (4 n) / 2 + 4/3 n^3 + 16 n n_rows n_steps flops for
+/// factor of 2 to 3 per step. A is read once per step and never factored: 4 n^2 (4 n) / 2 + 4/3 n^3 + 16 n n_rows n_steps flops for
 /// complex numbers, where QR takes 8 n^2 (n_rows + n).
 /// The same bits on any number of threads. It starts from the solution of the sketched problem and ends when the error of A x is
 /// 1e-3 of the residual that stays (the residual itself then is within 1e-6), or 1e-7 of the data.

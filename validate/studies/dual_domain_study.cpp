@@ -37,7 +37,7 @@ std::vector<DualDomainResult> solved(const LiquidBoundary& boundary, double freq
                                      std::uint64_t seed, const DualDomainOptions& options) {
   std::vector<DualDomainResult> result =
       bubble::solve_dual_domain(boundary, frequency_hz, bubble::random_source_points(boundary, n_fluid, n_air, seed),
-                                {kBubble_m}, {kBubbleRadius_m}, options);
+                                {{kBubble_m, kBubbleRadius_m}}, options);
   if (!result[0].usable()) throw NumericalError("converge dual-domain: " + result[0].message);
   return result;
 }

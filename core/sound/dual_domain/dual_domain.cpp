@@ -98,12 +98,12 @@ class TwoPasses {
  public:
   TwoPasses(const LiquidBoundary& boundary, double frequency_hz, const SourcePoints& points,
             const DualDomainOptions& options, Monitor& monitor);
-  std::vector<DualDomainResult> solve(const std::vector<Vector3d>& bubbles_m, const std::vector<double>& radius_m);
+  std::vector<DualDomainResult> solve(const std::vector<SwingingBubble>& bubbles);
 
  private:
   double wall_weight_m() const;  // alpha
   void weigh_liquid();
-  DualDomainResult unsolved(const Vector3d& bubble_m, double radius_m) const;
+  DualDomainResult unsolved(const SwingingBubble& bubble) const;
   /// What the bubble (with its images) asks of the liquid's functions, real and imaginary part in two columns.
   void liquid_data(const FluidField& field, Index column, Matrix<double>& data) const;
   Conditions<double> liquid_conditions() const;
@@ -156,13 +156,12 @@ TwoPasses::TwoPasses(const LiquidBoundary& boundary, double frequency_hz, const 
       alpha_(wall_weight_m()),
       weights_(n_samples_) {}
 
-std::vector<DualDomainResult> TwoPasses::solve(const std::vector<Vector3d>& bubbles_m,
-                                               const std::vector<double>& radius_m) {
+std::vector<DualDomainResult> TwoPasses::solve(const std::vector<SwingingBubble>& bubbles) {
   weigh_liquid();
   std::vector<DualDomainResult> results;
-  Matrix<double> data(n_samples_, 2 * static_cast<Index>(bubbles_m.size()));
-  for (std::size_t b = 0; b < bubbles_m.size(); ++b) {
-    results.push_back(unsolved(bubbles_m[b], radius_m[b]));
+  Matrix<double> data(n_samples_, 2 * static_cast<Index>(bubbles.size()));
+  for (std::size_t b = 0; b < bubbles.size(); ++b) {
+    results.push_back(unsolved(bubbles[b]));
     if (options_.images) detail::add_images(boundary_, results[b].fluid);
     liquid_data(results[b].fluid, 2 * static_cast<Index>(b), data);
   }
@@ -196,14 +195,14 @@ void TwoPasses::weigh_liquid() {
   }
 }
 
-DualDomainResult TwoPasses::unsolved(const Vector3d& bubble_m, double radius_m) const {
+DualDomainResult TwoPasses::unsolved(const SwingingBubble& bubble) const {
   DualDomainResult r;
   r.frequency_hz = frequency_hz_;
   r.source_strength =
-      (paper_ ? -1.0 : 1.0) * bubble_source_strength(radius_m, frequency_hz_, options_.liquid.density_kg_m3);
+      (paper_ ? -1.0 : 1.0) * bubble_source_strength(bubble.radius_m, frequency_hz_, options_.liquid.density_kg_m3);
   r.alpha_m = alpha_;
   r.fluid.wavenumber_per_m = kf_;
-  r.fluid.bubble_m = bubble_m;
+  r.fluid.bubble_m = bubble.position_m;
   r.fluid.order = order_;
   r.fluid.points_m = fluid_points_;
   r.fluid.solid_m = points_.solid_m;
@@ -407,24 +406,22 @@ double bubble_source_strength(double radius_m, double frequency_hz, double liqui
 
 std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz,
                                                 const SourcePoints& given_points,
-                                                const std::vector<Vector3d>& bubbles_m,
-                                                const std::vector<double>& radius_m, const DualDomainOptions& options,
-                                                Monitor& monitor) {
+                                                const std::vector<SwingingBubble>& bubbles,
+                                                const DualDomainOptions& options, Monitor& monitor) {
   options.validate();
   checked("dual domain", "frequency_hz", frequency_hz, 1.0, 1e5);
-  KLANG_CHECK(bubbles_m.size() == radius_m.size(), "a bubble has a radius");
-  if (bubbles_m.empty()) return {};
+  if (bubbles.empty()) return {};
   if (given_points.fluid_m.empty() || given_points.air_m.empty())
     throw InputError("dual domain", "needs sources in both passes");
   const SourcePoints points = supported_points(boundary, given_points, options.literature);
-  for (std::size_t b = 0; b < bubbles_m.size(); ++b) {
-    checked("bubble", "radius_m", radius_m[b], 1e-6, 0.1);
-    boundary.check_bubble(bubbles_m[b], 0.1 * radius_m[b]);
+  for (const SwingingBubble& bubble : bubbles) {
+    checked("bubble", "radius_m", bubble.radius_m, 1e-6, 0.1);
+    boundary.check_bubble(bubble.position_m, 0.1 * bubble.radius_m);
   }
   KLANG_CHECK(options.surface_pressure.size() == 0 ||
                   options.surface_pressure.size() == static_cast<Index>(boundary.samples().size()),
               "a surface pressure has one value per sample");
-  return TwoPasses(boundary, frequency_hz, points, options, monitor).solve(bubbles_m, radius_m);
+  return TwoPasses(boundary, frequency_hz, points, options, monitor).solve(bubbles);
 }
 
 namespace {

@@ -131,6 +131,12 @@ struct DualDomainResult {
 /// printed there turns the pressure round: an expanding bubble pushes).
 double bubble_source_strength(double radius_m, double frequency_hz, double liquid_density_kg_m3);
 
+/// A bubble whose wall swings by 1 m at the frequency of the call.
+struct SwingingBubble {
+  Eigen::Vector3d position_m;
+  double radius_m = 0.0;  ///< 1e-6 to 0.1, for the source strength
+};
+
 /// Sound of bubbles in a liquid, heard in the air around it (Zheng and James 2009, section 5). One-way coupling:
 ///   pass 1, liquid: (nabla^2 + k_f^2) P = S_b delta,  P = 0 on the free surface, dP/dn = 0 on walls and wet solids
 ///   pass 2, air:    (nabla^2 + k_a^2) P = 0 outside,  dP/dn = (rho_a / rho_f) dP_f/dn on the free surface, 0 on walls
@@ -141,13 +147,10 @@ double bubble_source_strength(double radius_m, double frequency_hz, double liqui
 /// Sources beyond a ninth of half the samples (pass 2: of a third) are left out: more would fit the samples and swing between.
 /// The matrices depend on boundary, frequency and points alone: bubbles of one call share assembly and preconditioner.
 /// @param frequency_hz  1 to 1e5
-/// @param radius_m      of each bubble, for the source strength, > 0
 /// @return one per bubble; kFailed with a message where the least-squares problem cannot be solved
 /// @throws InputError: a bubble outside or on the boundary, too few samples for a single source
 std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz,
-                                                const SourcePoints& points,
-                                                const std::vector<Eigen::Vector3d>& bubbles_m,
-                                                const std::vector<double>& radius_m,
+                                                const SourcePoints& points, const std::vector<SwingingBubble>& bubbles,
                                                 const DualDomainOptions& options = {},
                                                 Monitor& monitor = silent_monitor());
 

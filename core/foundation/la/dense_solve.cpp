@@ -3,21 +3,9 @@
 #include <cmath>
 #include <complex>
 #include <vector>
-#include "core/foundation/base/stopwatch.hpp"
 
-// LAPACK of OpenBLAS; its header has names that clash with Eigen's.
-extern "C" {
-void cgetrf_(const int* m, const int* n, std::complex<float>* a, const int* lda, int* pivots, int* info);
-void cgetrs_(const char* trans, const int* n, const int* n_rhs, const std::complex<float>* a, const int* lda,
-             const int* pivots, std::complex<float>* b, const int* ldb, int* info);
-void zgetrf_(const int* m, const int* n, std::complex<double>* a, const int* lda, int* pivots, int* info);
-void zgetrs_(const char* trans, const int* n, const int* n_rhs, const std::complex<double>* a, const int* lda,
-             const int* pivots, std::complex<double>* b, const int* ldb, int* info);
-void zgemm_(const char* trans_a, const char* trans_b, const int* m, const int* n, const int* k,
-            const std::complex<double>* alpha, const std::complex<double>* a, const int* lda,
-            const std::complex<double>* b, const int* ldb, const std::complex<double>* beta, std::complex<double>* c,
-            const int* ldc);
-}
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/la/lapack.hpp"
 
 namespace klang::la {
 namespace {

@@ -8,18 +8,18 @@
 #include "core/foundation/base/memory.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/la/ridge.hpp"
 #include "core/sound/dual_domain/detail/liquid_functions.hpp"
-#include "core/sound/dual_domain/detail/ridge.hpp"
-#include "core/sound/dual_domain/detail/row_kernel.hpp"
+#include "core/sound/dual_domain/detail/slope_kernel.hpp"
 #include "core/sound/dual_domain/detail/wave_rows.hpp"
 
 namespace klang::bubble {
 namespace {
 
 using Complex = std::complex<double>;
-using detail::Matrix;
 using Eigen::Index;
 using Eigen::Vector3d;
+using la::Matrix;
 
 constexpr std::size_t kSamplesPerRange = 256;
 // With fewer, least squares fits the samples and swings between them.
@@ -37,7 +37,7 @@ struct Conditions {
 template <class Scalar, class Fill>
 Conditions<Scalar> assemble(Index n_unknowns, Index n_samples, bool scale_columns, const Fill& fill) {
   Conditions<Scalar> result;
-  constexpr Index kMultiple = detail::kMultiple<Scalar>;
+  constexpr Index kMultiple = la::kMultiple<Scalar>;
   result.adjoint.resize((n_unknowns + kMultiple - 1) / kMultiple * kMultiple, n_samples);
   prefer_huge_pages(result.adjoint.data(), static_cast<std::size_t>(result.adjoint.size()) * sizeof(Scalar));
   std::vector<Eigen::VectorXd> squares((static_cast<std::size_t>(n_samples) + kSamplesPerRange - 1) / kSamplesPerRange);
@@ -67,8 +67,8 @@ void fail(std::vector<DualDomainResult>& results, const std::string& message) {
   }
 }
 
-detail::RidgeMethod method(LeastSquares solver) {
-  return solver == LeastSquares::kDirect ? detail::RidgeMethod::kDirect : detail::RidgeMethod::kSketch;
+la::RidgeMethod method(LeastSquares solver) {
+  return solver == LeastSquares::kDirect ? la::RidgeMethod::kDirect : la::RidgeMethod::kSketch;
 }
 
 /// As many points as the boundary's samples support.
@@ -115,7 +115,7 @@ class TwoPasses {
   /// The surface's motion, for a unit source.
   void surface_motion(std::vector<DualDomainResult>& results) const;
   Conditions<Complex> air_conditions() const;
-  void finish_air(const Conditions<Complex>& conditions, const detail::RidgeSolution<Complex>& solution,
+  void finish_air(const Conditions<Complex>& conditions, const la::RidgeSolution<Complex>& solution,
                   const Matrix<Complex>& data, std::vector<DualDomainResult>& results);
 
   const LiquidBoundary& boundary_;
@@ -264,14 +264,13 @@ bool TwoPasses::solve_liquid(const Matrix<double>& data, std::vector<DualDomainR
   times_["assemble_fluid"] = lap_.seconds();
   lap_.restart();
   const double eps = options_.ridge * a.frobenius;
-  const detail::RidgeSolution<double> solution =
-      detail::solve_ridge(a.adjoint, a.column_scale, data, eps, method(options_.solver));
+  const la::RidgeSolution<double> solution =
+      la::solve_ridge(a.adjoint, a.column_scale, data, eps, method(options_.solver));
   if (!solution.solved) {
     fail(results, "pass 1: " + solution.message);
     return false;
   }
-  const Matrix<double> error =
-      detail::times(a.adjoint, Matrix<double>(a.column_scale.asDiagonal() * solution.x)) - data;
+  const Matrix<double> error = la::times(a.adjoint, Matrix<double>(a.column_scale.asDiagonal() * solution.x)) - data;
   for (std::size_t b = 0; b < results.size(); ++b) {
     DualDomainResult& r = results[b];
     const auto c = 2 * static_cast<Index>(b);
@@ -345,8 +344,8 @@ bool TwoPasses::solve_air(std::vector<DualDomainResult>& results) {
   const Conditions<Complex> a = air_conditions();
   times_["assemble_air"] = lap_.seconds();
   lap_.restart();
-  const detail::RidgeSolution<Complex> solution =
-      detail::solve_ridge(a.adjoint, a.column_scale, data, options_.ridge * a.frobenius, method(options_.solver));
+  const la::RidgeSolution<Complex> solution =
+      la::solve_ridge(a.adjoint, a.column_scale, data, options_.ridge * a.frobenius, method(options_.solver));
   if (!solution.solved) {
     fail(results, "pass 2: " + solution.message);
     return false;
@@ -355,10 +354,9 @@ bool TwoPasses::solve_air(std::vector<DualDomainResult>& results) {
   return true;
 }
 
-void TwoPasses::finish_air(const Conditions<Complex>& a, const detail::RidgeSolution<Complex>& solution,
+void TwoPasses::finish_air(const Conditions<Complex>& a, const la::RidgeSolution<Complex>& solution,
                            const Matrix<Complex>& data, std::vector<DualDomainResult>& results) {
-  const Matrix<Complex> error =
-      detail::times(a.adjoint, Matrix<Complex>(a.column_scale.asDiagonal() * solution.x)) - data;
+  const Matrix<Complex> error = la::times(a.adjoint, Matrix<Complex>(a.column_scale.asDiagonal() * solution.x)) - data;
   times_["solve_air"] = lap_.seconds();
   times_["total"] = total_.seconds();
   const double eps = options_.ridge * a.frobenius;

@@ -14,13 +14,9 @@
 #include "core/foundation/base/random.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/block_lanczos.hpp"
+#include "core/foundation/la/lapack.hpp"
 #include "core/foundation/la/sturm_count.hpp"
 #include "core/physics/solid/rigid_modes.hpp"
-
-extern "C" void dsygvx_(const int* itype, const char* jobz, const char* range, const char* uplo, const int* n,
-                        double* a, const int* lda, double* b, const int* ldb, const double* vl, const double* vu,
-                        const int* il, const int* iu, const double* abstol, int* m, double* w, double* z,
-                        const int* ldz, double* work, const int* lwork, int* iwork, int* ifail, int* info);
 
 namespace klang::modal::detail {
 

@@ -4,14 +4,14 @@
 #include <string>
 #include <type_traits>
 
-namespace klang::bubble::detail {
+namespace klang::la {
 
 template <class Scalar>
 using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
 /// Least squares with a ridge, HF eq. 34:  minimise ||A x - b||^2 + eps^2 ||x||^2,  A: n_rows x n, n_rows > n.
 /// A = rows * diag(scale), given as adjoint = rows^H (n x n_rows), so that a sample's row is contiguous. n is a multiple of
-/// kMultiple<Scalar> (lanes of row_kernel.hpp); functions that are not there are columns of zeros.
+/// kMultiple<Scalar> (lanes of the kernels); functions that are not there are columns of zeros.
 template <class Scalar>
 inline constexpr Eigen::Index kMultiple = std::is_same_v<Scalar, double> ? 8 : 4;
 
@@ -53,4 +53,4 @@ extern template Matrix<double> times(const Matrix<double>&, const Matrix<double>
 extern template Matrix<std::complex<double>> times(const Matrix<std::complex<double>>&,
                                                    const Matrix<std::complex<double>>&);
 
-}  // namespace klang::bubble::detail
+}  // namespace klang::la

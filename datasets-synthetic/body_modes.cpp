@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/physics/modal/eigen_solver.hpp"
-#include "core/physics/solid/assembly.hpp"
+#include "core/geometry/shapes/shape_registry.hpp"
+#include "core/physics/modal/modes_of.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
 #include "datasets-synthetic/ritz_tube.hpp"
 
@@ -66,17 +67,12 @@ BodyModes tube_modes(const mesh::ShapeSpec& shape, const solid::Material& materi
 BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& material, const solid::Support& support,
                         double highest_hz, const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
   // Finer than what a fit takes; what the elements are still too stiff is estimated and taken off.
-  mesh::ShapeMeshOptions mesh_options;
-  mesh_options.refinement = shape.kind == "revolution" ? 1 : 0;
-  mesh::ShapeDivisions divisions = mesh::shape_divisions(shape, mesh_options);
-  if (shape.kind != "revolution" && shape.kind != "box") {
-    for (int& count : divisions.counts) count += (count / 2 + 1) / 2 * 2;
-  }
-  const mesh::TetMesh mesh = mesh::mesh_shape(shape, divisions, 2);
-  modal::EigenOptions options;
-  options.band = {20.0, highest_hz};
-  options.estimate_mesh_error = true;
-  const auto result = modal::solve_modes(mesh, solid::assemble(mesh, support), material, support, options, monitor);
+  const mesh::TetMesh mesh = mesh::mesh_shape(shape, mesh::reference_divisions(shape), 2);
+  modal::ModesOptions options;
+  options.method = modal::ModesMethod::kTetrahedra;  // not what a fit inverts
+  options.eigen.band = {20.0, highest_hz};
+  options.eigen.estimate_mesh_error = true;
+  const auto result = modal::modes_of({shape, support}, mesh, material, options, monitor);
   if (!result.usable()) throw NumericalError("true modes of " + shape.kind + ": " + result.message);
 
   BodyModes modes;
@@ -106,9 +102,7 @@ BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& mat
   for (Eigen::Index m = 0; m < result.model.n_modes(); ++m) modes.labels.push_back("mode " + std::to_string(m));
   modes.method =
       "quadratic finite elements, " + std::to_string(nodes.rows()) + " nodes, estimated mesh error taken off";
-  if (shape.kind == "tube" || shape.kind == "rod" || shape.kind == "bowl" || shape.kind == "revolution") {
-    modes.pair_tolerance = kMeshPairTolerance;
-  }
+  if (mesh::find_shape(shape.kind).facts().modes_in_pairs) modes.pair_tolerance = kMeshPairTolerance;
   return modes;
 }
 
@@ -117,8 +111,9 @@ BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& mat
 BodyModes body_modes(const mesh::ShapeSpec& shape, const solid::Material& material, const solid::Support& support,
                      double highest_hz, const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
   if (support.kind == solid::SupportKind::kFree) {
-    if (shape.kind == "box") return box_modes(shape, material, highest_hz, places);
-    if (shape.kind == "tube") return tube_modes(shape, material, highest_hz, places);
+    static const std::map<std::string, decltype(&box_modes)> ritz{{"box", &box_modes}, {"tube", &tube_modes}};
+    if (const auto found = ritz.find(shape.kind); found != ritz.end())
+      return found->second(shape, material, highest_hz, places);
   }
   return element_modes(shape, material, support, highest_hz, places, monitor);
 }

@@ -13,7 +13,7 @@ namespace klang::datasets {
 /// A body's true modes, seen at given places.
 struct BodyModes {
   Eigen::VectorXd angular_frequency_rad_s;  ///< undamped, ascending
-  std::vector<Eigen::MatrixXd> shapes;      ///< a place each: 3 x n_modes, mass-normalised [1/sqrt(kg)]
+  std::vector<Eigen::MatrixXd> shapes;      ///< one per place: 3 x n_modes, mass-normalised [1/sqrt(kg)]
   std::vector<Eigen::Vector3d> places_m;    ///< the points that were taken
   std::vector<std::string> labels;          ///< "n=2 odd", "parity 110", "mode 3"
   std::string method;                       ///< in words, with orders or mesh size

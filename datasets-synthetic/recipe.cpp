@@ -10,6 +10,7 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/provenance.hpp"
+#include "core/geometry/shapes/shape_registry.hpp"
 #include "core/sound/stage/oscillator_bank.hpp"
 #include "datasets-synthetic/body_modes.hpp"
 #include "datasets-synthetic/disturbances.hpp"
@@ -222,7 +223,8 @@ RecordingAndTruth make_recording(const Recipe& recipe, std::size_t index, std::u
          {"damping_n_s_per_m", specimen.mounts[k].damping_n_s_per_m}});
   }
   json mass = nullptr;
-  if (specimen.shape.kind != "revolution") mass = mesh::shape_volume_m3(specimen.shape) * recipe.material.density_kg_m3;
+  if (!mesh::find_shape(specimen.shape.kind).facts().has_profile)
+    mass = mesh::shape_volume_m3(specimen.shape) * recipe.material.density_kg_m3;
   made.truth = {{"name", specimen.name},
                 {"recording", specimen.name + ".wav"},
                 {"shape", shape_json(specimen.shape)},

@@ -143,7 +143,7 @@ int run_one(const TransferOptions& options, const CommonOptions& common) {
   const bubble::SourcePoints sources =
       bubble::random_source_points(boundary, options.series.fluid_sources, options.series.air_sources, common.seed);
   const bubble::DualDomainResult result = bubble::solve_dual_domain(boundary, options.series.frequency_hz, sources,
-                                                                    {at}, {options.series.radius_m}, solve, monitor)[0];
+                                                                    {{at, options.series.radius_m}}, solve, monitor)[0];
   if (!result.usable()) throw NumericalError("bubble transfer: " + result.message);
   if (result.n_fluid_sources < options.series.fluid_sources || result.n_air_sources < options.series.air_sources)
     warn("the surface has only " + std::to_string(boundary.samples().size()) +

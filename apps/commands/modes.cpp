@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -9,9 +8,8 @@
 #include "apps/kit/number_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
-#include "core/geometry/shapes/section.hpp"
-#include "core/physics/modal/revolution_modes.hpp"
-#include "core/physics/solid/assembly.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/physics/modal/modes_of.hpp"
 
 namespace klang::apps {
 namespace {
@@ -27,51 +25,38 @@ struct ModesOptions {
   bool lumped_mass = false, no_mesh_error = false;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-bool by_harmonics(const ModesOptions& options, const solid::Support& support) {
-  if (options.method == "tetrahedra") return false;
-  const auto shape = options.body.shape_spec();
-  const bool can = shape && mesh::is_axisymmetric(*shape) && support.kind == solid::SupportKind::kFree &&
-                   options.body.element == "p2" && !options.lumped_mass;
-  if (options.method == "harmonics" && !can)
-    throw InputError("--method", "needs a free body of revolution, p2 and no --lumped-mass", options.body.shape,
-                     "tube, rod, sphere, ellipsoid with a_m = b_m, bowl, revolution");
-  // Who chooses the mesh wants to see that mesh's frequencies.
-  return can && (options.method == "harmonics" || (options.body.max_edge_m == 0.0 && options.body.refinement == 0));
+modal::ModesMethod parsed_method(const std::string& word) {
+  return word == "harmonics"    ? modal::ModesMethod::kHarmonics
+         : word == "tetrahedra" ? modal::ModesMethod::kTetrahedra
+                                : modal::ModesMethod::kAuto;
 }
 
 int run_modes(const ModesOptions& options, const CommonOptions& common) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   TerminalMonitor monitor(common.quiet);
   const solid::Material material = parse_material(options.material);
   const solid::Support support = solid::parse_support(options.support);
-  modal::EigenOptions eigen;
+  modal::ModesOptions how;
+  how.method = parsed_method(options.method);
+  how.mass = options.lumped_mass ? solid::MassKind::kLumped : solid::MassKind::kConsistent;
+  how.mesh_is_wanted = options.body.max_edge_m != 0.0 || options.body.refinement != 0;
+  modal::EigenOptions& eigen = how.eigen;
   eigen.count = options.count;
   eigen.band = parse_band("--band-hz", options.band);
   // The estimate is made for the consistent matrix.
   eigen.estimate_mesh_error = !options.lumped_mass && !options.no_mesh_error;
   eigen.validate();
-  const bool harmonics = by_harmonics(options, support);
+  const modal::ModesBody body{options.body.shape_spec(), support, options.body.element == "p2" ? 2 : 1};
+  if (how.method == modal::ModesMethod::kHarmonics && !modal::harmonics_apply(body, how.mass))
+    throw InputError("--method", "needs a free body of revolution, p2 and no --lumped-mass", options.body.shape,
+                     modal::harmonics_apply_to());
+  const bool harmonics = modal::chosen_method(body, how) == modal::ModesMethod::kHarmonics;
 
   monitor.progress("mesh", 0.0);
   const mesh::TetMesh mesh = options.body.build();
-  const double mesh_s = seconds_since(start);
+  const double mesh_s = watch.seconds();
   monitor.throw_if_stopped();
-  modal::EigenResult result;
-  double assembly_s = 0.0;
-  if (harmonics) {
-    result = modal::solve_revolution_modes(*options.body.shape_spec(), mesh, material, eigen, monitor);
-  } else {
-    monitor.progress("assembly", 0.0);
-    const auto assembly_start = std::chrono::steady_clock::now();
-    const solid::AssembledSolid assembled =
-        solid::assemble(mesh, support, options.lumped_mass ? solid::MassKind::kLumped : solid::MassKind::kConsistent);
-    assembly_s = seconds_since(assembly_start);
-    result = modal::solve_modes(mesh, assembled, material, support, eigen, monitor);
-  }
+  const modal::EigenResult result = modal::modes_of(body, mesh, material, how, monitor);
   if (!result.usable()) throw NumericalError("modes: " + result.message);
 
   const nlohmann::json used = {{"material",
@@ -107,10 +92,10 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   if (!options.output.empty()) {
     modal::write_modal_model(options.output, result.model, json["provenance"].dump());
   }
-  json["wall_time_s"] = {{"mesh", mesh_s}, {"assembly", assembly_s}};
+  json["wall_time_s"] = {{"mesh", mesh_s}, {"assembly", 0.0}};
   for (const auto& [stage, seconds] : result.wall_time_s) json["wall_time_s"][stage] = seconds;
   json["wall_time_s"]["solve"] = json["wall_time_s"]["total"];
-  json["wall_time_s"]["total"] = seconds_since(start);
+  json["wall_time_s"]["total"] = watch.seconds();
   json["peak_memory_bytes"] = modal::peak_memory_bytes();
   write_json(common, json);
 
@@ -129,7 +114,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
         result.relative_residual[i], error);
   }
   if (frequency_hz.size() == 0) say(common, "no mode in the band\n");
-  say(common, "%.2f s\n", seconds_since(start));
+  say(common, "%.2f s\n", watch.seconds());
   return result.none_missing.value_or(true) ? kDone : kNumericalFailure;
 }
 

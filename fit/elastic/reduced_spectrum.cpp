@@ -9,6 +9,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/files/mesh_file.hpp"
 #include "core/geometry/mesh/quality.hpp"
+#include "core/physics/modal/modes_of.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 #include "core/sound/stage/oscillator_bank.hpp"
 #include "fit/elastic/elastic_blocks.hpp"
@@ -18,46 +19,6 @@ namespace {
 
 constexpr double kBasisCut = 1e-6;          // of the largest direction
 constexpr double kClusterTolerance = 1e-6;  // relative, of omega^2: derivatives are shared
-
-int even_between(double count, int low, int high) {
-  return 2 * ((std::clamp(static_cast<int>(std::ceil(count)), low, high) + 1) / 2);
-}
-
-/// Divisions that keep the mesh's own error of the frequencies up to highest_hz near 0.1 % (one tenth of what the
-/// dimensions of a real body leave open) at some ten thousand nodes. Found by refinement studies of each kind: the
-/// sweep's own default resolves the lowest bending only.
-mesh::ShapeDivisions fit_divisions(const mesh::ShapeSpec& shape, const solid::Material& material, double highest_hz) {
-  mesh::ShapeDivisions divisions = mesh::shape_divisions(shape, {});
-  auto& n = divisions.counts;
-  if (shape.kind == "tube") {
-    // Ring modes (the section turns oval) need twice the elements around; below them bending rules.
-    const double radius_m = shape.dims.at("outer_radius_m") - 0.5 * shape.dims.at("wall_m");
-    const double speed = std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3);
-    const double ring_hz =
-        2.683 / (2.0 * kPi) * shape.dims.at("wall_m") / (std::sqrt(12.0) * radius_m * radius_m) * speed;
-    n[0] = std::min(n[0], 36);
-    n[1] = std::max(n[1], highest_hz > ring_hz ? 40 : 24);
-  } else if (shape.kind == "rod") {
-    n = {std::min(n[0], 30), 2, 2};
-  } else if (shape.kind == "box") {
-    const std::array<double, 3> sides = {shape.dims.at("length_m"), shape.dims.at("width_m"),
-                                         shape.dims.at("height_m")};
-    std::array<std::size_t, 3> order = {0, 1, 2};
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sides[a] < sides[b]; });
-    const double thin = sides[order[0]], middle = sides[order[1]], longest = sides[order[2]];
-    if (thin < 0.35 * longest) {  // a bar or plate: torsion bends the shear around its edges
-      const bool plate = middle > 0.5 * longest;
-      n[order[0]] = plate || middle > 6.0 * thin ? 2 : 4;
-      n[order[1]] = even_between(middle / (plate ? 0.65 * thin : 0.45 * thin), plate ? 10 : 4, plate ? 20 : 16);
-      n[order[2]] = even_between(longest / (0.65 * thin), plate ? 10 : 16, plate ? 20 : 48);
-    }
-  } else if (shape.kind == "bowl") {
-    n = {std::max(n[0], 10), std::max(n[1], 10), n[2]};
-  } else if (shape.kind == "revolution") {
-    n[0] = std::max(n[0], 36);
-  }
-  return divisions;
-}
 
 void finish_body(const Specimen& specimen, const solid::Material& material, SpecimenBody& body) {
   body.volume_m3 = body.section ? mesh::shape_volume_m3(*specimen.shape) : mesh::mesh_volume_m3(body.mesh);
@@ -85,8 +46,10 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
   if (specimen.shape) {
     solid::Material guess = material;
     if (!(guess.density_kg_m3 > 0.0)) guess.density_kg_m3 = *specimen.mass_kg / shape_volume_m3(*specimen.shape);
-    body.divisions = fit_divisions(*specimen.shape, guess, highest_hz);
-    if (specimen.support.kind == solid::SupportKind::kFree && mesh::is_axisymmetric(*specimen.shape))
+    const double bar_speed_m_s = std::sqrt(guess.youngs_modulus_pa() / guess.density_kg_m3);
+    body.divisions = mesh::resonance_divisions(*specimen.shape, bar_speed_m_s, highest_hz);
+    const auto method = modal::chosen_method({specimen.shape, specimen.support}, {});
+    if (method == modal::ModesMethod::kHarmonics)
       body.section = modal::section_divisions_for(*specimen.shape, guess, highest_hz);
     return make_body_like(specimen, material, body);
   }

@@ -1,10 +1,10 @@
 #include "fit/ringdown/ringdown.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/sound/audio/fft.hpp"
 #include "core/sound/audio/strikes.hpp"
 #include "fit/ringdown/detail/partial_search.hpp"
@@ -20,10 +20,6 @@ using Complex = std::complex<double>;
 constexpr double kSureSnrDb = 14.0;      ///< below it noise alone makes partials
 constexpr double kWeakestStrike = 0.01;  ///< energy a strike must add, against the strongest one
 constexpr double kPi2 = 2 * kPi;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 std::string short_hz(double frequency_hz) {
   const double rounded = std::round(frequency_hz * 10) / 10;
@@ -293,7 +289,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   checked(place, "number of samples", static_cast<double>(recording.n_frames()), 16, 1e12);
   checked(place, "number of channels", static_cast<double>(recording.n_channels()), 1, kMaxChannels);
   if (!recording.samples.allFinite()) throw InputError(place, "has samples that are not finite numbers");
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch total;
   RingdownResult result;
   result.status = RingdownStatus::kNothingFound;
   result.sample_rate_hz = recording.sample_rate_hz;
@@ -311,9 +307,9 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   strike_options.band = band;
   std::vector<audio::Strike> strikes = audio::detect_strikes(recording, strike_options);
   if (strikes.empty()) strikes.push_back({});
-  result.wall_time_s["strikes"] = seconds_since(start);
+  result.wall_time_s["strikes"] = total.seconds();
 
-  const auto search_start = std::chrono::steady_clock::now();
+  const Stopwatch search_watch;
   std::optional<RingData> data;
   Search found;
   for (int attempt = 0; attempt < 3; ++attempt) {
@@ -335,7 +331,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
     if (kept.size() == strikes.size() || kept.empty()) break;
     strikes = std::move(kept);
   }
-  result.wall_time_s["partials"] = seconds_since(search_start);
+  result.wall_time_s["partials"] = search_watch.seconds();
   if (data->segments().empty()) {
     result.message = data->n_clipped() > 0 ? "nothing is left after the clipped samples"
                                            : "the recording is too short after its strike";
@@ -353,7 +349,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   for (const Segment& segment : data->segments()) result.strikes_s.push_back(segment.strike_s);
   fill_table(result, *data, found, options);
   measure_fit(result, *data, found);
-  result.wall_time_s["total"] = seconds_since(start);
+  result.wall_time_s["total"] = total.seconds();
   return result;
 }
 

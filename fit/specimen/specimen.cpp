@@ -7,6 +7,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/geometry/shapes/shape_registry.hpp"
 #include "fit/specimen/specimen_schema.hpp"
 
 namespace klang::fit {
@@ -217,12 +218,13 @@ mesh::ShapeSpec read_shape(const toml::table& table, const std::string& file, co
   if (!kind) throw InputError(reader.place("kind"), "is missing", "", find_field("specimen.shape", "kind")->meaning);
   shape.kind = *kind;
   const auto& dimensions = located(reader.place("kind"), [&] { return mesh::shape_dimensions(*kind); });
+  const bool has_profile = mesh::find_shape(*kind).facts().has_profile;
   std::string allowed = "kind";
   for (const std::string& name : dimensions) allowed += ", " + name;
-  if (*kind == "revolution") allowed += ", profile_csv";
+  if (has_profile) allowed += ", profile_csv";
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
-    if (name == "kind" || (name == "profile_csv" && *kind == "revolution")) continue;
+    if (name == "kind" || (name == "profile_csv" && has_profile)) continue;
     if (std::find(dimensions.begin(), dimensions.end(), name) == dimensions.end()) {
       throw InputError(reader.place(node, name), "is no dimension of a " + *kind, "", allowed);
     }
@@ -231,7 +233,7 @@ mesh::ShapeSpec read_shape(const toml::table& table, const std::string& file, co
   for (const std::string& name : dimensions) {
     if (!shape.dims.count(name)) throw InputError(reader.place(name), "is missing", "", allowed);
   }
-  if (*kind == "revolution") {
+  if (has_profile) {
     const auto profile = reader.text("profile_csv");
     if (!profile) throw InputError(reader.place("profile_csv"), "is missing");
     shape.profile_csv = existing_file(reader, "profile_csv", *profile, base);

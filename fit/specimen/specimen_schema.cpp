@@ -14,6 +14,18 @@ constexpr double kMaxLength = 1e3;  // metres: nothing longer is struck and reco
 
 using enum FieldType;
 
+/// "tube, rod, ..., bowl or revolution"; lives as long as the program, as a field's meaning does.
+const std::string& kinds_in_words() {
+  static const std::string words = [] {
+    std::string text;
+    const auto& kinds = mesh::shape_kinds();
+    for (std::size_t i = 0; i < kinds.size(); ++i)
+      text += (i == 0 ? "" : i + 1 == kinds.size() ? " or " : ", ") + kinds[i];
+    return text;
+  }();
+  return words;
+}
+
 std::vector<SchemaField> make_schema() {
   std::vector<SchemaField> fields = {
       {"", "name", kText, "the file's name", -kInf, kInf, "title of the problem", 0},
@@ -52,8 +64,7 @@ std::vector<SchemaField> make_schema() {
        "damping",
        0},
 
-      {"specimen.shape", "kind", kText, "required", -kInf, kInf,
-       "tube, rod, box, shell_box, ellipsoid, sphere, bowl or revolution", 0},
+      {"specimen.shape", "kind", kText, "required", -kInf, kInf, kinds_in_words(), 0},
       {"specimen.shape", "profile_csv", kText, "required for a revolution", -kInf, kInf,
        "closed polygon with columns r_m, z_m", 0},
 

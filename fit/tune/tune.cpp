@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/geometry/shapes/shape_registry.hpp"
 #include "fit/elastic/elastic_fit.hpp"
 #include "fit/elastic/reduced_spectrum.hpp"
 
@@ -14,14 +15,6 @@ namespace klang::fit {
 namespace {
 
 constexpr const char* kPlace = "tune";
-
-/// Long axis of a shape: 0 x, 2 z, -1 none.
-int long_axis(const mesh::ShapeSpec& shape) {
-  if (shape.kind == "tube" || shape.kind == "rod") return 2;
-  if (shape.kind != "box") return -1;
-  const std::array<double, 3> sides = {shape.dims.at("length_m"), shape.dims.at("width_m"), shape.dims.at("height_m")};
-  return static_cast<int>(std::max_element(sides.begin(), sides.end()) - sides.begin());
-}
 
 /// Share of a mode's motion that is cross-sections moving sideways as a whole, and the number of sign changes along the
 /// body of the stronger direction. Slices are bins along the axis.
@@ -120,18 +113,17 @@ void TuneOptions::validate(const Specimen& specimen) const {
 }
 
 std::vector<std::vector<int>> bending_modes(const mesh::ShapeSpec& shape, const modal::ModalModel& model) {
-  const int axis = long_axis(shape);
+  const auto axis = mesh::find_shape(shape.kind).long_axis(shape);
   std::vector<std::vector<int>> families;
-  if (axis < 0) return families;
+  if (!axis) return families;
   // A flat bar has two families of its own: n counts within the direction of the lowest flexural mode; a tube's pair
   // turns freely in the plane, so that both members count.
-  const bool flat = shape.kind == "box";
   int direction = -1;
   for (Eigen::Index k = 0; k < model.n_modes(); ++k) {
-    const Flexure f = flexure(model.mesh, model.shapes.col(k), axis);
+    const Flexure f = flexure(model.mesh, model.shapes.col(k), axis->axis);
     if (f.share < 0.5 || f.n_nodes < 2) continue;
     if (direction < 0) direction = f.direction;
-    if (flat && f.direction != direction) continue;
+    if (!axis->round && f.direction != direction) continue;
     const auto n = static_cast<std::size_t>(f.n_nodes - 1);
     if (n > families.size() + 1) continue;
     if (families.size() < n) families.resize(n);
@@ -146,7 +138,7 @@ std::vector<std::vector<int>> bending_modes(const mesh::ShapeSpec& shape, const 
 TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& material, const TuneOptions& options,
                            Monitor& monitor) {
   options.validate(specimen);
-  const auto started = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   TuneResult result;
   result.shape = *specimen.shape;
   double highest_hz = 0.0;
@@ -232,7 +224,7 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     result.status = TuneStatus::kNotReached;
     result.message = "the targets cannot all be met within the allowed change of the dimensions";
   }
-  result.wall_time_s["total"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  result.wall_time_s["total"] = watch.seconds();
   return result;
 }
 

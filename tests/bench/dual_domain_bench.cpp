@@ -44,7 +44,7 @@ void solve(benchmark::State& state, bool large, const DualDomainOptions& options
   const Problem& p = problem(large);
   std::vector<DualDomainResult> results;
   for (auto _ : state) {
-    results = solve_dual_domain(p.boundary, 2000.0, p.points, {{0.13, 0.10, -0.05}}, {0.0016}, options);
+    results = solve_dual_domain(p.boundary, 2000.0, p.points, {{{0.13, 0.10, -0.05}, 0.0016}}, options);
     benchmark::DoNotOptimize(results);
   }
   if (!results[0].usable()) state.SkipWithError(results[0].message.c_str());

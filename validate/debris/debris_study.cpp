@@ -51,7 +51,7 @@ struct PieceStrike {
   double onset_s = 0.0;
 };
 
-/// What rings: a row a mode, by frequency.
+/// What rings: one row per mode, by frequency.
 struct Ringing {
   Eigen::VectorXd omega, decay, impulse, pressure_pa;  ///< |p_i| at the listener for unit modal velocity
 };

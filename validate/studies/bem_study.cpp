@@ -1,9 +1,9 @@
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/sound/bem/sphere_radiation.hpp"
 #include "core/sound/waves/helmholtz_basis.hpp"
 #include "validate/studies/detail/pressure_slice.hpp"
@@ -152,7 +152,7 @@ Study bem_study(const StudyOptions& options, Monitor& monitor) {
     for (std::size_t k = 0; k < cases.size(); ++k) {
       monitor.throw_if_stopped();
       monitor.progress("boundary elements", n_done / n_all);
-      const auto start = std::chrono::steady_clock::now();
+      const Stopwatch watch;
       const SphereCase sphere{cases[k].degree, kRadius_m, cases[k].ka, divisions[i]};
       const SphereResult result = solved(sphere, solver, silent_monitor());
       Level level;
@@ -160,7 +160,7 @@ Study bem_study(const StudyOptions& options, Monitor& monitor) {
       level.error = result.surface_pressure_relative_error;
       level.value = result.bem.radiated_power_w[0];
       level.n_unknowns = result.bem.n_unknowns;
-      level.wall_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      level.wall_time_s = watch.seconds();
       study.series[k].levels.push_back(level);
       n_done += work(divisions[i]);
       if (options.fields && k == 0 && i + 1 == n_levels) add_fields(sphere, result, cases[k].title, study.fields);

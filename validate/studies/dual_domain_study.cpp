@@ -1,4 +1,3 @@
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -8,6 +7,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/sound/dual_domain/dual_domain.hpp"
 #include "validate/studies/detail/pressure_slice.hpp"
 #include "validate/studies/dimpled_tank.hpp"
@@ -37,7 +37,7 @@ std::vector<DualDomainResult> solved(const LiquidBoundary& boundary, double freq
                                      std::uint64_t seed, const DualDomainOptions& options) {
   std::vector<DualDomainResult> result =
       bubble::solve_dual_domain(boundary, frequency_hz, bubble::random_source_points(boundary, n_fluid, n_air, seed),
-                                {kBubble_m}, {kBubbleRadius_m}, options);
+                                {{kBubble_m, kBubbleRadius_m}}, options);
   if (!result[0].usable()) throw NumericalError("converge dual-domain: " + result[0].message);
   return result;
 }
@@ -226,11 +226,10 @@ Study dual_domain_study(const StudyOptions& options, Monitor& monitor) {
     for (std::size_t i = 0; i < n_levels; ++i) {
       monitor.throw_if_stopped();
       monitor.progress("dual domain", std::min(1.0, n_done++ / 40.0));
-      const auto start = std::chrono::steady_clock::now();
+      const Stopwatch watch;
       std::vector<double> errors(repeated ? kRepeats : 1);
       for (std::size_t k = 0; k < errors.size(); ++k) errors[k] = error(counts[i], k + 1);
-      const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() /
-                             static_cast<double>(errors.size());
+      const double seconds = watch.seconds() / static_cast<double>(errors.size());
       Level level;
       if (repeated) {
         level = mean_level(errors, counts[i], seconds);
@@ -251,7 +250,7 @@ Study dual_domain_study(const StudyOptions& options, Monitor& monitor) {
   DualDomainOptions no_images, printed = DualDomainOptions::as_printed();
   no_images.images = false;
   printed.literature =
-      bubble::Literature::kRight;  // signs and densities do not matter here, the wall's weight keeps its length
+      bubble::Literature::kCorrected;  // signs and densities do not matter here, the wall's weight keeps its length
   run(new_series("fluid", "Pass 1, flat limit and images",
                  "100 sources (900 waves) on a finer surface (itself within about 3 %)", kFluidStep, kSlopeError, 0.06,
                  true),

@@ -1,11 +1,11 @@
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <memory>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/shapes/shape.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
@@ -260,7 +260,7 @@ Study fem_study(const StudyOptions& options, Monitor& monitor) {
     for (std::size_t i = 0; i < n_levels; ++i) {
       monitor.throw_if_stopped();
       monitor.progress(problem.title, n_done / n_all);
-      const auto start = std::chrono::steady_clock::now();
+      const Stopwatch watch;
       const mesh::TetMesh mesh =
           mesh::mesh_shape(problem.shape, mesh::ShapeDivisions{problem.divisions[i]}, problem.order);
       const solid::AssembledSolid assembled = solid::assemble(mesh);
@@ -271,7 +271,7 @@ Study fem_study(const StudyOptions& options, Monitor& monitor) {
       level.error = ((f_hz.array() / exact_hz.array()).square() - 1.0).mean();
       level.value = f_hz.mean();
       level.n_unknowns = static_cast<double>(assembled.n_dofs());
-      level.wall_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      level.wall_time_s = watch.seconds();
       series.levels.push_back(level);
       n_done += work(problem, i);
       if (options.fields && i + 1 == n_levels && problem.shape.kind == "sphere")

@@ -1,10 +1,10 @@
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/math/sphere_quadrature.hpp"
 #include "core/sound/bem/equivalent_sources.hpp"
 #include "core/sound/waves/helmholtz_basis.hpp"
@@ -279,9 +279,9 @@ Study multipole_study(const StudyOptions& options, Monitor& monitor) {
     series.error_floor = 1e-13;
     series.floor_words = "round-off";
     series.error_tolerance = plan.error_tolerance * std::pow(2.0, plan.orders.back() - orders.back());
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const std::vector<double> errors = truncation_errors(plan.kd / kDistance_m, 2.0 * kDistance_m, orders);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds = watch.seconds();
     for (std::size_t i = 0; i < orders.size(); ++i) {
       Level level;
       level.n = orders[i];

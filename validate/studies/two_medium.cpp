@@ -104,7 +104,7 @@ TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double fre
   const double omega = 2.0 * kPi * frequency_hz;
   for (int turn = 0; turn < max_turns; ++turn) {
     monitor.throw_if_stopped();
-    result.liquid = bubble::solve_dual_domain(boundary, frequency_hz, sources, {bubble_m}, {0.001}, solve)[0];
+    result.liquid = bubble::solve_dual_domain(boundary, frequency_hz, sources, {{bubble_m, 0.001}}, solve)[0];
     if (!result.liquid.usable()) throw NumericalError("two-way: " + result.liquid.message);
     Eigen::MatrixXcd velocity = Eigen::MatrixXcd::Zero(3 * surface.triangles.rows(), 1);
     for (std::size_t i = 0; i < corner_sample.size(); ++i)  // dP/dn = -i omega rho v_n

@@ -4,9 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-extern "C" void dgemm_(const char* op_a, const char* op_b, const int* m, const int* n, const int* k,
-                       const double* alpha, const double* a, const int* lda, const double* b, const int* ldb,
-                       const double* beta, double* c, const int* ldc);
+#include "core/foundation/la/lapack.hpp"
 
 namespace klang::la {
 namespace {

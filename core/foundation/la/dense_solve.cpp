@@ -1,29 +1,14 @@
 #include "core/foundation/la/dense_solve.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <complex>
 #include <vector>
 
-// LAPACK of OpenBLAS; its header has names that clash with Eigen's.
-extern "C" {
-void cgetrf_(const int* m, const int* n, std::complex<float>* a, const int* lda, int* pivots, int* info);
-void cgetrs_(const char* trans, const int* n, const int* n_rhs, const std::complex<float>* a, const int* lda,
-             const int* pivots, std::complex<float>* b, const int* ldb, int* info);
-void zgetrf_(const int* m, const int* n, std::complex<double>* a, const int* lda, int* pivots, int* info);
-void zgetrs_(const char* trans, const int* n, const int* n_rhs, const std::complex<double>* a, const int* lda,
-             const int* pivots, std::complex<double>* b, const int* ldb, int* info);
-void zgemm_(const char* trans_a, const char* trans_b, const int* m, const int* n, const int* k,
-            const std::complex<double>* alpha, const std::complex<double>* a, const int* lda,
-            const std::complex<double>* b, const int* ldb, const std::complex<double>* beta, std::complex<double>* c,
-            const int* ldc);
-}
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/la/lapack.hpp"
 
 namespace klang::la {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// r = b - A x; A by rows is A^T by columns, which is how LAPACK sees it.
 void residual(const RowMatrixXcd& a, const Eigen::MatrixXcd& x, const Eigen::MatrixXcd& b, Eigen::MatrixXcd& r) {
@@ -54,13 +39,13 @@ DenseSolution dense_solve(RowMatrixXcd& a, const Eigen::MatrixXcd& b, double tol
   Eigen::MatrixXcd r = b;
   std::vector<int> pivots(static_cast<std::size_t>(n));
   int info = 0;
-  auto start = Clock::now();
+  Stopwatch watch;
   {
     Eigen::MatrixXcf factor(n, n);
     for (int row = 0; row < n; ++row) factor.col(row) = a.row(row).cast<std::complex<float>>().transpose();
     cgetrf_(&n, &n, factor.data(), &n, pivots.data(), &info);
-    result.factor_s = seconds_since(start);
-    start = Clock::now();
+    result.factor_s = watch.seconds();
+    watch.restart();
     double before = HUGE_VAL;
     for (int step = 0; info == 0 && step <= max_refinements; ++step) {
       // Single precision ends at 1e-38: corrections are scaled to 1.
@@ -83,10 +68,10 @@ DenseSolution dense_solve(RowMatrixXcd& a, const Eigen::MatrixXcd& b, double tol
       before = now;
     }
   }
-  result.refine_s = seconds_since(start);
+  result.refine_s = watch.seconds();
   if (result.solved) return result;
 
-  start = Clock::now();
+  watch.restart();
   result.double_factor = true;
   RowMatrixXcd factor = a;
   zgetrf_(&n, &n, factor.data(), &n, pivots.data(), &info);
@@ -95,7 +80,7 @@ DenseSolution dense_solve(RowMatrixXcd& a, const Eigen::MatrixXcd& b, double tol
   residual(a, result.x, b, r);
   result.relative_residual = worst_ratio(r, scale);
   result.solved = info == 0 && *result.relative_residual <= tolerance;
-  result.factor_s += seconds_since(start);
+  result.factor_s += watch.seconds();
   return result;
 }
 

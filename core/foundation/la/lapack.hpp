@@ -21,6 +21,20 @@ void dgels_(const char* trans, const int* m, const int* n, const int* n_rhs, dou
             const int* ldb, double* work, const int* n_work, int* info);
 void zgels_(const char* trans, const int* m, const int* n, const int* n_rhs, std::complex<double>* a, const int* lda,
             std::complex<double>* b, const int* ldb, std::complex<double>* work, const int* n_work, int* info);
+void cgetrf_(const int* m, const int* n, std::complex<float>* a, const int* lda, int* pivots, int* info);
+void cgetrs_(const char* trans, const int* n, const int* n_rhs, const std::complex<float>* a, const int* lda,
+             const int* pivots, std::complex<float>* b, const int* ldb, int* info);
+void zgetrf_(const int* m, const int* n, std::complex<double>* a, const int* lda, int* pivots, int* info);
+void zgetrs_(const char* trans, const int* n, const int* n_rhs, const std::complex<double>* a, const int* lda,
+             const int* pivots, std::complex<double>* b, const int* ldb, int* info);
+void dsyevr_(const char* jobz, const char* range, const char* uplo, const int* n, double* a, const int* lda,
+             const double* vl, const double* vu, const int* il, const int* iu, const double* abstol, int* m, double* w,
+             double* z, const int* ldz, int* isuppz, double* work, const int* lwork, int* iwork, const int* liwork,
+             int* info);
+void dsygvx_(const int* itype, const char* jobz, const char* range, const char* uplo, const int* n, double* a,
+             const int* lda, double* b, const int* ldb, const double* vl, const double* vu, const int* il,
+             const int* iu, const double* abstol, int* m, double* w, double* z, const int* ldz, double* work,
+             const int* lwork, int* iwork, int* ifail, int* info);
 }
 
 /// One name for both number types.

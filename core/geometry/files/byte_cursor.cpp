@@ -5,7 +5,7 @@
 
 #include "core/foundation/base/errors.hpp"
 
-namespace klang::mesh::detail {
+namespace klang::mesh {
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
@@ -41,7 +41,7 @@ std::string lower_case(std::string_view text) {
   return result;
 }
 
-std::vector<std::string_view> words_of(std::string_view line) {
+std::vector<std::string_view> split_words(std::string_view line) {
   std::vector<std::string_view> words;
   std::size_t at = 0;
   while (at < line.size()) {
@@ -134,4 +134,4 @@ void ByteCursor::fail(std::string_view problem, std::string_view value, std::str
   throw InputError(place, problem, value, allowed);
 }
 
-}  // namespace klang::mesh::detail
+}  // namespace klang::mesh

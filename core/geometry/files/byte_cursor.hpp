@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace klang::mesh::detail {
+namespace klang::mesh {
 
 /// Reads words and raw numbers from a file's bytes and refuses, with the place, what is not there. Nothing is
 /// allocated from a count before count() has seen that the file is long enough for it.
@@ -61,10 +61,10 @@ class ByteCursor {
 };
 
 /// Splits a line at blanks.
-std::vector<std::string_view> words_of(std::string_view line);
+std::vector<std::string_view> split_words(std::string_view line);
 bool parse_number(std::string_view word, double& value);
 bool parse_integer(std::string_view word, long long& value);
 /// Lower-case extension with its dot.
 std::string lower_case(std::string_view text);
 
-}  // namespace klang::mesh::detail
+}  // namespace klang::mesh

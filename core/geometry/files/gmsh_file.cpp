@@ -157,7 +157,7 @@ class GmshReader {
   /// In version 2 the counts are text even in binary files, on a line of their own.
   double ascii_count_line(std::string_view what) {
     const std::string_view line = cursor_.line();
-    const auto words = words_of(line);
+    const auto words = split_words(line);
     long long n = 0;
     if (words.size() != 1 || !parse_integer(words[0], n)) cursor_.fail(std::string(what) + " is not an integer");
     return static_cast<double>(n);

@@ -40,18 +40,18 @@ void LoadOptions::validate() const {
 
 TetMesh read_tet_mesh_bytes(std::string_view bytes, std::string_view extension, const std::string& name) {
   if (bytes.empty()) throw InputError(name, "the file is empty");
-  const std::string kind = detail::lower_case(extension);
-  if (kind == ".msh") return detail::checked_import(detail::read_gmsh(bytes, name), name);
-  if (kind == ".vtu") return detail::checked_import(detail::read_vtu(bytes, name), name);
+  const std::string kind = lower_case(extension);
+  if (kind == ".msh") return checked_import(detail::read_gmsh(bytes, name), name);
+  if (kind == ".vtu") return checked_import(detail::read_vtu(bytes, name), name);
   throw InputError(name, "unknown mesh format", kind, kKnown);
 }
 
 TetMesh read_tetgen_bytes(std::string_view node_bytes, std::string_view ele_bytes, const std::string& name) {
-  return detail::checked_import(detail::read_tetgen(node_bytes, ele_bytes, name), name);
+  return checked_import(detail::read_tetgen(node_bytes, ele_bytes, name), name);
 }
 
 TetMesh read_tet_mesh(const std::filesystem::path& path) {
-  const std::string extension = detail::lower_case(path.extension().string());
+  const std::string extension = lower_case(path.extension().string());
   if (extension == ".node" || extension == ".ele") {
     const auto sibling = [&path](const char* other) { return std::filesystem::path(path).replace_extension(other); };
     return read_tetgen_bytes(read_file(extension == ".node" ? path : sibling(".node")),
@@ -62,7 +62,7 @@ TetMesh read_tet_mesh(const std::filesystem::path& path) {
 
 void write_tet_mesh(const std::filesystem::path& path, const TetMesh& mesh, MeshFormat format) {
   if (format == MeshFormat::kFromExtension) {
-    const std::string extension = detail::lower_case(path.extension().string());
+    const std::string extension = lower_case(path.extension().string());
     if (extension != ".vtu" && extension != ".msh")
       throw InputError(path.string(), "unknown mesh format to write", extension, ".vtu, .msh");
     format = extension == ".vtu" ? MeshFormat::kVtu : MeshFormat::kGmsh41;

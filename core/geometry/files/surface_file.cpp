@@ -13,7 +13,6 @@
 namespace klang::mesh {
 namespace {
 
-using detail::ByteCursor;
 using Vertex = std::array<double, 3>;
 using Triangle = std::array<int, 3>;
 
@@ -125,10 +124,10 @@ SurfaceMesh read_stl(ByteCursor& cursor, std::string_view bytes) {
   SurfaceBuilder builder(cursor);
   const auto expect = [&](std::string_view wanted) {
     const std::string_view word = cursor.word(wanted);
-    if (detail::lower_case(word) != wanted) cursor.fail("unexpected word", word.substr(0, 32), wanted);
+    if (lower_case(word) != wanted) cursor.fail("unexpected word", word.substr(0, 32), wanted);
   };
   for (std::size_t face = 0; cursor.skip_blanks(); ++face) {
-    const std::string keyword = detail::lower_case(cursor.peek_word());
+    const std::string keyword = lower_case(cursor.peek_word());
     if (keyword == "endsolid" || keyword == "solid") {
       cursor.line();
       continue;
@@ -161,13 +160,13 @@ SurfaceMesh read_obj(ByteCursor& cursor) {
       cursor.fail(problem, value.substr(0, 32));
     };
     line = line.substr(0, line.find('#'));
-    const std::vector<std::string_view> words = detail::words_of(line);
+    const std::vector<std::string_view> words = split_words(line);
     if (words.empty()) continue;
     if (words[0] == "v") {
       Vertex v{};
       if (words.size() < 4) fail("vertex without three coordinates", line);
       for (int a = 0; a < 3; ++a)
-        if (!detail::parse_number(words[a + 1], v[a])) fail("a coordinate is not a number", words[a + 1]);
+        if (!parse_number(words[a + 1], v[a])) fail("a coordinate is not a number", words[a + 1]);
       for (const double x : v)
         if (!std::isfinite(x)) fail("vertex " + std::to_string(builder.n_vertices()) + " is not finite", line);
       builder.add_vertex(v);
@@ -175,7 +174,7 @@ SurfaceMesh read_obj(ByteCursor& cursor) {
       corners.clear();
       for (std::size_t i = 1; i < words.size(); ++i) {
         long long index = 0;  // from 1, or from the end when negative; v, v/vt, v//vn, v/vt/vn
-        if (!detail::parse_integer(words[i].substr(0, words[i].find('/')), index) || index == 0 ||
+        if (!parse_integer(words[i].substr(0, words[i].find('/')), index) || index == 0 ||
             index < -builder.n_vertices() || index > 2147483646)
           fail("face " + std::to_string(builder.n_faces()) + ": vertex out of range", words[i]);
         corners.push_back(index > 0 ? index - 1 : builder.n_vertices() + index);
@@ -198,7 +197,7 @@ SurfaceMesh read_off(ByteCursor& cursor) {
     if (cursor.peek_word() == "BINARY") cursor.fail("binary OFF is not supported", "", "ASCII");
   } else {
     long long unused = 0;
-    if (!detail::parse_integer(keyword, unused)) cursor.fail("not an OFF file", keyword.substr(0, 32), "OFF");
+    if (!parse_integer(keyword, unused)) cursor.fail("not an OFF file", keyword.substr(0, 32), "OFF");
   }
   const std::size_t n_vertices = cursor.count("the vertex count", 6);
   const std::size_t n_faces = cursor.count("the face count", 8);
@@ -256,7 +255,7 @@ SurfaceMesh read_ply(ByteCursor& cursor) {
   std::vector<PlyElement> elements;
   while (true) {
     if (cursor.remaining() == 0) cursor.fail("the header does not end", "", "end_header");
-    const std::vector<std::string_view> words = detail::words_of(cursor.line());
+    const std::vector<std::string_view> words = split_words(cursor.line());
     if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
     if (words[0] == "end_header") break;
     if (words[0] == "format" && words.size() >= 2) {
@@ -267,7 +266,7 @@ SurfaceMesh read_ply(ByteCursor& cursor) {
       have_format = true;
     } else if (words[0] == "element" && words.size() == 3) {
       long long n = 0;
-      if (!detail::parse_integer(words[2], n)) cursor.fail("element count is not an integer", words[2].substr(0, 32));
+      if (!parse_integer(words[2], n)) cursor.fail("element count is not an integer", words[2].substr(0, 32));
       elements.push_back(
           {std::string(words[1]),
            cursor.checked_count(static_cast<double>(n), "the count of " + std::string(words[1].substr(0, 32)), 1),
@@ -329,14 +328,14 @@ SurfaceMesh read_ply(ByteCursor& cursor) {
 }  // namespace
 
 bool is_surface_file(const std::filesystem::path& path) {
-  const std::string extension = detail::lower_case(path.extension().string());
+  const std::string extension = lower_case(path.extension().string());
   return extension == ".stl" || extension == ".obj" || extension == ".ply" || extension == ".off";
 }
 
 SurfaceMesh read_surface_bytes(std::string_view bytes, std::string_view extension, const std::string& name) {
   if (bytes.empty()) throw InputError(name, "the file is empty");
   ByteCursor cursor(bytes, name);
-  const std::string kind = detail::lower_case(extension);
+  const std::string kind = lower_case(extension);
   if (kind == ".stl") return read_stl(cursor, bytes);
   if (kind == ".obj") return read_obj(cursor);
   if (kind == ".ply") return read_ply(cursor);

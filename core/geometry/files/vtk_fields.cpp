@@ -13,7 +13,7 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/geometry/files/byte_cursor.hpp"
 
-namespace klang::mesh::detail {
+namespace klang::mesh {
 namespace {
 
 // Takes what VTK's reader has to say, which it would print otherwise.
@@ -138,4 +138,4 @@ std::string GridFile::text(const std::string& name) const {
   return array->GetValue(0);
 }
 
-}  // namespace klang::mesh::detail
+}  // namespace klang::mesh

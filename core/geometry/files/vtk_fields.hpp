@@ -11,7 +11,7 @@
 
 class vtkXMLReader;
 
-namespace klang::mesh::detail {
+namespace klang::mesh {
 
 /// VTK allocates what the header promises: refuses promises that no compression of this file could keep (InputError).
 void check_promises(std::string_view bytes, const std::string& name);
@@ -47,4 +47,4 @@ class GridFile {
   vtkSmartPointer<vtkUnstructuredGrid> grid_;
 };
 
-}  // namespace klang::mesh::detail
+}  // namespace klang::mesh

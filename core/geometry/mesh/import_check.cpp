@@ -9,7 +9,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/tet_geometry.hpp"
 
-namespace klang::mesh::detail {
+namespace klang::mesh {
 namespace {
 
 std::string element_name(int e) { return "element " + std::to_string(e); }
@@ -130,4 +130,4 @@ TetMesh checked_import(TetMesh mesh, const std::string& name) {
   return mesh;
 }
 
-}  // namespace klang::mesh::detail
+}  // namespace klang::mesh

@@ -3,7 +3,7 @@
 
 #include "core/geometry/mesh/tet_mesh.hpp"
 
-namespace klang::mesh::detail {
+namespace klang::mesh {
 
 /// Puts an imported mesh in order: nodes that no element uses are dropped (node sets follow), elements that
 /// run the other way round are turned. Elements need not hang together.
@@ -12,4 +12,4 @@ namespace klang::mesh::detail {
 /// edge that differ, a curved element folded over
 TetMesh checked_import(TetMesh mesh, const std::string& name);
 
-}  // namespace klang::mesh::detail
+}  // namespace klang::mesh

@@ -72,7 +72,7 @@ int nearest(const TetMesh& mesh, const Vector3d& point_m, Allowed allowed) {
 
 double mesh_volume_m3(const TetMesh& mesh) {
   double volume = 0.0;
-  for (int e = 0; e < mesh.n_elements(); ++e) volume += detail::tet_volume_m3(mesh, e);
+  for (int e = 0; e < mesh.n_elements(); ++e) volume += tet_volume_m3(mesh, e);
   return volume;
 }
 
@@ -123,9 +123,9 @@ MeshQuality mesh_quality(const TetMesh& mesh) {
       quality.radius_ratio_min = straight.radius_ratio;
       quality.worst_element = e;
     }
-    const double volume = detail::tet_volume_m3(mesh, e);
+    const double volume = tet_volume_m3(mesh, e);
     quality.volume_m3 += volume;
-    const double scaled = volume > 0.0 ? detail::smallest_jacobian(mesh, e) / (6.0 * volume) : -1.0;
+    const double scaled = volume > 0.0 ? smallest_jacobian(mesh, e) / (6.0 * volume) : -1.0;
     if (scaled < quality.min_scaled_jacobian) {
       quality.min_scaled_jacobian = scaled;
       quality.most_curved_element = e;
@@ -146,7 +146,7 @@ std::string MeshQuality::brief() const {
 
 std::optional<int> first_folded_element(const TetMesh& mesh) {
   for (int e = 0; e < mesh.n_elements(); ++e)
-    if (!(detail::smallest_jacobian(mesh, e) > 0.0)) return e;
+    if (!(smallest_jacobian(mesh, e) > 0.0)) return e;
   return std::nullopt;
 }
 

@@ -4,7 +4,7 @@
 
 #include "core/geometry/mesh/tet_mesh.hpp"
 
-namespace klang::mesh::detail {
+namespace klang::mesh {
 
 /// dx/d(xi, eta, zeta) of element e at barycentric (1 - xi - eta - zeta, xi, eta, zeta) = bary.
 inline Eigen::Matrix3d tet_jacobian(const TetMesh& mesh, int e, const Eigen::Vector4d& bary) {
@@ -55,4 +55,4 @@ inline double smallest_jacobian(const TetMesh& mesh, int e) {
   return smallest;
 }
 
-}  // namespace klang::mesh::detail
+}  // namespace klang::mesh

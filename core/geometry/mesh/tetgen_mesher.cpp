@@ -181,7 +181,7 @@ TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, c
   if (failure)
     throw InputError(name, "TetGen could not fill the surface: " + reason(*failure),
                      "code " + std::to_string(*failure));
-  mesh = detail::checked_import(std::move(mesh), name);
+  mesh = checked_import(std::move(mesh), name);
   if (options.max_edge_m > 0.0) {
     double longest = 0.0;
     for (int e = 0; e < mesh.n_elements(); ++e)

@@ -22,8 +22,8 @@ bool is_axisymmetric(const ShapeSpec& spec);
 
 /// How often the section is divided; kept apart from the dimensions for the same reason as ShapeDivisions.
 struct SectionDivisions {
-  /// tube, rod: axial, radial, layers at an end; bowl: along, through the wall, layers at the rim; ball: around, -, -;
-  /// profile: edge, -, -. Layers double in length from the free end on, the first as long as the body is thick.
+  /// By kind (detail/NAME_shape.cpp), e.g. tube: axial, radial, layers at an end. Layers double in length from the free
+  /// end on, the first as long as the body is thick.
   std::array<int, 3> counts{};
   int degree = 4;  ///< 1 to 12
 };
@@ -32,6 +32,7 @@ struct SectionDivisions {
 SectionDivisions section_divisions(const ShapeSpec& spec, double edge_m);
 
 /// Smallest thickness that bends: wall, diameter, or twice area over perimeter of a profile.
+/// @throws InputError for a body that is not one of revolution
 double section_thickness_m(const ShapeSpec& spec);
 
 Section mesh_section(const ShapeSpec& spec, const SectionDivisions& divisions);

@@ -3,34 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
-#include "core/geometry/shapes/detail/block_mesh.hpp"
-#include "core/geometry/shapes/detail/profile.hpp"
-#include "core/geometry/shapes/detail/revolution.hpp"
-#include "core/geometry/shapes/detail/shape_blocks.hpp"
+#include "core/geometry/shapes/detail/block_shape.hpp"
+#include "core/geometry/shapes/shape_registry.hpp"
 
 namespace klang::mesh {
 namespace {
-
-struct Kind {
-  std::string name;
-  std::vector<std::string> dimensions;
-};
-
-const std::vector<Kind>& kinds() {
-  static const std::vector<Kind> table{
-      {"tube", {"length_m", "outer_radius_m", "wall_m"}},
-      {"rod", {"length_m", "radius_m"}},
-      {"box", {"length_m", "width_m", "height_m"}},
-      {"shell_box", {"edge_m", "wall_m"}},
-      {"ellipsoid", {"a_m", "b_m", "c_m"}},
-      {"sphere", {"radius_m"}},
-      {"bowl", {"outer_radius_m", "wall_m", "depth_m"}},
-      {"revolution", {}},
-  };
-  return table;
-}
 
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
@@ -38,77 +16,108 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-/// Below this part of the other dimension a wall is a typing error, and its elements lose all digits.
-constexpr double kThinnest = 1e-5;
+std::string kinds_with_profile() {
+  std::vector<std::string> names;
+  for (const ShapeKind* kind : registered_shapes())
+    if (kind->facts().has_profile) names.push_back(kind->facts().name);
+  return joined(names);
+}
+
+void check_options(const ShapeMeshOptions& options) {
+  const std::string place = "shape mesh options";
+  if (options.order != 1 && options.order != 2)
+    throw InputError(place, "order", std::to_string(options.order), "1 or 2");
+  checked(place, "max_edge_m", options.max_edge_m, 0.0, 1e6);
+  checked(place, "wavelength_m", options.wavelength_m, 0.0, 1e6);
+  checked(place, "elements_per_wavelength", options.elements_per_wavelength, 0.5, 1000.0);
+  if (options.refinement < 0 || options.refinement > 8)
+    throw InputError(place, "refinement", std::to_string(options.refinement), "0 to 8");
+}
+
+/// The longest edge asked for, 0 where none was.
+double wanted_edge_m(const ShapeMeshOptions& options) {
+  double edge_m = options.max_edge_m;
+  if (options.wavelength_m > 0.0) {
+    const double from_wavelength =
+        options.wavelength_m / (options.elements_per_wavelength * (options.order == 1 ? 2.0 : 1.0));
+    edge_m = edge_m > 0.0 ? std::min(edge_m, from_wavelength) : from_wavelength;
+  }
+  return edge_m;
+}
+
+/// Every dimension is there, in its range, and none is unknown or lost beside the others.
+void check_ranges(const ShapeSpec& spec, const ShapeKind& kind, const std::string& place) {
+  const std::vector<std::string>& names = kind.dimension_names();
+  for (const auto& [name, value] : spec.dims)
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw InputError(place, "unknown dimension", name,
+                       names.empty() ? "none, profile_csv gives the shape" : joined(names));
+  for (const ShapeDimension& dimension : kind.facts().dimensions) {
+    const auto it = spec.dims.find(dimension.name);
+    if (it == spec.dims.end()) throw InputError(place, "missing dimension", dimension.name, joined(names));
+    checked_open(place, dimension.name, it->second, dimension.low_m, dimension.high_m);
+  }
+}
+
+const ShapeKind& validated(const ShapeSpec& spec) {
+  validate(spec);
+  return find_shape(spec.kind);
+}
 
 }  // namespace
 
-const std::vector<std::string>& shape_dimensions(std::string_view kind) {
-  for (const Kind& known : kinds())
-    if (known.name == kind) return known.dimensions;
-  throw InputError("shape", "unknown kind", kind, joined(shape_kinds()));
-}
+const std::vector<std::string>& shape_dimensions(std::string_view kind) { return find_shape(kind).dimension_names(); }
 
 const std::vector<std::string>& shape_kinds() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> result;
-    for (const Kind& kind : kinds()) result.push_back(kind.name);
+    for (const ShapeKind* kind : registered_shapes()) result.push_back(kind->facts().name);
     return result;
   }();
   return names;
 }
 
 void validate(const ShapeSpec& spec) {
-  const std::vector<std::string>& names = shape_dimensions(spec.kind);
+  const ShapeKind& kind = find_shape(spec.kind);
   const std::string place = "shape " + spec.kind;
-  for (const auto& [name, value] : spec.dims)
-    if (std::find(names.begin(), names.end(), name) == names.end())
-      throw InputError(place, "unknown dimension", name,
-                       names.empty() ? "none, profile_csv gives the shape" : joined(names));
-  double smallest = HUGE_VAL, largest = 0.0;
-  for (const std::string& name : names) {
-    const auto it = spec.dims.find(name);
-    if (it == spec.dims.end()) throw InputError(place, "missing dimension", name, joined(names));
-    checked_open(place, name, it->second, 0.0, 1e6);
-    smallest = std::min(smallest, it->second);
-    largest = std::max(largest, it->second);
-  }
-  if (spec.kind == "revolution") {
+  check_ranges(spec, kind, place);
+  if (kind.facts().has_profile) {
     if (spec.profile_csv.empty()) throw InputError(place, "missing profile_csv", "", "a file with columns r_m, z_m");
     return;  // the profile itself is checked when it is read
   }
   if (!spec.profile_csv.empty())
-    throw InputError(place, "profile_csv is for kind revolution", spec.profile_csv.string());
-  const auto dim = [&](const char* name) { return spec.dims.at(name); };
-  const auto below = [&](const char* name, double limit, const std::string& rule) {
-    if (!(dim(name) < limit * (1.0 - kThinnest)))
-      throw InputError(place, std::string(name) + " is too large", to_text(dim(name)), rule);
-  };
-  if (spec.kind == "tube")
-    below("wall_m", dim("outer_radius_m"), "below outer_radius_m = " + to_text(dim("outer_radius_m")));
-  if (spec.kind == "shell_box")
-    below("wall_m", 0.5 * dim("edge_m"), "below edge_m / 2 = " + to_text(0.5 * dim("edge_m")));
-  if (spec.kind == "bowl") {
-    below("wall_m", dim("outer_radius_m"), "below outer_radius_m = " + to_text(dim("outer_radius_m")));
-    below("wall_m", dim("depth_m"), "below depth_m = " + to_text(dim("depth_m")));
-    const double limit = 2.0 * dim("outer_radius_m") - dim("wall_m");
-    below("depth_m", limit, "below 2 outer_radius_m - wall_m = " + to_text(limit));
+    throw InputError(place, "profile_csv is for kind " + kinds_with_profile(), spec.profile_csv.string());
+  kind.check_relations(spec);
+  double smallest = HUGE_VAL, largest = 0.0;
+  for (const auto& [name, value] : spec.dims) {
+    smallest = std::min(smallest, value);
+    largest = std::max(largest, value);
   }
-  if (!(smallest >= kThinnest * largest))
+  if (!(smallest >= detail::kThinnest * largest))
     throw InputError(place, "dimensions too different", to_text(smallest) + " beside " + to_text(largest),
                      "smallest at least 1e-5 of the largest");
 }
 
+double shape_volume_m3(const ShapeSpec& spec) { return validated(spec).volume_m3(spec); }
+
+double shape_area_m2(const ShapeSpec& spec) { return validated(spec).area_m2(spec); }
+
+ShapeDivisions shape_divisions(const ShapeSpec& spec, const ShapeMeshOptions& options) {
+  const ShapeKind& kind = validated(spec);
+  check_options(options);
+  return kind.refined(kind.counts(spec, wanted_edge_m(options)), options.refinement);
+}
+
+ShapeDivisions resonance_divisions(const ShapeSpec& spec, double bar_speed_m_s, double highest_hz) {
+  return validated(spec).resonance_divisions(spec, bar_speed_m_s, highest_hz);
+}
+
+ShapeDivisions reference_divisions(const ShapeSpec& spec) { return validated(spec).reference_divisions(spec); }
+
 TetMesh mesh_shape(const ShapeSpec& spec, const ShapeDivisions& divisions, int order) {
-  validate(spec);
+  const ShapeKind& kind = validated(spec);
   if (order != 1 && order != 2) throw InputError("shape", "element order", std::to_string(order), "1 or 2");
-  if (spec.kind == "revolution")
-    return detail::mesh_revolution(detail::read_profile(spec.profile_csv), divisions.counts, order);
-  for (const int count : divisions.counts)
-    if (count < 0 || count > 1000000)
-      throw InputError("shape " + spec.kind, "divisions", std::to_string(count), "1 to 1000000");
-  const detail::BlockLayout layout = detail::shape_blocks(spec, divisions.counts);
-  return detail::mesh_blocks(layout.blocks, order, layout.glue_m);
+  return kind.mesh(spec, divisions, order);
 }
 
 TetMesh mesh_shape(const ShapeSpec& spec, const ShapeMeshOptions& options) {

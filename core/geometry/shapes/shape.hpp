@@ -10,22 +10,15 @@
 
 namespace klang::mesh {
 
-/// An analytic body. Kinds and dimensions (all in metres, all > 0):
-///   tube        length_m, outer_radius_m, wall_m (< outer_radius_m)         axis z, centred on the origin
-///   rod         length_m, radius_m                                         axis z, centred
-///   box         length_m (x), width_m (y), height_m (z)                    centred
-///   shell_box   edge_m, wall_m (< edge_m / 2): hollow closed cube            centred
-///   ellipsoid   a_m, b_m, c_m: semi-axes along x, y, z                      centred
-///   sphere      radius_m                                                   centred
-///   bowl        outer_radius_m, wall_m, depth_m: spherical cap of even wall, rim up; docs in shape.cpp's
-///   table revolution  profile_csv: closed polygon of columns r_m, z_m turned about the z axis
+/// An analytic body as files and commands give it. Kinds, their dimensions (all in metres, all > 0) and where the body
+/// lies: docs/shapes.md, made from the registry (shape_registry.hpp).
 struct ShapeSpec {
   std::string kind;
   std::map<std::string, double> dims;  ///< by name with unit, e.g. {"length_m", 0.505}
   std::filesystem::path profile_csv;   ///< revolution only
 };
 
-/// The dimension names of a kind, in the order above; InputError for an unknown kind (lists the known ones).
+/// The dimension names of a kind, in the order of its table; InputError for an unknown kind (lists the known ones).
 const std::vector<std::string>& shape_dimensions(std::string_view kind);
 const std::vector<std::string>& shape_kinds();
 
@@ -48,9 +41,18 @@ struct ShapeMeshOptions {
 /// dimensions change a little keeps its topology (shape derivatives by differences, nested convergence
 /// levels).
 struct ShapeDivisions {
-  std::array<int, 3> counts{};  ///< meaning by kind: tube (axial, around, through the wall), box (x, y, z), ...
+  std::array<int, 3> counts{};  ///< by kind: tube (axial, around, through the wall), box (x, y, z), ...
 };
 ShapeDivisions shape_divisions(const ShapeSpec& spec, const ShapeMeshOptions& options);
+
+/// Divisions that keep the mesh's own error of the frequencies up to highest_hz near 0.1 % (one tenth of what the
+/// dimensions of a real body leave open) at some ten thousand nodes. Found by refinement studies of each kind: the
+/// sweep's own default resolves the lowest bending only.
+/// @param bar_speed_m_s  sqrt(E / rho) of the material [m/s]
+ShapeDivisions resonance_divisions(const ShapeSpec& spec, double bar_speed_m_s, double highest_hz);
+
+/// Finer than what resonance_divisions() gives, for a solution to compare with.
+ShapeDivisions reference_divisions(const ShapeSpec& spec);
 
 /// Meshes the body by a sweep; with order 2 the mid-nodes lie on the true surface. Same topology for the same
 /// divisions. Node sets name the natural faces ("x_min", "x_max", ..., "z_min", "z_max", "outer", "inner").

@@ -3,12 +3,12 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/block_mass.hpp"
 #include "core/physics/modal/detail/eigen_problem.hpp"
 #include "core/physics/modal/detail/hierarchical_error.hpp"
@@ -23,14 +23,6 @@ constexpr Eigen::Index kBlockFromNodes = 4000;
 constexpr Eigen::Index kBlock = 8;
 
 double omega_sq(double frequency_hz) { return std::pow(2 * kPi * frequency_hz, 2); }
-
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 struct Search {
   detail::Pairs pairs;
@@ -68,6 +60,179 @@ void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, boo
   }
 }
 
+/// One call of solve_modes() through its stages.
+class ModeSearch {
+ public:
+  ModeSearch(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled, const solid::Material& material,
+             const solid::Support& support, const EigenOptions& options, Monitor& monitor);
+  EigenResult run();
+
+ private:
+  /// How many there are in the band is known before any is computed, and is the proof afterwards. False: all is said.
+  bool count_in_band();
+  /// The lowest n_wanted_ and those below the band, and the proof that none is missing.
+  void search_upwards(bool dense);
+  void prove();
+  /// Pairs within the band as modes of the whole mesh; returns how many.
+  Eigen::Index keep_modes(Eigen::VectorXd& round_off);
+  void finish(EigenStatus status, std::string message);
+
+  const mesh::TetMesh& mesh_;
+  const solid::AssembledSolid& assembled_;
+  const EigenOptions& options_;
+  Monitor& monitor_;
+  const Stopwatch total_;
+  EigenResult result_;
+  detail::EigenProblem problem_;
+  Search search_;
+  bool factored_ = false;
+  Eigen::Index n_wanted_ = 0;
+  Eigen::Index n_low_ = 0;  // elastic modes below the band
+};
+
+ModeSearch::ModeSearch(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
+                       const solid::Material& material, const solid::Support& support, const EigenOptions& options,
+                       Monitor& monitor)
+    : mesh_(mesh),
+      assembled_(assembled),
+      options_(options),
+      monitor_(monitor),
+      problem_(mesh, assembled, material),
+      n_wanted_(options.count) {
+  result_.model.mesh = mesh;
+  result_.model.material = material;
+  result_.model.support = support;
+  result_.model.shapes.resize(3 * mesh.n_nodes(), 0);
+  result_.n_rigid_modes = problem_.n_rigid();
+}
+
+EigenResult ModeSearch::run() {
+  const auto n_free = static_cast<int>(assembled_.free_nodes.size());
+  const bool dense = options_.method == EigenMethod::kDense ||
+                     (options_.method == EigenMethod::kAuto && n_free < options_.dense_limit_nodes);
+  result_.method_used = dense ? EigenMethod::kDense : EigenMethod::kShiftInvert;
+  if (options_.count == 0 && !count_in_band()) return std::move(result_);
+  if (n_wanted_ > problem_.n_elastic()) {
+    throw InputError("eigenmodes", "more modes wanted than the mesh has", std::to_string(n_wanted_),
+                     "at most " + std::to_string(problem_.n_elastic()));
+  }
+  if (std::string message; !factored_ && !problem_.factor(message)) {
+    finish(EigenStatus::kFailed, message);
+    return std::move(result_);
+  }
+  monitor_.progress("eigenmodes", 0.3);
+  monitor_.throw_if_stopped();
+  search_upwards(dense);
+
+  Eigen::VectorXd round_off;
+  const Eigen::Index n_modes = keep_modes(round_off);
+  if (!search_.pairs.converged) {
+    finish(EigenStatus::kNotConverged, search_.pairs.message);
+    return std::move(result_);
+  }
+  for (Eigen::Index k = 0; k < n_modes; ++k) {
+    if (result_.relative_residual[k] <= std::max(options_.tolerance, round_off[k])) continue;
+    finish(EigenStatus::kNotConverged,
+           "mode " + std::to_string(k) + " has a relative residual of " + to_text(result_.relative_residual[k]));
+    return std::move(result_);
+  }
+  if (options_.estimate_mesh_error) {
+    monitor_.progress("eigenmodes", 0.9);
+    monitor_.throw_if_stopped();
+    const Stopwatch watch;
+    result_.mesh_relative_error = detail::hierarchical_frequency_error(result_.model, assembled_, problem_);
+    result_.wall_time_s["mesh_error"] = watch.seconds();
+  }
+  monitor_.progress("eigenmodes", 1);
+  finish(EigenStatus::kConverged, "");
+  return std::move(result_);
+}
+
+bool ModeSearch::count_in_band() {
+  std::string message;
+  search_.proof.omega_sq = omega_sq(options_.band.high_hz);
+  factored_ = problem_.factor_and_count(search_.proof.omega_sq, message);
+  search_.proof.sturm_count = problem_.n_below(search_.proof.omega_sq);
+  monitor_.throw_if_stopped();
+  if (!search_.proof.sturm_count) {
+    finish(EigenStatus::kFailed, "the number of modes in the band could not be counted");
+    return false;
+  }
+  result_.sturm_count = search_.proof.sturm_count;
+  n_wanted_ = *search_.proof.sturm_count - problem_.n_rigid();
+  if (n_wanted_ > 0) return true;
+  result_.none_missing = n_wanted_ == 0;
+  result_.relative_residual.resize(0);
+  if (options_.estimate_mesh_error) result_.mesh_relative_error.emplace();
+  finish(EigenStatus::kConverged, "no elastic mode in the band");
+  return false;
+}
+
+void ModeSearch::search_upwards(bool dense) {
+  const double low = omega_sq(options_.band.low_hz);
+  for (int round = 0; round < 8; ++round) {
+    find_lowest(problem_, options_, dense, n_wanted_, search_);
+    monitor_.progress("eigenmodes", 0.8);
+    monitor_.throw_if_stopped();
+    if (options_.prove_none_missing || options_.count == 0) prove();
+    const detail::Pairs& pairs = search_.pairs;
+    n_low_ = (pairs.value.array() < low).count();
+    if (options_.count == 0 || pairs.size() - n_low_ >= options_.count || !pairs.converged) break;
+    n_wanted_ = std::min(options_.count + n_low_, problem_.n_elastic());
+    if (pairs.size() >= problem_.n_elastic()) break;
+  }
+}
+
+void ModeSearch::prove() {
+  detail::Pairs& pairs = search_.pairs;
+  double at = options_.count == 0 ? omega_sq(options_.band.high_hz) : detail::gap_above(pairs, n_wanted_);
+  // The gap before the last polish serves as well, while it lies between the same pairs.
+  if (at > 0 && search_.count_at > 0 &&
+      (pairs.value.array() < at).count() == (pairs.value.array() < search_.count_at).count())
+    at = search_.count_at;
+  if (at == 0) at = pairs.size() > 0 ? pairs.value[pairs.size() - 1] * (1 + 1e-7) : omega_sq(options_.band.low_hz);
+  if (pairs.converged)
+    search_.proof = detail::prove(problem_, pairs, at, options_.tolerance, options_.max_restarts, kMaxSearches);
+}
+
+Eigen::Index ModeSearch::keep_modes(Eigen::VectorXd& round_off) {
+  const detail::Pairs& pairs = search_.pairs;
+  const Eigen::Index last = options_.count == 0 ? (pairs.value.array() <= omega_sq(options_.band.high_hz)).count()
+                                                : std::min<Eigen::Index>(pairs.size(), n_low_ + options_.count);
+  const Eigen::Index n_modes = std::max<Eigen::Index>(0, last - n_low_);
+  detail::Pairs kept;
+  kept.value = pairs.value.segment(n_low_, n_modes);
+  kept.vector = pairs.vector.middleCols(n_low_, n_modes);
+  problem_.residuals(kept, result_.relative_residual, round_off);
+
+  ModalModel& model = result_.model;
+  model.angular_frequency_rad_s = kept.value.cwiseMax(0.0).cwiseSqrt();
+  model.shapes.setZero(3 * mesh_.n_nodes(), n_modes);
+  for (std::size_t i = 0; i < assembled_.free_nodes.size(); ++i) {
+    model.shapes.middleRows<3>(3 * assembled_.free_nodes[i]) =
+        kept.vector.middleRows<3>(3 * static_cast<Eigen::Index>(i));
+  }
+  // A vector's sign is free: the largest component is made positive, so that runs can be compared.
+  for (Eigen::Index k = 0; k < n_modes; ++k) {
+    Eigen::Index largest = 0;
+    model.shapes.col(k).cwiseAbs().maxCoeff(&largest);
+    if (model.shapes(largest, k) < 0) model.shapes.col(k) *= -1;
+  }
+  result_.sturm_count = search_.proof.sturm_count;
+  result_.none_missing = search_.proof.none_missing;
+  return n_modes;
+}
+
+void ModeSearch::finish(EigenStatus status, std::string message) {
+  result_.status = status;
+  result_.message = std::move(message);
+  result_.n_operations = problem_.n_operations();
+  result_.wall_time_s["factor"] = problem_.seconds_factor;
+  result_.wall_time_s["iterate"] = search_.iterate_s;
+  result_.wall_time_s["sturm"] = problem_.seconds_sturm;
+  result_.wall_time_s["total"] = total_.seconds();
+}
+
 }  // namespace
 
 void EigenOptions::validate() const {
@@ -94,128 +259,9 @@ EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& 
     throw InputError("eigenmodes", "the matrices belong to another mesh",
                      std::to_string(assembled.n_mesh_nodes) + " nodes", std::to_string(mesh.n_nodes()));
   }
-  const Stopwatch total;
-  // BLAS keeps what its caller set (one thread inside parallel jobs), and never more than the process may
-  // use.
-  EigenResult result;
-  result.model.mesh = mesh;
-  result.model.material = material;
-  result.model.support = support;
-  result.model.shapes.resize(3 * mesh.n_nodes(), 0);
-
+  // BLAS keeps what its caller set (one thread inside parallel jobs), and never more than the process may use.
   monitor.progress("eigenmodes", 0);
-  detail::EigenProblem problem(mesh, assembled, material);
-  result.n_rigid_modes = problem.n_rigid();
-  const auto n_free = static_cast<int>(assembled.free_nodes.size());
-  const bool dense = options.method == EigenMethod::kDense ||
-                     (options.method == EigenMethod::kAuto && n_free < options.dense_limit_nodes);
-  result.method_used = dense ? EigenMethod::kDense : EigenMethod::kShiftInvert;
-
-  Search search;
-  const auto finish = [&](EigenStatus status, std::string message) -> EigenResult& {
-    result.status = status;
-    result.message = std::move(message);
-    result.n_operations = problem.n_operations();
-    result.wall_time_s["factor"] = problem.seconds_factor;
-    result.wall_time_s["iterate"] = search.iterate_s;
-    result.wall_time_s["sturm"] = problem.seconds_sturm;
-    result.wall_time_s["total"] = total.seconds();
-    return result;
-  };
-
-  std::string message;
-  bool factored = false;
-  Eigen::Index n_wanted = options.count;
-  if (options.count == 0) {
-    // How many there are in the band is known before any is computed, and is the proof afterwards.
-    search.proof.omega_sq = omega_sq(options.band.high_hz);
-    factored = problem.factor_and_count(search.proof.omega_sq, message);
-    search.proof.sturm_count = problem.n_below(search.proof.omega_sq);
-    monitor.throw_if_stopped();
-    if (!search.proof.sturm_count) {
-      return finish(EigenStatus::kFailed, "the number of modes in the band could not be counted");
-    }
-    result.sturm_count = search.proof.sturm_count;
-    n_wanted = *search.proof.sturm_count - problem.n_rigid();
-    if (n_wanted <= 0) {
-      result.none_missing = n_wanted == 0;
-      result.relative_residual.resize(0);
-      if (options.estimate_mesh_error) result.mesh_relative_error.emplace();
-      return finish(EigenStatus::kConverged, "no elastic mode in the band");
-    }
-  }
-  if (n_wanted > problem.n_elastic()) {
-    throw InputError("eigenmodes", "more modes wanted than the mesh has", std::to_string(n_wanted),
-                     "at most " + std::to_string(problem.n_elastic()));
-  }
-  if (!factored && !problem.factor(message)) return finish(EigenStatus::kFailed, message);
-  monitor.progress("eigenmodes", 0.3);
-  monitor.throw_if_stopped();
-
-  const double low = omega_sq(options.band.low_hz);
-  Eigen::Index n_low = 0;  // elastic modes below the band
-  for (int round = 0; round < 8; ++round) {
-    find_lowest(problem, options, dense, n_wanted, search);
-    monitor.progress("eigenmodes", 0.8);
-    monitor.throw_if_stopped();
-    if (options.prove_none_missing || options.count == 0) {
-      double at = options.count == 0 ? omega_sq(options.band.high_hz) : detail::gap_above(search.pairs, n_wanted);
-      // The gap before the last polish serves as well, while it lies between the same pairs.
-      if (at > 0 && search.count_at > 0 &&
-          (search.pairs.value.array() < at).count() == (search.pairs.value.array() < search.count_at).count())
-        at = search.count_at;
-      if (at == 0) at = search.pairs.size() > 0 ? search.pairs.value[search.pairs.size() - 1] * (1 + 1e-7) : low;
-      if (search.pairs.converged) {
-        search.proof = detail::prove(problem, search.pairs, at, options.tolerance, options.max_restarts, kMaxSearches);
-      }
-    }
-    n_low = (search.pairs.value.array() < low).count();
-    if (options.count == 0 || search.pairs.size() - n_low >= options.count || !search.pairs.converged) break;
-    n_wanted = std::min(options.count + n_low, problem.n_elastic());
-    if (search.pairs.size() >= problem.n_elastic()) break;
-  }
-
-  detail::Pairs& pairs = search.pairs;
-  const Eigen::Index last = options.count == 0 ? (pairs.value.array() <= omega_sq(options.band.high_hz)).count()
-                                               : std::min<Eigen::Index>(pairs.size(), n_low + options.count);
-  const Eigen::Index n_modes = std::max<Eigen::Index>(0, last - n_low);
-  detail::Pairs kept;
-  kept.value = pairs.value.segment(n_low, n_modes);
-  kept.vector = pairs.vector.middleCols(n_low, n_modes);
-  Eigen::VectorXd round_off;
-  problem.residuals(kept, result.relative_residual, round_off);
-
-  result.model.angular_frequency_rad_s = kept.value.cwiseMax(0.0).cwiseSqrt();
-  result.model.shapes.setZero(3 * mesh.n_nodes(), n_modes);
-  for (std::size_t i = 0; i < assembled.free_nodes.size(); ++i) {
-    result.model.shapes.middleRows<3>(3 * assembled.free_nodes[i]) =
-        kept.vector.middleRows<3>(3 * static_cast<Eigen::Index>(i));
-  }
-  // A vector's sign is free: the largest component is made positive, so that runs can be compared.
-  for (Eigen::Index k = 0; k < n_modes; ++k) {
-    Eigen::Index largest = 0;
-    result.model.shapes.col(k).cwiseAbs().maxCoeff(&largest);
-    if (result.model.shapes(largest, k) < 0) result.model.shapes.col(k) *= -1;
-  }
-  result.sturm_count = search.proof.sturm_count;
-  result.none_missing = search.proof.none_missing;
-
-  if (!pairs.converged) return finish(EigenStatus::kNotConverged, pairs.message);
-  for (Eigen::Index k = 0; k < n_modes; ++k) {
-    if (!(result.relative_residual[k] <= std::max(options.tolerance, round_off[k]))) {
-      return finish(EigenStatus::kNotConverged, "mode " + std::to_string(k) + " has a relative residual of " +
-                                                    to_text(result.relative_residual[k]));
-    }
-  }
-  if (options.estimate_mesh_error) {
-    monitor.progress("eigenmodes", 0.9);
-    monitor.throw_if_stopped();
-    const Stopwatch watch;
-    result.mesh_relative_error = detail::hierarchical_frequency_error(result.model, assembled, problem);
-    result.wall_time_s["mesh_error"] = watch.seconds();
-  }
-  monitor.progress("eigenmodes", 1);
-  return finish(EigenStatus::kConverged, "");
+  return ModeSearch(mesh, assembled, material, support, options, monitor).run();
 }
 
 Eigen::MatrixXd eigenvalue_lame_derivatives(const ModalModel& model, const solid::AssembledSolid& assembled) {

@@ -13,11 +13,11 @@
 namespace klang::modal {
 namespace {
 
-using mesh::detail::add_integers;
-using mesh::detail::add_numbers;
-using mesh::detail::add_text;
-using mesh::detail::GridFile;
-using mesh::detail::write_grid;
+using mesh::add_integers;
+using mesh::add_numbers;
+using mesh::add_text;
+using mesh::GridFile;
+using mesh::write_grid;
 
 constexpr int kFileVersion = 1;
 constexpr int kLinearTet = 10;     // VTK_TETRA

@@ -1,17 +1,15 @@
 #include "core/physics/modal/revolution_modes.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 
 namespace klang::modal {
 namespace {
 
 constexpr double kLeftOfLowerDegree = 0.1;  // of the difference to elements one degree lower
-
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 /// Modes from low_hz to high_hz, members of pairs each.
 int count_in(const AxisymmetricBody& body, const std::vector<HarmonicModes>& modes, double low_hz) {
@@ -63,7 +61,7 @@ Eigen::VectorXd section_mesh_error(const mesh::ShapeSpec& shape, const mesh::Sec
 EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::TetMesh& mesh,
                                    const solid::Material& material, const EigenOptions& options, Monitor& monitor) {
   options.validate();
-  const double start = now_s();
+  const Stopwatch total;
   EigenResult result;
   result.method_used = EigenMethod::kHarmonics;
   result.n_rigid_modes = 6;
@@ -81,7 +79,7 @@ EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::Tet
     modes = body->modes_up_to(material, high_hz);
     if (options.count == 0 || count_in(*body, modes, options.band.low_hz) >= options.count) break;
   }
-  result.wall_time_s["iterate"] = now_s() - start;
+  result.wall_time_s["iterate"] = total.seconds();
 
   // Only what is asked for is sampled.
   std::vector<double> omega_sq;
@@ -101,21 +99,21 @@ EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::Tet
     harmonic.angular_frequency_sq.conservativeResize(kept);
     harmonic.vectors.conservativeResize(Eigen::NoChange, kept);
   }
-  double before = now_s();
+  Stopwatch watch;
   SampledModes sampled = sample_modes(*body, modes, mesh, material);
-  result.wall_time_s["sample"] = now_s() - before;
+  result.wall_time_s["sample"] = watch.seconds();
   if (options.estimate_mesh_error) {
     monitor.throw_if_stopped();
-    before = now_s();
+    watch.restart();
     result.mesh_relative_error = section_mesh_error(shape, divisions, material, modes, sampled, wanted).tail(n);
-    result.wall_time_s["mesh_error"] = now_s() - before;
+    result.wall_time_s["mesh_error"] = watch.seconds();
   }
   result.model = std::move(sampled.model);
   result.model.angular_frequency_rad_s = result.model.angular_frequency_rad_s.segment(below, n).eval();
   result.model.shapes = result.model.shapes.middleCols(below, n).eval();
   result.relative_residual = sampled.relative_residual.segment(below, n);
   result.status = EigenStatus::kConverged;
-  result.wall_time_s["total"] = now_s() - start;
+  result.wall_time_s["total"] = total.seconds();
   return result;
 }
 

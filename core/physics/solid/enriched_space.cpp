@@ -6,21 +6,11 @@
 #include <tuple>
 
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/vector_clones.hpp"
+#include "core/foundation/la/lapack.hpp"
 #include "core/foundation/math/tet_rule.hpp"
 
-// As in element.cpp: compiled for several instruction sets, the same bits from each.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define KLANG_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define KLANG_CLONES
-#endif
-
-extern "C" void dgemm_(const char* op_a, const char* op_b, const int* m, const int* n, const int* k,
-                       const double* alpha, const double* a, const int* lda, const double* b, const int* ldb,
-                       const double* beta, double* c, const int* ldc);
-
-namespace klang::solid::detail {
+namespace klang::solid {
 namespace {
 
 constexpr int kPoints = TetRule::kPoints;
@@ -303,4 +293,4 @@ Eigen::MatrixXd EnrichedSpace::block_jacobi(const Eigen::MatrixXd& w) const {
   return result;
 }
 
-}  // namespace klang::solid::detail
+}  // namespace klang::solid

@@ -6,13 +6,13 @@
 #include "core/physics/solid/assembly.hpp"
 #include "core/physics/solid/material.hpp"
 
-namespace klang::solid::detail {
+namespace klang::solid {
 
 /// What the elements of the next degree add to those of a mesh, hierarchically and on the same (curved) geometry:
 /// to linear elements l_i l_j on each edge; to quadratic ones l_i l_j (l_i - l_j) on each edge and l_i l_j l_k on
 /// each face. V is the space of the mesh, W what is added. No matrix is stored.
 ///
-/// Fields of m vectors are (3 m) x n, one column a node or added function, entry axis m + k for vector k, so that
+/// Fields of m vectors are (3 m) x n, one column per node or added function, entry axis m + k for vector k, so that
 /// an element's part is contiguous.
 class EnrichedSpace {
  public:
@@ -49,4 +49,4 @@ class EnrichedSpace {
   std::vector<Eigen::Matrix3d> inverse_diagonal_;
 };
 
-}  // namespace klang::solid::detail
+}  // namespace klang::solid

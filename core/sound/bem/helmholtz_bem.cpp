@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -12,6 +11,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/dense_solve.hpp"
 #include "core/foundation/math/triangle_rules.hpp"
 #include "core/sound/bem/detail/far_kernel.hpp"
@@ -26,8 +26,6 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr Complex kI{0.0, 1.0};
-
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 /// Vertices in the order of a space-filling curve (Morton): neighbours in space are neighbours in the matrix.
 std::vector<int> spatial_order(const Eigen::Matrix3Xd& points) {
@@ -93,7 +91,7 @@ HelmholtzBem::HelmholtzBem(RadiatingSurface surface) {
     for (int c = 0; c < 3; ++c) data->triangles_of_row[data->row_of_vertex[s.triangles(c, t)]].push_back(t);
 
   detail::TriangleColumns& columns = data->columns;
-  columns.n_padded = (n + detail::kLanes - 1) / detail::kLanes * detail::kLanes;
+  columns.n_padded = (n + simd::kLanes - 1) / simd::kLanes * simd::kLanes;
   for (auto* group : {&columns.points_m, &columns.curls})
     for (auto& axes : *group)
       for (auto& values : axes) values.assign(columns.n_padded, 0.0);
@@ -276,7 +274,7 @@ BemResult HelmholtzBem::solve(double frequency_hz, const Eigen::MatrixXcd& veloc
   const RadiatingSurface& s = data_->surface;
   KLANG_CHECK(velocity_m_s.rows() == 3 * s.n_triangles(), "a velocity at each corner of each triangle");
   if (!velocity_m_s.allFinite()) throw InputError("boundary elements", "a velocity is not finite");
-  const double start = now_s();
+  const Stopwatch total;
   BemResult result;
   result.frequency_hz = frequency_hz;
   result.medium = options.medium;
@@ -318,7 +316,7 @@ BemResult HelmholtzBem::solve(double frequency_hz, const Eigen::MatrixXcd& veloc
     monitor.progress("boundary elements", 0.7 * static_cast<double>(done) / static_cast<double>(n));
   });
   monitor.throw_if_stopped();
-  result.wall_time_s["assemble"] = now_s() - start;
+  result.wall_time_s["assemble"] = total.seconds();
 
   const BlasThreads blas(options.n_blas_threads > 0 ? options.n_blas_threads : thread_count());
   const la::DenseSolution solution = la::dense_solve(matrix, right, options.tolerance, options.max_refinements);
@@ -327,7 +325,7 @@ BemResult HelmholtzBem::solve(double frequency_hz, const Eigen::MatrixXcd& veloc
   result.double_factor = solution.double_factor;
   result.wall_time_s["factor"] = solution.factor_s;
   result.wall_time_s["refine"] = solution.refine_s;
-  result.wall_time_s["total"] = now_s() - start;
+  result.wall_time_s["total"] = total.seconds();
   if (!solution.solved) {
     result.status = BemStatus::kFailed;
     result.message = "the boundary-element system of " + std::to_string(n) + " unknowns at " + to_text(frequency_hz) +

@@ -39,7 +39,7 @@ using Eigen::Vector3d;
 template <class Reader>
 vtkSmartPointer<vtkPointSet> read_with(const std::string& bytes, const std::string& name, const char* type) {
   vtkNew<Reader> reader;
-  if (const std::string problem = mesh::detail::update_reader(reader, bytes, name); !problem.empty())
+  if (const std::string problem = mesh::update_reader(reader, bytes, name); !problem.empty())
     throw InputError(name, problem);
   if (bytes.substr(0, 4096).find(type) == std::string::npos)
     throw InputError(name, "is no VTK file of this type", {}, type);
@@ -131,7 +131,7 @@ BoundaryMesh read_obj(const std::filesystem::path& path) {
   int region = 0;
   for (std::string line; std::getline(lines, line);) {
     const std::string before_comment = line.substr(0, line.find('#'));
-    const std::vector<std::string_view> words = mesh::detail::words_of(before_comment);
+    const std::vector<std::string_view> words = mesh::split_words(before_comment);
     if (words.empty()) continue;
     if (words[0] == "f") {
       mesh.region.insert(mesh.region.end(), words.size() - 3, region);
@@ -139,7 +139,7 @@ BoundaryMesh read_obj(const std::filesystem::path& path) {
       const std::string_view last = words.back();
       const std::size_t digits = last.find_last_not_of("0123456789") + 1;  // npos + 1 = 0: all digits
       long long number = 0;
-      if (digits < last.size() && mesh::detail::parse_integer(last.substr(digits), number))
+      if (digits < last.size() && mesh::parse_integer(last.substr(digits), number))
         region = static_cast<int>(std::min<long long>(number, 99));  // unknown ones are refused by face
     }
   }
@@ -167,7 +167,7 @@ BoundaryFrames read_pvd(const std::filesystem::path& path) {
     const std::string element = bytes.substr(at, bytes.find('>', at) - at);
     double time = 0.0;
     const std::string text = attribute(element, "timestep"), file = attribute(element, "file");
-    if (!mesh::detail::parse_number(text, time) || !std::isfinite(time) || file.empty())
+    if (!mesh::parse_number(text, time) || !std::isfinite(time) || file.empty())
       throw InputError(path.string(), "frame " + std::to_string(frames.files.size()) + " has no timestep or file",
                        text);
     frames.time_s.push_back(time);
@@ -193,7 +193,7 @@ BoundaryFrames numbered(const std::string& pattern, double frame_step_s) {
     const std::string digits = file.substr(head.size(), file.size() - head.size() - tail.size());
     long long number = 0;
     if (digits.find_first_not_of("0123456789") != std::string::npos || (digits.size() > width && digits[0] == '0') ||
-        !mesh::detail::parse_integer(digits, number))
+        !mesh::parse_integer(digits, number))
       continue;
     found[number] = folder / file;
   }

@@ -36,11 +36,11 @@ constexpr auto words_of(LeastSquares) {
 }
 
 enum class Literature {
-  kRight,
+  kCorrected,
   kPaper  ///< HF as printed: S_b = -4 pi rho omega^2 r^2 (eq. 10), air driven without the density ratio (16), alpha without a length (26)
 };
 constexpr auto words_of(Literature) {
-  return std::array{Word{Literature::kRight, "right"}, Word{Literature::kPaper, "paper"}};
+  return std::array{Word{Literature::kCorrected, "right"}, Word{Literature::kPaper, "paper"}};
 }
 
 struct DualDomainOptions {
@@ -48,14 +48,14 @@ struct DualDomainOptions {
   acoustics::Medium air;
   FluidSpace fluid_space = FluidSpace::kFlatLimit;
   LeastSquares solver = LeastSquares::kSketch;
-  Literature literature = Literature::kRight;
+  Literature literature = Literature::kCorrected;
   double ridge = 1e-8;        ///< epsilon over the Frobenius norm of the matrix (HF section 5.6)
   bool scale_columns = true;  ///< functions scaled to length 1 on the boundary before the ridge is put on
   bool images = true;         ///< pass 1 starts from the bubble and its images in surfaces that are close
   bool wall_slopes = false;   ///< dP/dn of the liquid on rigid walls too, where it should be 0: to look at
   std::optional<double>
       wall_length_m;  ///< the length in alpha = length * rigid area / free area; default radius / sqrt(unknowns)
-  /// Pressure on the free surface for a unit source, one a sample (others count 0); empty: none, the one-way answer. With the
+  /// Pressure on the free surface for a unit source, one per sample (others count 0); empty: none, the one-way answer. With the
   /// air's own pressure there, found in turn, pass 1 is the two-way one.
   Eigen::VectorXcd surface_pressure;
   void validate() const;  ///< InputError
@@ -94,14 +94,14 @@ struct FluidField {
   int order = -1;             ///< of the waves about points_m[0], or -1: quadrupoles at all points_m
   std::vector<Eigen::Vector3d> points_m;
   std::vector<Eigen::Vector3d> solid_m;  ///< of singular standing waves y_l(k r) Y, l <= 2, within wet solids
-  Eigen::VectorXcd coefficients;         ///< of the regular waves, then 9 a point of solid_m
+  Eigen::VectorXcd coefficients;         ///< of the regular waves, then 9 per point of solid_m
 };
 
 /// The air's pressure: h_l^(2) Y, l <= 2, about each point.
 struct AirField {
   double wavenumber_per_m = 0.0;
   std::vector<Eigen::Vector3d> points_m;
-  Eigen::VectorXcd coefficients;  ///< 9 a point
+  Eigen::VectorXcd coefficients;  ///< 9 per point
 };
 
 struct DualDomainResult {
@@ -131,6 +131,12 @@ struct DualDomainResult {
 /// printed there turns the pressure round: an expanding bubble pushes).
 double bubble_source_strength(double radius_m, double frequency_hz, double liquid_density_kg_m3);
 
+/// A bubble whose wall swings by 1 m at the frequency of the call.
+struct SwingingBubble {
+  Eigen::Vector3d position_m;
+  double radius_m = 0.0;  ///< 1e-6 to 0.1, for the source strength
+};
+
 /// Sound of bubbles in a liquid, heard in the air around it (Zheng and James 2009, section 5). One-way coupling:
 ///   pass 1, liquid: (nabla^2 + k_f^2) P = S_b delta,  P = 0 on the free surface, dP/dn = 0 on walls and wet solids
 ///   pass 2, air:    (nabla^2 + k_a^2) P = 0 outside,  dP/dn = (rho_a / rho_f) dP_f/dn on the free surface, 0 on walls
@@ -141,13 +147,10 @@ double bubble_source_strength(double radius_m, double frequency_hz, double liqui
 /// Sources beyond a ninth of half the samples (pass 2: of a third) are left out: more would fit the samples and swing between.
 /// The matrices depend on boundary, frequency and points alone: bubbles of one call share assembly and preconditioner.
 /// @param frequency_hz  1 to 1e5
-/// @param radius_m      of each bubble, for the source strength, > 0
-/// @return one a bubble; kFailed with a message where the least-squares problem cannot be solved
+/// @return one per bubble; kFailed with a message where the least-squares problem cannot be solved
 /// @throws InputError: a bubble outside or on the boundary, too few samples for a single source
 std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, double frequency_hz,
-                                                const SourcePoints& points,
-                                                const std::vector<Eigen::Vector3d>& bubbles_m,
-                                                const std::vector<double>& radius_m,
+                                                const SourcePoints& points, const std::vector<SwingingBubble>& bubbles,
                                                 const DualDomainOptions& options = {},
                                                 Monitor& monitor = silent_monitor());
 

@@ -82,7 +82,7 @@ TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s,
     if (liquid.inside_air_boundary(listener_m))
       throw InputError("listener", "lies inside the liquid (" + liquid.name() + ")");
     const DualDomainResult solved =
-        solve_dual_domain(liquid, options.frequency_hz, *points, {at}, {options.radius_m}, options.solver)[0];
+        solve_dual_domain(liquid, options.frequency_hz, *points, {{at, options.radius_m}}, options.solver)[0];
     if (!solved.usable()) {
       result.status = TransferSeriesResult::Status::kFailed;
       result.message = "at " + to_text(time_s) + " s: " + solved.message;

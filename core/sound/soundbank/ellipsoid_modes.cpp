@@ -8,12 +8,8 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/la/lapack.hpp"
 #include "core/sound/soundbank/detail/ball_basis.hpp"
-
-extern "C" void dsyevr_(const char* jobz, const char* range, const char* uplo, const int* n, double* a, const int* lda,
-                        const double* vl, const double* vu, const int* il, const int* iu, const double* abstol, int* m,
-                        double* w, double* z, const int* ldz, int* isuppz, double* work, const int* lwork, int* iwork,
-                        const int* liwork, int* info);
 
 namespace klang::soundbank {
 namespace {

@@ -8,14 +8,10 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/la/lapack.hpp"
 #include "core/sound/soundbank/detail/octant.hpp"
 #include "core/sound/soundbank/detail/shell_kernel.hpp"
 #include "core/sound/waves/spherical_harmonics.hpp"
-
-extern "C" {
-void zgels_(const char* trans, const int* m, const int* n, const int* n_rhs, std::complex<double>* a, const int* lda,
-            std::complex<double>* b, const int* ldb, std::complex<double>* work, const int* lwork, int* info);
-}
 
 namespace klang::soundbank {
 namespace {

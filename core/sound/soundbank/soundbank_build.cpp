@@ -1,13 +1,13 @@
 #include "core/sound/soundbank/soundbank_build.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <set>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 
 namespace klang::soundbank {
 namespace {
@@ -35,8 +35,7 @@ class Builder {
         monitor_(monitor),
         progress_(std::move(progress)),
         saved_(saved),
-        depth_(-std::log(options.thinnest)),
-        last_save_(std::chrono::steady_clock::now()) {}
+        depth_(-std::log(options.thinnest)) {}
 
   BuildResult run();
 
@@ -70,7 +69,7 @@ class Builder {
   BuildProgress progress_;
   const std::function<void(const BuildProgress&)>& saved_;
   const double depth_;
-  std::chrono::steady_clock::time_point last_save_;
+  Stopwatch since_save_;
   std::mutex mutex_;
   Soundbank bank_;
   std::map<ShapePoint, int> node_of_;
@@ -81,10 +80,9 @@ class Builder {
 };
 
 void Builder::save(bool now) {
-  const auto time = std::chrono::steady_clock::now();
-  if (!saved_ || (!now && time - last_save_ < std::chrono::seconds(5))) return;
+  if (!saved_ || (!now && since_save_.seconds() < 5.0)) return;
   saved_(progress_);
-  last_save_ = std::chrono::steady_clock::now();
+  since_save_.restart();
 }
 
 int Builder::node(const ShapePoint& at) {

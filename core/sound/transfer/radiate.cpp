@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <mutex>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/geometry/mesh/surface_coarsening.hpp"
 #include "core/sound/transfer/modal_surface.hpp"
 
@@ -20,8 +20,6 @@ constexpr int kManyUnknowns = 4000;
 /// Element sizes per factor of two: a mode's mesh has up to 2^(2/4) times the elements it needs, its time grows with their
 /// square.
 constexpr double kLevelsPerOctave = 4.0;
-
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 /// Equilateral triangles of this edge cover the area count times.
 double edge_for_count(double area_m2, int count) { return std::sqrt(4.0 / std::sqrt(3.0) * area_m2 / count); }
@@ -129,7 +127,7 @@ void Radiation::solve_level(const Level& level, const ModalSurface& surface, con
 }
 
 RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
-  const double start = now_s();
+  const Stopwatch total;
   result_.transfer.medium = options_.medium;
   std::vector<bool> is_known(static_cast<std::size_t>(model_.n_modes()), false);
   for (const ModeTransfer& mode : known) {
@@ -143,10 +141,10 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
   // Enough pieces for the finest mesh, and no more than the samples need.
   const ModalSurface surface(model_, finest_m, std::min(4 * options_.max_elements, 200000));
   const double wall_m = mesh::wall_tolerance_m(surface.triangles());
-  result_.wall_time_s["surface"] = now_s() - start;
+  result_.wall_time_s["surface"] = total.seconds();
   // All meshes first: a frequency that none resolves is refused before any time goes into the others.
   std::vector<Level> list = levels(surface, is_known);
-  double before = now_s();
+  Stopwatch watch;
   BemOptions options;
   options.medium = options_.medium;
   options.allow_coarse = options_.allow_coarse;
@@ -156,14 +154,14 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
         mesh::checked_coarsened(surface.triangles(), {level.edge_m, std::min(0.05 * level.edge_m, wall_m)})));
     for (const int mode : level.modes) check_resolution(level.elements, model_.frequency_hz()[mode], options);
   }
-  result_.wall_time_s["coarsen"] = now_s() - before;
+  result_.wall_time_s["coarsen"] = watch.seconds();
   for (Level& level : list) {
     monitor_.throw_if_stopped();
-    before = now_s();
+    watch.restart();
     const HelmholtzBem solver(std::move(level.elements));
     result_.n_elements_of_level.push_back(solver.surface().n_triangles());
-    result_.wall_time_s["static"] += now_s() - before;
-    before = now_s();
+    result_.wall_time_s["static"] += watch.seconds();
+    watch.restart();
     try {
       solve_level(level, surface, solver);
     } catch (const NumericalError& error) {
@@ -171,12 +169,12 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
       result_.message = error.what();
       return std::move(result_);
     }
-    result_.wall_time_s["solve"] += now_s() - before;
+    result_.wall_time_s["solve"] += watch.seconds();
   }
   std::sort(result_.transfer.modes.begin(), result_.transfer.modes.end(),
             [](const ModeTransfer& a, const ModeTransfer& b) { return a.mode < b.mode; });
   result_.status = RadiateStatus::kDone;
-  result_.wall_time_s["total"] = now_s() - start;
+  result_.wall_time_s["total"] = total.seconds();
   return std::move(result_);
 }
 

@@ -17,10 +17,10 @@
 namespace klang::acoustics {
 namespace {
 
-using mesh::detail::add_integers;
-using mesh::detail::add_numbers;
-using mesh::detail::add_text;
-using mesh::detail::GridFile;
+using mesh::add_integers;
+using mesh::add_numbers;
+using mesh::add_text;
+using mesh::GridFile;
 
 constexpr int kFileVersion = 1;
 constexpr const char* kVersionField = "klang_transfer_model";
@@ -102,7 +102,7 @@ void write_transfer_model(const std::filesystem::path& path, const TransferModel
   add_numbers(fields, "density_kg_m3", &model.medium.density_kg_m3, 1);
   add_numbers(fields, "sound_speed_m_s", &model.medium.sound_speed_m_s, 1);
   add_text(fields, "provenance_json", provenance_json);
-  mesh::detail::write_grid(path, grid, kWhat);
+  mesh::write_grid(path, grid, kWhat);
 }
 
 TransferModel read_transfer_model(const std::filesystem::path& path) {

@@ -27,7 +27,7 @@ void spherical_bessel_j(double x, std::span<double> j) {
         (2 * n + 1) / x * j[static_cast<std::size_t>(n)] - j[static_cast<std::size_t>(n) - 1];
   }
   if (turning == top) return;
-  // r_n = j_n / j_{n-1} = 1 / ((2 n + 1) / x - r_{n+1}); a wrong start is damped by r_n^2 a step, and 15 + 10 (x/2)^(1/3)
+  // r_n = j_n / j_{n-1} = 1 / ((2 n + 1) / x - r_{n+1}); a wrong start is damped by r_n^2 per step, and 15 + 10 (x/2)^(1/3)
   // orders beyond the turning point j has fallen below 1e-9 (Airy).
   double ratio = 0.0;
   for (int n = top + 15 + static_cast<int>(10.0 * std::cbrt(0.5 * x)); n > turning; --n) {

@@ -4,16 +4,11 @@
 #include <cstring>
 
 #include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/vector_clones.hpp"
 
-// For kernels that are compiled once for each kind of vector unit. Sanitizers cannot run before the resolvers that pick a clone.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define KLANG_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define KLANG_CLONES
-#endif
 #define KLANG_INLINE inline __attribute__((always_inline))
 
-namespace klang::acoustics::detail {
+namespace klang::acoustics::simd {
 
 inline constexpr std::size_t kLanes = 8;
 
@@ -61,4 +56,4 @@ KLANG_INLINE void sine_cosine(const Vector& x, Vector& sine, Vector& cosine) {
   std::memcpy(&cosine, &cosine_out, sizeof cosine);
 }
 
-}  // namespace klang::acoustics::detail
+}  // namespace klang::acoustics::simd

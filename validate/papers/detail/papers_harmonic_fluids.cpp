@@ -185,7 +185,7 @@ void table_1(std::vector<PaperNumber>& numbers, Monitor& monitor) {
     monitor.throw_if_stopped();
     const bubble::DualDomainResult result = bubble::solve_dual_domain(
         body, solve.frequency_hz, bubble::random_source_points(body, solve.n_fluid, solve.n_air, 1),
-        {Eigen::Vector3d(0.012, -0.008, -0.030)}, {0.00165}, bubble::DualDomainOptions::as_printed())[0];
+        {{Eigen::Vector3d(0.012, -0.008, -0.030), 0.00165}}, bubble::DualDomainOptions::as_printed())[0];
     if (!result.usable()) throw NumericalError("papers: " + result.message);
     fluid += result.fit_error_fluid / 3.0;
     in_air += result.fit_error_air / 3.0;

@@ -172,4 +172,20 @@ double profile_area_m2(const Profile& profile) {
   return area;
 }
 
+double profile_extent_m(const Profile& profile) {
+  Vector2d low = profile.points_m[0], high = low;
+  for (const Vector2d& point : profile.points_m) low = low.cwiseMin(point), high = high.cwiseMax(point);
+  return (high - low).maxCoeff();
+}
+
+double profile_thickness_m(const Profile& profile) {
+  double perimeter_m = 0.0, twice_area_m2 = 0.0;
+  for (std::size_t i = 0; i < profile.points_m.size(); ++i) {
+    const Vector2d &a = profile.points_m[i], &b = profile.points_m[(i + 1) % profile.points_m.size()];
+    perimeter_m += (b - a).norm();
+    twice_area_m2 += a.x() * b.y() - a.y() * b.x();
+  }
+  return twice_area_m2 / perimeter_m;
+}
+
 }  // namespace klang::mesh::detail

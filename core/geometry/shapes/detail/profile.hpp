@@ -27,4 +27,9 @@ Profile parse_profile(std::string_view text, const std::string& name);
 double profile_volume_m3(const Profile& profile);
 double profile_area_m2(const Profile& profile);
 
+/// Longer side of the polygon's bounding box.
+double profile_extent_m(const Profile& profile);
+/// Mean thickness of a thin wall: twice area over perimeter.
+double profile_thickness_m(const Profile& profile);
+
 }  // namespace klang::mesh::detail

@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 
@@ -13,22 +12,15 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/block_lanczos.hpp"
+#include "core/foundation/la/lapack.hpp"
 #include "core/foundation/la/sturm_count.hpp"
 #include "core/physics/solid/rigid_modes.hpp"
-
-extern "C" void dsygvx_(const int* itype, const char* jobz, const char* range, const char* uplo, const int* n,
-                        double* a, const int* lda, double* b, const int* ldb, const double* vl, const double* vu,
-                        const int* il, const int* iu, const double* abstol, int* m, double* w, double* z,
-                        const int* ldz, double* work, const int* lwork, int* iwork, int* ifail, int* info);
 
 namespace klang::modal::detail {
 
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // K - shift M, lower triangle: the two share a pattern.
 solid::SparseMatrix shifted(const solid::SparseMatrix& stiffness, const solid::SparseMatrix& unit_mass,
@@ -146,7 +138,7 @@ const std::vector<int>& EigenProblem::order() {
 }
 
 bool EigenProblem::factor(std::string& message) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   bool done = false;
   for (int attempt = 0; attempt < 3 && !done; ++attempt) {
     if (attempt > 0) {
@@ -155,7 +147,7 @@ bool EigenProblem::factor(std::string& message) {
     }
     done = factor_.factor(shifted(stiffness_, unit_mass_, density_kg_m3_, shift_), order());
   }
-  seconds_factor += seconds_since(start);
+  seconds_factor += watch.seconds();
   if (!done) message = factor_.message();
   return done;
 }
@@ -300,9 +292,9 @@ void EigenProblem::polish_and_count(Pairs& pairs, double omega_sq) {
 
 std::optional<long> EigenProblem::n_below(double omega_sq) {
   if (omega_sq == counted_at_) return counted_;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   auto count = la::n_negative_eigenvalues(shifted(stiffness_, unit_mass_, density_kg_m3_, omega_sq), order());
-  seconds_sturm += seconds_since(start);
+  seconds_sturm += watch.seconds();
   counted_at_ = omega_sq;
   counted_ = count;
   return count;

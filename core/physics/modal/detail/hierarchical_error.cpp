@@ -19,7 +19,7 @@ constexpr double kEnough = 0.1;  // a step that adds less than this share is the
 constexpr double kSameOmegaSq = 2e-7;
 constexpr double kLargestRatio = 0.5;  // of what neighbouring steps add
 
-// Rows 3 node + axis and a column a mode, from and to the layout of EnrichedSpace.
+// Rows 3 node + axis and one column per mode, from and to the layout of EnrichedSpace.
 MatrixXd to_fields(const Eigen::Ref<const MatrixXd>& columns) {
   const Index m = columns.cols(), n = columns.rows() / 3;
   MatrixXd fields(3 * m, n);
@@ -69,7 +69,7 @@ std::vector<Index> representatives(const VectorXd& omega_sq) {
 
 VectorXd hierarchical_frequency_error(const ModalModel& model, const solid::AssembledSolid& assembled,
                                       EigenProblem& problem) {
-  const solid::detail::EnrichedSpace space(model.mesh, assembled, model.material);
+  const solid::EnrichedSpace space(model.mesh, assembled, model.material);
   const VectorXd omega_sq = model.angular_frequency_rad_s.array().square();
   const std::vector<Index> of_mode = representatives(omega_sq);
   std::vector<Index> distinct = of_mode;

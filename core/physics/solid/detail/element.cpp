@@ -3,16 +3,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "core/foundation/base/vector_clones.hpp"
 #include "core/foundation/math/tet_rule.hpp"
-
-// The hot loop is compiled for several instruction sets and picked at start-up; contraction is off, so all of
-// them give the same bits. Sanitizers run before the resolver may, so they get the plain version.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(__SANITIZE_THREAD__)
-#define KLANG_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define KLANG_CLONES
-#endif
 
 namespace klang::solid::detail {
 namespace {

@@ -4,6 +4,13 @@
 
 namespace klang::acoustics::detail {
 
+using simd::inverse_root;
+using simd::kLanes;
+using simd::load;
+using simd::sine_cosine;
+using simd::store;
+using simd::Vector;
+
 KLANG_CLONES void far_block(const TriangleColumns& columns, const double* keep, std::size_t first, std::size_t count,
                             const TestTriangle& test, double wavenumber_per_m, double eta_m, FarBlock& block) {
   const double k = wavenumber_per_m;

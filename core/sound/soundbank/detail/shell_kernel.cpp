@@ -5,12 +5,12 @@
 namespace klang::soundbank::detail {
 namespace {
 
-using acoustics::detail::inverse_root;
-using acoustics::detail::kLanes;
-using acoustics::detail::load;
-using acoustics::detail::sine_cosine;
-using acoustics::detail::store;
-using acoustics::detail::Vector;
+using acoustics::simd::inverse_root;
+using acoustics::simd::kLanes;
+using acoustics::simd::load;
+using acoustics::simd::sine_cosine;
+using acoustics::simd::store;
+using acoustics::simd::Vector;
 
 }  // namespace
 

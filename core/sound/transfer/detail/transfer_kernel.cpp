@@ -2,13 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
-
-// Sanitizers cannot run before the resolvers that pick a clone.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define KLANG_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define KLANG_CLONES
-#endif
+#include "core/foundation/base/vector_clones.hpp"
 
 namespace klang::acoustics::detail {
 namespace {

@@ -20,8 +20,8 @@ constexpr double kBallRadiusM = 0.05;
 std::vector<DualDomainResult> solve(const LiquidBoundary& boundary, double frequency_hz, const Vector3d& bubble_m,
                                     int n_fluid, int n_air, std::uint64_t seed = 1,
                                     const DualDomainOptions& options = {}) {
-  return solve_dual_domain(boundary, frequency_hz, random_source_points(boundary, n_fluid, n_air, seed), {bubble_m},
-                           {0.001}, options);
+  return solve_dual_domain(boundary, frequency_hz, random_source_points(boundary, n_fluid, n_air, seed),
+                           {{bubble_m, 0.001}}, options);
 }
 
 /// tests/reference/fluid.json: pressure_release_sphere, rows with b = 0.
@@ -95,7 +95,7 @@ TEST(SunkSolid, SurfaceSlopeBesideARigidBallIsTheSeries) {
     const auto result = solve(boundary, frequency_hz, {0, 0, kDepth}, 60, 40);
     SourcePoints regular = random_source_points(boundary, 60, 40, 1);
     regular.solid_m.clear();
-    const auto unable = solve_dual_domain(boundary, frequency_hz, regular, {{0, 0, kDepth}}, {0.001});
+    const auto unable = solve_dual_domain(boundary, frequency_hz, regular, {{{0, 0, kDepth}, 0.001}});
     ASSERT_TRUE(result[0].usable() && unable[0].usable()) << result[0].message;
     double error = 0.0, size = 0.0, without = 0.0, regular_error = 0.0;
     for (std::size_t i = 0; i < boundary.samples().size(); ++i) {
@@ -294,10 +294,10 @@ TEST(DualDomain, PrintedDensitiesAreTooLoudByTheirRatioAndTurnTheSign) {
 TEST(DualDomain, BubblesOfOneCallGetTheirOwnAnswers) {
   const LiquidBoundary boundary(test::ball(kBallRadiusM, 8));
   const SourcePoints points = random_source_points(boundary, 20, 20, 3);
-  const std::vector<Vector3d> bubbles{{0, 0, 0.01}, {0.02, -0.01, 0}};
-  const auto both = solve_dual_domain(boundary, 1000.0, points, bubbles, {0.001, 0.002});
+  const std::vector<SwingingBubble> bubbles{{{0, 0, 0.01}, 0.001}, {{0.02, -0.01, 0}, 0.002}};
+  const auto both = solve_dual_domain(boundary, 1000.0, points, bubbles);
   for (std::size_t b = 0; b < 2; ++b) {
-    const auto alone = solve_dual_domain(boundary, 1000.0, points, {bubbles[b]}, {b == 0 ? 0.001 : 0.002});
+    const auto alone = solve_dual_domain(boundary, 1000.0, points, {bubbles[b]});
     const Complex p = air_pressure(alone[0], {0.3, 0.1, 0.4});
     EXPECT_LE(std::abs(air_pressure(both[b], {0.3, 0.1, 0.4}) - p), 1e-6 * std::abs(p));
   }
@@ -314,8 +314,8 @@ TEST(WallWeight, CarriesALengthSoThatUnitsDoNotMatter) {
     const auto result = solve(boundary, 1000.0 / scale, scale * Vector3d(0.13, 0.10, -0.05), 10, 10, 1, options);
     return Eigen::VectorXcd(result[0].normal_derivative / result[0].source_strength * scale * scale);
   };
-  const Eigen::VectorXcd one = slope(1.0, Literature::kRight);
-  EXPECT_LE((slope(10.0, Literature::kRight) - one).norm() / one.norm(), 1e-6);
+  const Eigen::VectorXcd one = slope(1.0, Literature::kCorrected);
+  EXPECT_LE((slope(10.0, Literature::kCorrected) - one).norm() / one.norm(), 1e-6);
   const Eigen::VectorXcd printed = slope(1.0, Literature::kPaper);
   EXPECT_GE((slope(10.0, Literature::kPaper) - printed).norm() / printed.norm(), 1e-3);
 }

@@ -1,4 +1,4 @@
-#include "core/sound/dual_domain/detail/ridge.hpp"
+#include "core/foundation/la/ridge.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,10 @@
 #include "core/foundation/base/memory.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/foundation/la/detail/row_kernel.hpp"
 #include "core/foundation/la/lapack.hpp"
-#include "core/sound/dual_domain/detail/row_kernel.hpp"
 
-namespace klang::bubble::detail {
+namespace klang::la {
 namespace {
 
 constexpr int kBucketsPerColumn = 4;
@@ -160,7 +160,7 @@ Matrix<Scalar> normal_times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>&
   const std::vector<double> pairs = to_pairs(x);
   return sum_over_rows(
       adjoint, x, [&](const double* m, std::size_t, std::size_t n_rows, std::size_t n, std::size_t count, double* w) {
-        rows_normal(m, n_rows, n, pairs.data(), count, w);
+        detail::rows_normal(m, n_rows, n, pairs.data(), count, w);
       });
 }
 
@@ -186,7 +186,7 @@ Matrix<Scalar> adjoint_times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>
   const std::vector<double> data = row_pairs(b);
   return sum_over_rows(adjoint, b,
                        [&](const double* m, std::size_t first, std::size_t n_rows, std::size_t n, std::size_t count,
-                           double* w) { rows_add(m, n_rows, n, data.data() + 2 * count * first, count, w); });
+                           double* w) { detail::rows_add(m, n_rows, n, data.data() + 2 * count * first, count, w); });
 }
 
 /// rows^H (b - rows x) in one reading; the residual itself has all its digits, unlike a difference of sums.
@@ -196,7 +196,7 @@ Matrix<Scalar> residual_times(const Matrix<Scalar>& adjoint, const Matrix<Scalar
   return sum_over_rows(
       adjoint, b,
       [&](const double* m, std::size_t first, std::size_t n_rows, std::size_t n, std::size_t count, double* w) {
-        rows_residual(m, n_rows, n, pairs.data(), data.data() + 2 * count * first, count, w);
+        detail::rows_residual(m, n_rows, n, pairs.data(), data.data() + 2 * count * first, count, w);
       });
 }
 
@@ -327,7 +327,7 @@ Matrix<Scalar> times(const Matrix<Scalar>& adjoint, const Matrix<Scalar>& x) {
   Matrix<Scalar> y(adjoint.cols(), x.cols());
   parallel_for(static_cast<std::size_t>(adjoint.cols()), kRowsPerRange, [&](std::size_t begin, std::size_t end) {
     std::vector<double> rows(2 * count * (end - begin));
-    rows_times(as_real(adjoint) + begin * n, end - begin, n, pairs.data(), count, rows.data());
+    detail::rows_times(as_real(adjoint) + begin * n, end - begin, n, pairs.data(), count, rows.data());
     for (std::size_t i = 0; i < end - begin; ++i)
       for (Eigen::Index c = 0; c < x.cols(); ++c) {
         const double* const at = rows.data() + 2 * count * i;
@@ -348,4 +348,4 @@ template RidgeSolution<std::complex<double>> solve_ridge(const Matrix<std::compl
 template Matrix<double> times(const Matrix<double>&, const Matrix<double>&);
 template Matrix<std::complex<double>> times(const Matrix<std::complex<double>>&, const Matrix<std::complex<double>>&);
 
-}  // namespace klang::bubble::detail
+}  // namespace klang::la

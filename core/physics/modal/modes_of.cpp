@@ -1,0 +1,49 @@
+#include "core/physics/modal/modes_of.hpp"
+
+#include "core/foundation/base/check.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/geometry/shapes/section.hpp"
+#include "core/geometry/shapes/shape_registry.hpp"
+#include "core/physics/modal/revolution_modes.hpp"
+
+namespace klang::modal {
+
+bool harmonics_apply(const ModesBody& body, solid::MassKind mass) {
+  return body.shape && mesh::is_axisymmetric(*body.shape) && body.support.kind == solid::SupportKind::kFree &&
+         body.element_order == 2 && mass == solid::MassKind::kConsistent;
+}
+
+std::string harmonics_apply_to() {
+  std::string text;
+  for (const mesh::ShapeKind* kind : mesh::registered_shapes())
+    if (const std::string words = kind->axisymmetric_words(); !words.empty())
+      text += (text.empty() ? "" : ", ") + words;
+  return text;
+}
+
+ModesMethod chosen_method(const ModesBody& body, const ModesOptions& options) {
+  if (options.method == ModesMethod::kTetrahedra) return ModesMethod::kTetrahedra;
+  const bool can = harmonics_apply(body, options.mass);
+  if (options.method == ModesMethod::kHarmonics && !can)
+    throw InputError("modes", "harmonics need a free body of revolution, quadratic elements and consistent mass",
+                     body.shape ? body.shape->kind : "", harmonics_apply_to());
+  const bool wanted = options.method == ModesMethod::kHarmonics || !options.mesh_is_wanted;
+  return can && wanted ? ModesMethod::kHarmonics : ModesMethod::kTetrahedra;
+}
+
+EigenResult modes_of(const ModesBody& body, const mesh::TetMesh& mesh, const solid::Material& material,
+                     const ModesOptions& options, Monitor& monitor) {
+  KLANG_CHECK(!body.shape || mesh.order() == body.element_order, "modes_of: the mesh is of another element order");
+  if (chosen_method(body, options) == ModesMethod::kHarmonics)
+    return solve_revolution_modes(*body.shape, mesh, material, options.eigen, monitor);
+  monitor.progress("assembly", 0.0);
+  const Stopwatch watch;
+  const solid::AssembledSolid assembled = solid::assemble(mesh, body.support, options.mass);
+  const double assembly_s = watch.seconds();
+  EigenResult result = solve_modes(mesh, assembled, material, body.support, options.eigen, monitor);
+  result.wall_time_s["assembly"] = assembly_s;
+  return result;
+}
+
+}  // namespace klang::modal

@@ -1,0 +1,51 @@
+#include "core/foundation/base/references.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+
+namespace {
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(std::string(KLANG_SOURCE_DIR) + "/" + path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+TEST(References, EveryCodeHasItsEntryWithTitleAndCodeInTheBibliography) {
+  const std::string bib = text_of("docs/references.bib");
+  for (const klang::Reference& reference : klang::kReferences) {
+    const auto from = bib.find("{" + std::string(reference.key) + ",");
+    ASSERT_NE(from, std::string::npos) << reference.key;
+    const std::string entry = bib.substr(from, bib.find("\n}", from) - from);
+    EXPECT_NE(entry.find("title = {" + std::string(reference.title) + "}"), std::string::npos) << entry;
+    EXPECT_NE(entry.find("note = {" + std::string(reference.code) + "}"), std::string::npos) << entry;
+  }
+}
+
+TEST(References, EveryCodeThatTheErrataUseIsDefined) {
+  std::set<std::string> known;
+  for (const klang::Reference& reference : klang::kReferences) known.emplace(reference.code);
+  const std::string errata = text_of("docs/errata.md");
+  const std::regex row("\\n\\| [0-9-]+ \\| ([A-Z0-9]+) \\|");
+  int n_rows = 0;
+  for (std::sregex_iterator at(errata.begin(), errata.end(), row), end; at != end; ++at, ++n_rows)
+    EXPECT_EQ(known.count((*at)[1]), 1u) << (*at)[1];
+  EXPECT_GE(n_rows, 20);
+}
+
+TEST(References, BibliographysKeysAreUnique) {
+  const std::string bib = text_of("docs/references.bib");
+  const std::regex head("\\n@[a-z]+\\{([a-z0-9]+),");
+  std::set<std::string> keys;
+  for (std::sregex_iterator at(bib.begin(), bib.end(), head), end; at != end; ++at)
+    EXPECT_TRUE(keys.insert((*at)[1]).second) << (*at)[1];
+  EXPECT_GE(keys.size(), klang::kReferences.size());
+}

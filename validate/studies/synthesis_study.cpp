@@ -12,8 +12,8 @@ namespace klang::validate {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using modal::ModalImpulse;
-using modal::Oscillator;
+using stage::ModalImpulse;
+using stage::Oscillator;
 
 constexpr double kDuration_s = 0.25;
 constexpr double kStrike_s = 0.0123456789;  // between two samples at every rate
@@ -58,7 +58,7 @@ double relative_error(const Eigen::VectorXd& z, double rate_hz, Eigen::Index fir
 }
 
 Eigen::VectorXd response(const Oscillator& o, const std::vector<ModalImpulse>& impulses, double rate_hz) {
-  return modal::render({o}, impulses, rate_hz, static_cast<Eigen::Index>(std::llround(kDuration_s * rate_hz)));
+  return stage::oscillation({o}, impulses, rate_hz, static_cast<Eigen::Index>(std::llround(kDuration_s * rate_hz)));
 }
 
 ModalImpulse unit_impulse(double time_s, double impulse, double contact_duration_s = 0.0) {

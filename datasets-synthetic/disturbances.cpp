@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/foundation/base/conventions.hpp"
+#include "core/sound/audio/nyquist.hpp"
 
 namespace klang::datasets {
 namespace {
@@ -75,7 +76,7 @@ Eigen::VectorXd room_tail(const Eigen::VectorXd& sound, double sample_rate_hz, d
 Eigen::VectorXd mains_hum(Eigen::Index n, double sample_rate_hz, double frequency_hz, double amplitude, int harmonics,
                           RandomStream& random) {
   Eigen::VectorXd hum = Eigen::VectorXd::Zero(n);
-  for (int k = 1; k <= harmonics && k * frequency_hz < 0.5 * sample_rate_hz; ++k) {
+  for (int k = 1; k <= harmonics && k * frequency_hz < audio::highest_rendered_hz(sample_rate_hz); ++k) {
     const double phase = random.uniform(0.0, 2.0 * kPi), omega = 2.0 * kPi * k * frequency_hz;
     for (Eigen::Index i = 0; i < n; ++i) {
       hum[i] += amplitude / k * std::cos(omega * static_cast<double>(i) / sample_rate_hz + phase);

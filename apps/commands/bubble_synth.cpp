@@ -19,21 +19,21 @@ struct SynthOptions {
 
 int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
-  bubble::BubbleScene scene = bubble::read_bubble_scene(options.scene, common.seed);
-  if (options.unit_transfer) scene.transfer = bubble::SceneTransfer::kUnit;
+  stage::BubbleScene scene = stage::read_bubble_scene(options.scene, common.seed);
+  if (options.unit_transfer) scene.transfer = stage::SceneTransfer::kUnit;
   if (options.constant_pitch) scene.pitch.kind = bubble::PitchKind::kConstant;
-  bubble::BubbleSound result = bubble::synthesise_bubbles(scene, monitor);
+  stage::BubbleSound result = stage::synthesise_bubbles(scene, monitor);
   if (result.n_too_high > 0) {
     warn(std::to_string(result.n_too_high) + " bubble(s) are left out: their pitch reaches half of the sample rate");
   }
-  if (result.status != bubble::BubbleSoundStatus::kDone)
+  if (result.status != stage::BubbleSoundStatus::kDone)
     throw NumericalError("bubble synth: no bubble is heard in this scene");
   const double peak = result.sound.samples.cwiseAbs().maxCoeff();
   const double gain = std::pow(10.0, scene.peak_db_re_full_scale / 20.0) / peak;
   result.sound.samples *= gain;
   audio::write_sound(options.output, result.sound);
 
-  const bool unit = scene.transfer == bubble::SceneTransfer::kUnit;
+  const bool unit = scene.transfer == stage::SceneTransfer::kUnit;
   const nlohmann::json used = {{"unit_transfer", unit},
                                {"constant_pitch", scene.pitch.kind == bubble::PitchKind::kConstant}};
   nlohmann::json json = result_header("bubble_synth", "done", common, used, {options.scene});
@@ -48,7 +48,7 @@ int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
   json["wall_time_s"] = {{"synthesis", result.wall_time_s}};
   json["bubbles"] = nlohmann::json::array();
   for (std::size_t i = 0; i < scene.bubbles.size(); ++i) {
-    const bubble::SoundedBubble& b = result.bubbles[i];
+    const stage::SoundedBubble& b = result.bubbles[i];
     json["bubbles"].push_back({{"radius_m", scene.bubbles[i].radius_m},
                                {"birth_s", scene.bubbles[i].birth_s},
                                {"frequency_start_hz", b.frequency_start_hz},

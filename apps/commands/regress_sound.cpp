@@ -8,14 +8,14 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/sound/audio/sound_file.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
+#include "core/sound/stage/modal_voice.hpp"
 
 namespace klang::apps {
 namespace {
 
 audio::Signal sound_of_model(const std::string& path, const RegressSoundOptions& options) {
   options.damping.validate();
-  modal::SynthesisOptions synthesis;
+  stage::SynthesisOptions synthesis;
   synthesis.duration_s = checked("command line", "--model-duration-s", options.model_duration_s, 0.1, 60.0);
   synthesis.sample_rate_hz = checked("command line", "--model-rate-hz", options.model_rate_hz, 1000.0, 768000.0);
   const modal::ModalModel model = modal::read_modal_model(path);
@@ -25,7 +25,7 @@ audio::Signal sound_of_model(const std::string& path, const RegressSoundOptions&
                      "--rayleigh-stiffness-s, --rayleigh-mass-per-s or --loss-factor");
   }
   audio::Signal sound =
-      modal::synthesise(model, decays, read_strikes(options.strikes, options.model_duration_s, model), synthesis);
+      stage::synthesise(model, decays, read_strikes(options.strikes, options.model_duration_s, model), synthesis);
   const double peak = sound.samples.cwiseAbs().maxCoeff();
   if (!(peak > 0.0)) throw InputError(path, "the strikes excite no mode");
   sound.samples *= 0.5 / peak;

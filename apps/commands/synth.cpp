@@ -10,8 +10,9 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/sound/audio/sound_file.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
-#include "core/sound/stage/transfer_synthesis.hpp"
+#include "core/sound/stage/listener_file.hpp"
+#include "core/sound/stage/modal_voice.hpp"
+#include "core/sound/stage/radiating_voice.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
 
 namespace klang::apps {
@@ -43,41 +44,42 @@ struct EarSound {
 
 EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& model,
                        const acoustics::TransferModel& transfer, const Eigen::VectorXd& decays,
-                       const std::vector<modal::Strike>& strikes) {
+                       const std::vector<events::Strike>& strikes) {
   const Eigen::Vector3d centre = transfer.modes.front().multipole.centre_m;
-  const acoustics::ListenerPath path =
-      options.listener.empty()
-          ? acoustics::listener_at(acoustics::default_listener_m(transfer, 1.0), options.ears_m, centre)
-          : acoustics::read_listener_path(options.listener, options.ears_m, centre);
-  acoustics::TransferSynthesisOptions synthesis;
+  stage::Listener listener = options.listener.empty()
+                                 ? stage::listener_at(stage::default_listener_m(transfer, 1.0), options.ears_m, centre)
+                                 : stage::read_listener(options.listener, options.ears_m, centre);
+  listener.propagation_delay = options.delay;
+  stage::TransferSynthesisOptions synthesis;
   synthesis.sample_rate_hz = options.sample_rate_hz;
   synthesis.duration_s = options.duration_s;
-  synthesis.delay = options.delay;
-  synthesis.unit_transfer = options.unit_transfer;
+  synthesis.voice.unit_transfer = options.unit_transfer;
   if (options.device) {
-    synthesis.device = {true, *options.device == "default" ? std::string() : *options.device,
-                        options.precision == "single" ? acoustics::Precision::kSingle : acoustics::Precision::kDouble};
+    synthesis.voice.device = {
+        true, *options.device == "default" ? std::string() : *options.device,
+        options.precision == "single" ? acoustics::Precision::kSingle : acoustics::Precision::kDouble};
   }
-  const acoustics::TransferSynthesisResult result =
-      acoustics::synthesise_at_ears(model, transfer, decays, strikes, path, synthesis);
-  if (!result.message.empty()) warn(result.message);
-  if (result.n_modes_without_transfer > 0) {
-    warn(std::to_string(result.n_modes_without_transfer) + " mode(s) of the model have no transfer and are silent");
+  const stage::TransferSynthesisResult result =
+      stage::synthesise_at_ears(model, transfer, decays, strikes, listener, synthesis);
+  const stage::RadiatingVoice::Report& report = result.heard;
+  if (!report.message.empty()) warn(report.message);
+  if (report.n_modes_without_transfer > 0) {
+    warn(std::to_string(report.n_modes_without_transfer) + " mode(s) of the model have no transfer and are silent");
   }
-  EarSound heard{result.sound_pa, nlohmann::json::object()};
-  const Eigen::Vector3d start = path.head_m(0.0);
-  heard.json = {{"file", options.transfer},
-                {"device", result.device_name},
+  EarSound sound{result.sound_pa, nlohmann::json::object()};
+  const Eigen::Vector3d start = listener.centre_m(0.0);
+  sound.json = {{"file", options.transfer},
+                {"device", report.device_name},
                 {"delay", options.delay},
                 {"unit_transfer", options.unit_transfer},
-                {"n_ears", path.stereo() ? 2 : 1},
-                {"listener_moves", path.moves()},
+                {"n_ears", listener.stereo() ? 2 : 1},
+                {"listener_moves", listener.moves()},
                 {"listener_at_start_m", {start.x(), start.y(), start.z()}},
-                {"n_modes_heard", result.n_modes_heard},
-                {"n_modes_without_transfer", result.n_modes_without_transfer},
-                {"n_modes_too_high", result.n_modes_too_high}};
-  if (!options.unit_transfer) heard.json["peak_pressure_pa"] = result.sound_pa.samples.cwiseAbs().maxCoeff();
-  return heard;
+                {"n_modes_heard", report.n_modes_heard},
+                {"n_modes_without_transfer", report.n_modes_without_transfer},
+                {"n_modes_too_high", report.n_modes_too_high}};
+  if (!options.unit_transfer) sound.json["peak_pressure_pa"] = result.sound_pa.samples.cwiseAbs().maxCoeff();
+  return sound;
 }
 
 int run_synth(const SynthOptions& options, const CommonOptions& common) {
@@ -88,12 +90,12 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   checked("command line", "--peak-db", options.peak_db_re_full_scale, -120.0, 0.0);
   const modal::ModalModel model = modal::read_modal_model(options.model);
   const auto strikes = read_strikes(options.strikes, options.duration_s, model);
-  modal::SynthesisOptions synthesis;
+  stage::SynthesisOptions synthesis;
   synthesis.sample_rate_hz = options.sample_rate_hz;
   synthesis.duration_s = options.duration_s;
   Eigen::VectorXd decays = decay_per_s(options.damping, model);
   std::vector<std::filesystem::path> inputs = {options.model};
-  EarSound heard;
+  EarSound at_ears;
   if (!options.transfer.empty()) {
     const acoustics::TransferModel transfer = acoustics::read_transfer_model(options.transfer);
     acoustics::check_belongs(transfer, model, options.transfer);
@@ -103,10 +105,10 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
     }
     inputs.emplace_back(options.transfer);
     if (!options.listener.empty()) inputs.emplace_back(options.listener);
-    heard = sound_at_ears(options, model, transfer, decays, strikes);
+    at_ears = sound_at_ears(options, model, transfer, decays, strikes);
   }
   audio::Signal sound =
-      options.transfer.empty() ? modal::synthesise(model, decays, strikes, synthesis) : heard.sound_pa;
+      options.transfer.empty() ? stage::synthesise(model, decays, strikes, synthesis) : at_ears.sound_pa;
   const double peak = sound.samples.cwiseAbs().maxCoeff();
   if (!(peak > 0.0)) throw NumericalError("synth: the strikes excite no mode of this model");
   const double gain = std::pow(10.0, options.peak_db_re_full_scale / 20.0) / peak;
@@ -122,7 +124,7 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
                                        {"radiation_damping", options.radiation_damping}},
                                       inputs);
   json["gain"] = gain;
-  if (!options.transfer.empty()) json["transfer"] = heard.json;
+  if (!options.transfer.empty()) json["transfer"] = at_ears.json;
   const Eigen::VectorXd frequency_hz = model.frequency_hz();
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
     json["modes"].push_back({{"index", i}, {"frequency_hz", frequency_hz[i]}, {"decay_per_s", decays[i]}});

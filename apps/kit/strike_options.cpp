@@ -2,7 +2,7 @@
 
 #include "apps/kit/body_options.hpp"
 #include "core/foundation/base/errors.hpp"
-#include "core/geometry/mesh/quality.hpp"
+#include "core/sound/stage/oscillator_bank.hpp"
 
 namespace klang::apps {
 
@@ -33,9 +33,9 @@ Eigen::VectorXd decay_per_s(const DampingOptions& damping, const modal::ModalMod
          0.5 * damping.loss_factor * model.angular_frequency_rad_s;
 }
 
-std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s,
-                                        const modal::ModalModel& model) {
-  std::vector<modal::Strike> strikes;
+std::vector<events::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s,
+                                         const modal::ModalModel& model) {
+  std::vector<events::Strike> strikes;
   for (const std::string& text : texts) {
     auto values = parse_assignments("--strike", text);
     const auto take = [&](const char* name, double fallback) {
@@ -45,13 +45,14 @@ std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, d
       values.erase(found);
       return checked("--strike", name, value, -1e6, 1e6);
     };
-    modal::Strike strike;
+    events::Strike strike;
+    strike.shape = events::PulseShape::kGaussian;
     strike.time_s = checked("--strike", "time_s", take("time_s", 0.0), 0.0, duration_s);
     const double x_m = take("x_m", 0.0), y_m = take("y_m", 0.0), z_m = take("z_m", 0.0);
-    strike.node = mesh::nearest_surface_node(model.mesh, {x_m, y_m, z_m});
+    strike.point_m = {x_m, y_m, z_m};
     const double fx = take("fx_n_s", 0.0), fy = take("fy_n_s", 0.0), fz = take("fz_n_s", 0.0);
     strike.impulse_n_s = {fx, fy, fz};
-    strike.contact_duration_s = checked("--strike", "contact_s", take("contact_s", 0.0), 0.0, 0.1);
+    strike.duration_s = checked("--strike", "contact_s", take("contact_s", 0.0), 0.0, 0.1);
     if (!values.empty()) {
       throw InputError("--strike", "has an unknown name", values.begin()->first,
                        "time_s, x_m, y_m, z_m, fx_n_s, fy_n_s, fz_n_s, contact_s");
@@ -66,12 +67,13 @@ std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, d
     Eigen::Index thin = 0, along = 0;
     size.minCoeff(&thin);
     size.maxCoeff(&along);
-    modal::Strike strike;
+    events::Strike strike;
+    strike.shape = events::PulseShape::kGaussian;
     Eigen::Vector3d end = (low + 0.5 * size).transpose();
     end[along] = low[along] + size[along];
-    strike.node = mesh::nearest_surface_node(model.mesh, end);
+    strike.point_m = end;
     strike.impulse_n_s[thin] = 1.0;
-    strike.contact_duration_s = 2e-5;
+    strike.duration_s = 2e-5;
     strikes.push_back(strike);
   }
   return strikes;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/physics/events/impulse.hpp"
 #include "core/physics/modal/modal_model.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
 
 /// How a modal model is made to sound: options of the subcommands that do so.
 namespace klang::apps {
@@ -24,7 +24,7 @@ void add_strike_option(CLI::App& app, std::vector<std::string>& strikes);
 Eigen::VectorXd decay_per_s(const DampingOptions& damping, const modal::ModalModel& model);
 
 /// Strikes from --strike texts; without one, a unit impulse across the body's thinnest direction at its far end.
-std::vector<modal::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s,
-                                        const modal::ModalModel& model);
+std::vector<events::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s,
+                                         const modal::ModalModel& model);
 
 }  // namespace klang::apps

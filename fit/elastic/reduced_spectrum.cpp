@@ -11,7 +11,7 @@
 #include "core/geometry/mesh/quality.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
+#include "core/sound/stage/surface_coupling.hpp"
 #include "fit/elastic/elastic_blocks.hpp"
 
 namespace klang::fit {
@@ -70,7 +70,7 @@ SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& mat
 }
 
 Eigen::VectorXd mode_visibility(const modal::ModalModel& model) {
-  const Eigen::VectorXd coupling = modal::surface_coupling(model).cwiseQuotient(model.frequency_hz());
+  const Eigen::VectorXd coupling = stage::surface_coupling(model).cwiseQuotient(model.frequency_hz());
   const double largest = coupling.size() ? coupling.maxCoeff() : 0.0;
   return largest > 0.0 ? Eigen::VectorXd(coupling / largest) : Eigen::VectorXd::Ones(coupling.size());
 }

@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/sound/audio/nyquist.hpp"
 #include "core/sound/audio/sound_level.hpp"
 
 namespace klang::fit {
 namespace {
-
-constexpr double kUsableRate = 0.45;
-constexpr double kInaudibleNeper = 60.0;  // also keeps the samples clear of denormal numbers, which are slow
 
 /// All measures in one order, the partials' last.
 std::array<double, 6> measures(const ProxyErrors& e) {
@@ -40,36 +37,9 @@ Voice with_gain(Voice voice, double gain) {
 }
 
 audio::Signal voice_sound(const Voice& voice, double duration_s, double sample_rate_hz) {
-  constexpr Eigen::Index kLanes = 8;  // samples in a row, each with its own state: independent products
-  audio::Signal sound;
-  const auto n = static_cast<Eigen::Index>(std::llround(duration_s * sample_rate_hz));
-  sound.sample_rate_hz = sample_rate_hz;
-  sound.samples = decltype(sound.samples)::Zero(n, 1);
-  double* out = sound.samples.data();
-  for (const VoicePartial& p : voice) {
-    if (!(p.frequency_hz < kUsableRate * sample_rate_hz)) continue;
-    const std::complex<double> rate(-p.decay_per_s / sample_rate_hz, 2.0 * kPi * p.frequency_hz / sample_rate_hz);
-    const std::complex<double> step = std::exp(rate * static_cast<double>(kLanes));
-    std::array<double, kLanes> re{}, im{};
-    for (Eigen::Index i = 0; i < kLanes; ++i) {
-      const std::complex<double> state = p.amplitude * std::exp(rate * static_cast<double>(i));
-      re[static_cast<std::size_t>(i)] = state.real();
-      im[static_cast<std::size_t>(i)] = state.imag();
-    }
-    const double end = kInaudibleNeper * sample_rate_hz / std::max(p.decay_per_s, 1e-300);
-    const auto last = static_cast<Eigen::Index>(std::min(end, static_cast<double>(n)));
-    const double a = step.real(), b = step.imag();
-    for (Eigen::Index start = 0; start < last; start += kLanes) {
-      const Eigen::Index count = std::min(kLanes, n - start);
-      for (Eigen::Index i = 0; i < count; ++i) out[start + i] += im[static_cast<std::size_t>(i)];
-      for (std::size_t i = 0; i < kLanes; ++i) {
-        const double x = re[i] * a - im[i] * b;
-        im[i] = re[i] * b + im[i] * a;
-        re[i] = x;
-      }
-    }
-  }
-  return sound;
+  stage::PartialsVoice partials(voice);
+  stage::Voice* const voices[] = {&partials};
+  return stage::render({}, voices, stage::Listener::without_place(), {sample_rate_hz, duration_s});
 }
 
 bool no_worse(const ProxyErrors& now, const ProxyErrors& before) {
@@ -98,7 +68,7 @@ TargetSound::TargetSound(Voice target, int n_partials, double duration_s, double
       n_partials_(static_cast<std::size_t>(n_partials)),
       duration_s_(duration_s),
       sample_rate_hz_(sample_rate_hz) {
-  options_.band.high_hz = std::min(options_.band.high_hz, kUsableRate * sample_rate_hz);
+  options_.band.high_hz = std::min(options_.band.high_hz, audio::highest_compared_hz(sample_rate_hz));
   const audio::Signal sound = voice_sound(target_, duration_s_, sample_rate_hz_);
   frames_ = audio::frame_powers(sound, options_.band, options_);
   energies_ = audio::band_energies(sound, options_.band);

@@ -5,19 +5,18 @@
 
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/audio/spectral_distance.hpp"
+#include "core/sound/stage/partials_voice.hpp"
 
 namespace klang::fit {
 
-/// Decaying partials: amplitude exp(-decay t) sin(2 pi frequency t).
-struct VoicePartial {
-  double frequency_hz = 0.0, decay_per_s = 0.0, amplitude = 0.0;
-};
+/// What a body sounds of.
+using VoicePartial = stage::Partial;
 using Voice = std::vector<VoicePartial>;
 
 /// The same partials, all amplitudes times gain.
 Voice with_gain(Voice voice, double gain);
 
-/// Partials above 0.45 of the rate are left out; a partial ends where it has fallen by 60 neper (521 dB).
+/// render() with a stage::PartialsVoice.
 audio::Signal voice_sound(const Voice& voice, double duration_s, double sample_rate_hz);
 
 /// How far a proxy lies from its target; every measure is 0 for the same sound.

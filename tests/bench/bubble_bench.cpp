@@ -8,6 +8,7 @@
 namespace {
 
 using namespace klang::bubble;
+using namespace klang::stage;
 
 BubbleScene scene_of(int count, double seconds, const char* rise) {
   return parse_bubble_scene(

@@ -14,16 +14,16 @@ void BM_OscillatorBank_render(benchmark::State& state) {
   const auto n_modes = static_cast<std::size_t>(state.range(0));
   const Eigen::Index n_frames = state.range(1) * 48000 / 1000;
   RandomStream random(1, 0);
-  std::vector<modal::Oscillator> oscillators;
+  std::vector<stage::Oscillator> oscillators;
   for (std::size_t i = 0; i < n_modes; ++i) {
     oscillators.push_back({2 * kPi * random.uniform(30.0, 20000.0), random.uniform(0.5, 50.0), 1.0});
   }
   const double contact_s = static_cast<double>(state.range(2)) * 1e-6;
-  const std::vector<modal::ModalImpulse> impulses = {
+  const std::vector<stage::ModalImpulse> impulses = {
       {0.01, Eigen::VectorXd::Ones(static_cast<Eigen::Index>(n_modes)), contact_s}};
   set_thread_count(1);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(modal::render(oscillators, impulses, kRate, n_frames));
+    benchmark::DoNotOptimize(stage::oscillation(oscillators, impulses, kRate, n_frames));
   }
   set_thread_count(0);
   const auto frames = static_cast<double>(n_frames) * static_cast<double>(state.iterations());

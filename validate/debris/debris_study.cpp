@@ -15,10 +15,11 @@
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "core/physics/modal/polynomial_modes.hpp"
+#include "core/sound/audio/nyquist.hpp"
 #include "core/sound/audio/spectral_distance.hpp"
 #include "core/sound/soundbank/proxy.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
+#include "core/sound/stage/modal_voice.hpp"
 #include "core/sound/transfer/radiate.hpp"
 #include "core/sound/transfer/transfer_evaluation.hpp"
 
@@ -45,15 +46,17 @@ class StageClock {
   double start_s_;
 };
 
-/// Where a piece is struck and heard, in its own frame.
-struct PieceStrike {
-  Eigen::Vector3d at_m, impulse_n_s, listener_m;  ///< the listener from the centre of mass
-  double onset_s = 0.0;
+/// How a piece is struck and heard, in its own frame.
+struct Scene {
+  events::Strike strike;
+  Eigen::Vector3d listener_m;  ///< from the centre of mass
+  double onset_s = 0.0;        ///< in the mix
 };
 
-/// What rings: one row per mode, by frequency.
+/// What rings, a row for each mode by frequency, and how loud: |p_i| at the listener for unit modal velocity.
 struct Ringing {
-  Eigen::VectorXd omega, decay, impulse, pressure_pa;  ///< |p_i| at the listener for unit modal velocity
+  Eigen::VectorXd omega, decay, pressure_pa;
+  stage::ModalPush push;
 };
 
 Eigen::Vector3d random_direction(RandomStream& random) {
@@ -61,7 +64,7 @@ Eigen::Vector3d random_direction(RandomStream& random) {
   return v.normalized();
 }
 
-PieceStrike random_strike(const mesh::SurfaceMesh& surface, const DebrisStudyOptions& o, std::uint64_t stream) {
+Scene random_scene(const mesh::SurfaceMesh& surface, const DebrisStudyOptions& o, std::uint64_t stream) {
   RandomStream random(o.debris.seed, 1000 + stream);
   std::vector<double> upto;
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
@@ -76,40 +79,44 @@ PieceStrike random_strike(const mesh::SurfaceMesh& surface, const DebrisStudyOpt
                         b = surface.vertices_m.row(surface.triangles(t, 1)),
                         c = surface.vertices_m.row(surface.triangles(t, 2));
   const double root = std::sqrt(random.uniform()), part = random.uniform();
-  PieceStrike strike;
-  strike.at_m = (1.0 - root) * a + root * (1.0 - part) * b + root * part * c;
+  Scene scene;
+  scene.strike.shape = events::PulseShape::kGaussian;
+  scene.strike.duration_s = o.contact_duration_s;
+  scene.strike.point_m = (1.0 - root) * a + root * (1.0 - part) * b + root * part * c;
   const Eigen::Vector3d inward = -(b - a).cross(c - a).normalized();
   const double tilt = o.friction_deg * kPi / 180.0 * std::sqrt(random.uniform()), turn = 2.0 * kPi * random.uniform();
   const Eigen::Vector3d e = inward.unitOrthogonal(), f = inward.cross(e);
-  strike.impulse_n_s =
+  scene.strike.impulse_n_s =
       o.impulse_n_s * (std::cos(tilt) * inward + std::sin(tilt) * (std::cos(turn) * e + std::sin(turn) * f));
-  strike.listener_m = o.listener_m * random_direction(random);
-  strike.onset_s = o.mix_s * random.uniform();
-  return strike;
+  scene.listener_m = o.listener_m * random_direction(random);
+  scene.onset_s = o.mix_s * random.uniform();
+  return scene;
 }
 
 /// SB eq. 8. @return Pa
-Eigen::VectorXd sound_of(const Ringing& r, const DebrisStudyOptions& o) {
-  std::vector<modal::Oscillator> oscillators;
-  for (Eigen::Index i = 0; i < r.omega.size(); ++i)
-    oscillators.push_back({r.omega[i], r.decay[i], r.pressure_pa[i] * r.omega[i]});
-  return modal::render(oscillators, {{0.0, r.impulse, o.contact_duration_s}}, o.sample_rate_hz,
-                       static_cast<Eigen::Index>(std::llround(o.duration_s * o.sample_rate_hz)));
+Eigen::VectorXd sound_of(const Ringing& r, const events::Strike& strike, const DebrisStudyOptions& o) {
+  stage::ModalVoice voice(0, {r.omega, r.decay, r.pressure_pa.cwiseProduct(r.omega), r.push});
+  stage::Voice* const voices[] = {&voice};
+  return stage::render(stage::log_of({strike}), voices, stage::Listener::without_place(),
+                       {o.sample_rate_hz, o.duration_s})
+      .samples;
 }
 
-fit::Voice voice_of(const Ringing& r, const DebrisStudyOptions& o) {
+fit::Voice voice_of(const Ringing& r, const events::Strike& strike) {
+  const Eigen::VectorXd impulse = r.push(strike.point_m, strike.impulse_n_s);
   fit::Voice voice;
   for (Eigen::Index i = 0; i < r.omega.size(); ++i) {
     const double w = r.omega[i], damped = std::sqrt(std::max(w * w - r.decay[i] * r.decay[i], 0.0));
-    const double pulse = std::exp(-0.5 * std::pow(w * o.contact_duration_s, 2));
-    voice.push_back({damped / (2.0 * kPi), r.decay[i], r.pressure_pa[i] * w * r.impulse[i] * pulse / damped});
+    const double pulse = std::exp(-0.5 * std::pow(w * strike.duration_s, 2));
+    voice.push_back({damped / (2.0 * kPi), r.decay[i], r.pressure_pa[i] * w * impulse[i] * pulse / damped});
   }
   return voice;
 }
 
 bool sounds(const Eigen::VectorXd& sound) { return sound.cwiseAbs().maxCoeff() > 0.0; }
 
-/// Edges of the elements: a part of the shortest wave, in bending as a plate of the body's smallest thickness or in shear.
+/// Edges of the elements: a part of the shortest wave, in bending as a plate of the body's smallest thickness or in
+/// shear.
 double element_edge_m(const mesh::MassProperties& body, const DebrisStudyOptions& o) {
   const Eigen::Vector3d moments = mesh::principal_moments(body);
   const double thickness = std::sqrt(12.0 * 0.5 * (moments[0] + moments[1] - moments[2]) / body.volume_m3);
@@ -135,8 +142,8 @@ class Study {
  private:
   /// What the bank needs once, before the first proxy: the polynomials of its shapes. @return processor time [s]
   double prepare() const;
-  PieceSound direct(const datasets::DebrisPiece& piece, const PieceStrike& strike, DebrisPieceResult& result);
-  PieceSound proxy(const datasets::DebrisPiece& piece, const PieceStrike& strike, DebrisPieceResult& result);
+  PieceSound direct(const datasets::DebrisPiece& piece, const Scene& scene, DebrisPieceResult& result);
+  PieceSound proxy(const datasets::DebrisPiece& piece, const Scene& scene, DebrisPieceResult& result);
   void curve(DebrisStudyResult& result, const std::vector<Eigen::VectorXd>& direct,
              const std::vector<Eigen::VectorXd>& by_proxy) const;
   audio::Signal mix(const DebrisStudyResult& result, const std::vector<const Eigen::VectorXd*>& sounds) const;
@@ -147,8 +154,8 @@ class Study {
   Monitor& monitor_;
 };
 
-PieceSound Study::direct(const datasets::DebrisPiece& piece, const PieceStrike& strike, DebrisPieceResult& result) {
-  PieceSound heard;
+PieceSound Study::direct(const datasets::DebrisPiece& piece, const Scene& scene, DebrisPieceResult& result) {
+  PieceSound sound;
   mesh::TetMesh mesh;
   modal::EigenResult modes;
   {
@@ -170,9 +177,9 @@ PieceSound Study::direct(const datasets::DebrisPiece& piece, const PieceStrike& 
   const modal::ModalModel& model = modes.model;
   result.n_modes = static_cast<int>(model.n_modes());
   if (result.n_modes > 0) result.lowest_direct_hz = model.frequency_hz()[0];
-  heard.sound_pa = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(std::llround(o_.duration_s * o_.sample_rate_hz)));
-  if (result.n_modes == 0) return heard;
-  Ringing& ringing = heard.ringing;
+  sound.sound_pa = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(std::llround(o_.duration_s * o_.sample_rate_hz)));
+  if (result.n_modes == 0) return sound;
+  Ringing& ringing = sound.ringing;
   {
     const StageClock clock(result.direct.transfer_s);
     acoustics::RadiateOptions radiate;
@@ -181,23 +188,24 @@ PieceSound Study::direct(const datasets::DebrisPiece& piece, const PieceStrike& 
     if (!transfer.usable()) throw NumericalError(piece.name + ": " + transfer.message);
     Eigen::MatrixXcd pressure;
     acoustics::TransferEvaluator(transfer.transfer)
-        .evaluate(mesh::mass_properties(piece.surface).centre_m + strike.listener_m, pressure);
+        .evaluate(mesh::mass_properties(piece.surface).centre_m + scene.listener_m, pressure);
     ringing.pressure_pa = Eigen::VectorXd::Zero(model.n_modes());
     for (std::size_t i = 0; i < transfer.transfer.modes.size(); ++i)
       ringing.pressure_pa[transfer.transfer.modes[i].mode] = std::abs(pressure(static_cast<Eigen::Index>(i), 0));
   }
   {
     const StageClock clock(result.direct.audio_s);
-    const mesh::SurfacePoint place = mesh::nearest_surface_point(model.mesh, strike.at_m);
     ringing.omega = model.angular_frequency_rad_s;
     ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
-    ringing.impulse = Eigen::VectorXd::Zero(model.n_modes());
+    const mesh::SurfacePoint place = mesh::nearest_surface_point(model.mesh, scene.strike.point_m);
+    Eigen::VectorXd push = Eigen::VectorXd::Zero(model.n_modes());
     for (std::size_t k = 0; k < place.nodes.size(); ++k)
-      ringing.impulse += place.weights[static_cast<Eigen::Index>(k)] *
-                         model.shapes.middleRows<3>(3 * place.nodes[k]).transpose() * strike.impulse_n_s;
-    heard.sound_pa = sound_of(ringing, o_);
+      push += place.weights[static_cast<Eigen::Index>(k)] * model.shapes.middleRows<3>(3 * place.nodes[k]).transpose() *
+              scene.strike.impulse_n_s;
+    ringing.push = [push](const Eigen::Vector3d&, const Eigen::Vector3d&) { return push; };
+    sound.sound_pa = sound_of(ringing, scene.strike, o_);
   }
-  return heard;
+  return sound;
 }
 
 double Study::prepare() const {
@@ -211,8 +219,8 @@ double Study::prepare() const {
   return spent_s;
 }
 
-PieceSound Study::proxy(const datasets::DebrisPiece& piece, const PieceStrike& strike, DebrisPieceResult& result) {
-  PieceSound heard;
+PieceSound Study::proxy(const datasets::DebrisPiece& piece, const Scene& scene, DebrisPieceResult& result) {
+  PieceSound sound;
   {
     const StageClock clock(result.proxy.lowest_s);
     result.lowest_hz = modal::lowest_frequency_hz(piece.surface, o_.material, {o_.polynomial_degree});
@@ -231,10 +239,10 @@ PieceSound Study::proxy(const datasets::DebrisPiece& piece, const PieceStrike& s
   result.clamped = found.clamped;
   result.cell_distance = found.cell_distance;
   const soundbank::Cell& cell = bank_.cells[static_cast<std::size_t>(found.cell)];
-  // The cell takes the size at which its own lowest mode has the body's frequency, so that kx is the right one; the partials are those of
-  // the body's shape, between the cells.
+  // The cell takes the size at which its own lowest mode has the body's frequency, so that kx is the right one; the
+  // partials are those of the body's shape, between the cells.
   const double scale = cell.modes.front().angular_frequency_rad_s / (2.0 * kPi * result.lowest_hz);
-  Ringing& ringing = heard.ringing;
+  Ringing& ringing = sound.ringing;
   std::vector<std::size_t> kept;  // modes of the cell that are heard
   std::vector<double> omega;
   {
@@ -258,7 +266,7 @@ PieceSound Study::proxy(const datasets::DebrisPiece& piece, const PieceStrike& s
     transfer.modes = std::move(radiating);
     ringing.pressure_pa = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kept.size()));
     Eigen::MatrixXcd pressure;
-    acoustics::TransferEvaluator(transfer).evaluate(frame.rotation * strike.listener_m, pressure);
+    acoustics::TransferEvaluator(transfer).evaluate(frame.rotation * scene.listener_m, pressure);
     for (std::size_t i = 0; i < transfer.modes.size(); ++i)
       ringing.pressure_pa[row[static_cast<std::size_t>(transfer.modes[i].mode)]] =
           std::abs(pressure(static_cast<Eigen::Index>(i), 0));
@@ -268,21 +276,22 @@ PieceSound Study::proxy(const datasets::DebrisPiece& piece, const PieceStrike& s
     ringing.omega = Eigen::Map<const Eigen::VectorXd>(omega.data(), static_cast<Eigen::Index>(omega.size()));
     ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
     const soundbank::EllipsoidModes modes = soundbank::cell_modes(bank_, found.cell, scale);
-    const Eigen::Vector3d force = frame.rotation * strike.impulse_n_s;
+    const Eigen::Vector3d force = frame.rotation * scene.strike.impulse_n_s;
     const Eigen::Vector3d contact =
         o_.contact == ProxyContact::kNormal
             ? soundbank::point_of_normal(modes.axes_m(), -force)
-            : soundbank::point_of_place(modes.axes_m(), frame.rotation * (strike.at_m - body.centre_m), frame.moments,
-                                        body.volume_m3);
+            : soundbank::point_of_place(modes.axes_m(), frame.rotation * (scene.strike.point_m - body.centre_m),
+                                        frame.moments, body.volume_m3);
     const Eigen::Vector3d xi = contact.cwiseQuotient(modes.axes_m());
-    ringing.impulse.resize(static_cast<Eigen::Index>(kept.size()));
+    Eigen::VectorXd push(static_cast<Eigen::Index>(kept.size()));
     for (std::size_t k = 0; k < kept.size(); ++k)
-      ringing.impulse[static_cast<Eigen::Index>(k)] = modes.shape_at(cell.modes[kept[k]].id, xi).col(0).dot(force);
-    heard.sound_pa = sound_of(ringing, o_);
+      push[static_cast<Eigen::Index>(k)] = modes.shape_at(cell.modes[kept[k]].id, xi).col(0).dot(force);
+    ringing.push = [push](const Eigen::Vector3d&, const Eigen::Vector3d&) { return push; };
+    sound.sound_pa = sound_of(ringing, scene.strike, o_);
   }
   result.n_proxy_modes = static_cast<int>(kept.size());
   result.bank_too_short = kept.size() == cell.modes.size();
-  return heard;
+  return sound;
 }
 
 audio::Signal Study::mix(const DebrisStudyResult& result, const std::vector<const Eigen::VectorXd*>& sounds) const {
@@ -357,20 +366,21 @@ DebrisStudyResult Study::run(const std::vector<datasets::DebrisPiece>& pieces) {
     if (!(o_.listener_m > 2.0 * radius))
       throw InputError("debris study", "listener_m", to_text(o_.listener_m),
                        "more than " + to_text(2.0 * radius) + ", twice the radius of " + piece.name);
-    const PieceStrike strike = random_strike(piece.surface, o_, i);
+    const Scene scene = random_scene(piece.surface, o_, i);
     DebrisPieceResult row;
     row.name = piece.name;
     row.volume_m3 = piece.volume_m3;
-    row.onset_s = strike.onset_s;
+    row.onset_s = scene.onset_s;
     PieceSound by_proxy;
-    for (int k = 0; k < o_.proxy_repeats; ++k) by_proxy = proxy(piece, strike, row);
+    for (int k = 0; k < o_.proxy_repeats; ++k) by_proxy = proxy(piece, scene, row);
     for (double* stage : {&row.proxy.lowest_s, &row.proxy.retrieval_s, &row.proxy.transfer_s, &row.proxy.audio_s})
       *stage /= o_.proxy_repeats;
-    PieceSound heard = direct(piece, strike, row);
-    if (sounds(heard.sound_pa) && by_proxy.sound_pa.size() > 0 && sounds(by_proxy.sound_pa))
-      row.errors = fit::TargetSound(voice_of(heard.ringing, o_), o_.n_partials, o_.duration_s, o_.sample_rate_hz)
-                       .errors(voice_of(by_proxy.ringing, o_));
-    direct_sounds.push_back(std::move(heard.sound_pa));
+    PieceSound directly = direct(piece, scene, row);
+    if (sounds(directly.sound_pa) && by_proxy.sound_pa.size() > 0 && sounds(by_proxy.sound_pa))
+      row.errors =
+          fit::TargetSound(voice_of(directly.ringing, scene.strike), o_.n_partials, o_.duration_s, o_.sample_rate_hz)
+              .errors(voice_of(by_proxy.ringing, scene.strike));
+    direct_sounds.push_back(std::move(directly.sound_pa));
     proxy_sounds.push_back(std::move(by_proxy.sound_pa));
     result.pieces.push_back(std::move(row));
   }
@@ -387,8 +397,9 @@ DebrisStudyResult Study::run(const std::vector<datasets::DebrisPiece>& pieces) {
 void DebrisStudyOptions::validate() const {
   solid::validate(material);
   std::vector<Violation> violations = violations_of(*this);
-  if (highest_hz > 0.45 * sample_rate_hz)
-    violations.push_back(out_of_range("highest_hz", highest_hz, between(1000.0, 0.45 * sample_rate_hz)));
+  if (highest_hz > audio::highest_compared_hz(sample_rate_hz))
+    violations.push_back(
+        out_of_range("highest_hz", highest_hz, between(1000.0, audio::highest_compared_hz(sample_rate_hz))));
   if (rayleigh_mass_per_s == 0.0 && rayleigh_stiffness_s == 0.0)
     violations.push_back({"rayleigh_mass_per_s", "and rayleigh_stiffness_s must not both be 0", ""});
   throw_violations("debris study", std::move(violations));

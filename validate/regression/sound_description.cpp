@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/sound/audio/fft.hpp"
+#include "core/sound/audio/nyquist.hpp"
 #include "core/sound/audio/strikes.hpp"
 #include "fit/ringdown/ringdown.hpp"
 
@@ -13,7 +14,6 @@ namespace {
 
 constexpr const char* kPlace = "sound";
 constexpr int kLastThird = 12;          // 15.8 kHz
-constexpr double kUsableRate = 0.45;    // above it converters and resamplers differ
 constexpr double kHannBandwidth = 1.5;  // equivalent noise bandwidth in bins
 
 /// Edge below band i (of a twelfth octave), i may be the number of bands.
@@ -68,7 +68,8 @@ Fingerprint fingerprint(const Eigen::VectorXd& x, const Eigen::VectorXd& rest, d
                         double duration_s) {
   Fingerprint result;
   int last_third = kLastThird;
-  while (last_third > result.first_third && audio::ThirdOctave{last_third}.high_hz() > kUsableRate * rate) --last_third;
+  while (last_third > result.first_third && audio::ThirdOctave{last_third}.high_hz() > audio::highest_compared_hz(rate))
+    --last_third;
   const Eigen::Index n_bands = 4 * (last_third - result.first_third + 1);
   const auto n_frames = std::max<Eigen::Index>(
       1, static_cast<Eigen::Index>(std::floor((duration_s - result.window_s) / result.hop_s)) + 1);
@@ -151,7 +152,7 @@ SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& 
   audio::Signal mono{loudest_channel(sound), rate, sound.origin};
 
   fit::RingdownOptions ringdown;
-  ringdown.band = {options.band.low_hz, std::min(options.band.high_hz, kUsableRate * rate)};
+  ringdown.band = {options.band.low_hz, std::min(options.band.high_hz, audio::highest_compared_hz(rate))};
   ringdown.min_snr_db = options.min_snr_db;
   const fit::RingdownResult found = fit::identify_ringdown(mono, ringdown, monitor);
   if (!found.usable()) throw InputError(sound.origin, "has no partial above the noise", found.message);

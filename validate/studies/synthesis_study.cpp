@@ -1,22 +1,25 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <complex>
 #include <functional>
 
 #include "core/foundation/base/conventions.hpp"
-#include "core/foundation/base/stopwatch.hpp"
 #include "core/sound/stage/oscillator_bank.hpp"
 #include "validate/studies/studies.hpp"
 
 namespace klang::validate {
 namespace {
 
-using modal::ModalImpulse;
-using modal::Oscillator;
+using Clock = std::chrono::steady_clock;
+using stage::ModalImpulse;
+using stage::Oscillator;
 
 constexpr double kDuration_s = 0.25;
 constexpr double kStrike_s = 0.0123456789;  // between two samples at every rate
 constexpr double kContact_s = 2e-3;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// All damping regimes; frequencies below half the lowest rate.
 std::vector<Oscillator> regimes() {
@@ -55,7 +58,7 @@ double relative_error(const Eigen::VectorXd& z, double rate_hz, Eigen::Index fir
 }
 
 Eigen::VectorXd response(const Oscillator& o, const std::vector<ModalImpulse>& impulses, double rate_hz) {
-  return modal::render({o}, impulses, rate_hz, static_cast<Eigen::Index>(std::llround(kDuration_s * rate_hz)));
+  return stage::oscillation({o}, impulses, rate_hz, static_cast<Eigen::Index>(std::llround(kDuration_s * rate_hz)));
 }
 
 ModalImpulse unit_impulse(double time_s, double impulse, double contact_duration_s = 0.0) {
@@ -195,12 +198,12 @@ Study synthesis_study(const StudyOptions& options, Monitor& monitor) {
       monitor.progress(plan.series.title,
                        (static_cast<double>(k) + static_cast<double>(i) / static_cast<double>(n_levels)) /
                            static_cast<double>(plans.size()));
-      const Stopwatch watch;
+      const auto start = Clock::now();
       Level level;
       level.n = plan.rates[i];
       level.error = plan.error(plan.rates[i]);
       level.n_unknowns = kDuration_s * plan.rates[i];
-      level.wall_time_s = watch.seconds();
+      level.wall_time_s = seconds_since(start);
       plan.series.levels.push_back(level);
     }
     study.series.push_back(std::move(plan.series));

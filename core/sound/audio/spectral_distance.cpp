@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/sound/audio/nyquist.hpp"
 #include "core/sound/audio/resample.hpp"
 #include "core/sound/audio/stft.hpp"
 
@@ -12,7 +13,6 @@ namespace {
 
 constexpr const char* kPlace = "spectral distance";
 // libsamplerate passes up to 0.48 of the lower rate; the transition is left out.
-constexpr double kUsableRate = 0.45;
 
 double mel(double frequency_hz) { return 2595.0 * std::log10(1.0 + frequency_hz / 700.0); }
 
@@ -143,7 +143,7 @@ SpectralDistance spectral_distance(const Signal& reference, const Signal& sound,
                                    const SpectralDistanceOptions& options) {
   options.validate();
   const double rate = std::min(reference.sample_rate_hz, sound.sample_rate_hz);
-  const Band band{options.band.low_hz, std::min(options.band.high_hz, kUsableRate * rate)};
+  const Band band{options.band.low_hz, std::min(options.band.high_hz, highest_compared_hz(rate))};
   if (!(band.low_hz < band.high_hz))
     throw InputError(kPlace, "no common band", to_text(band.low_hz) + " to " + to_text(band.high_hz) + " Hz");
   const BandEnergies expected = band_energies(reference, band), found = band_energies(sound, band);

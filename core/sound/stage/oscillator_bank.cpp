@@ -16,7 +16,7 @@
 // The samples of all blocks and modes are then one matrix product, (256 x 2 modes) times (2 modes x blocks),
 // in double. Nothing drifts: no error survives a block boundary but that of the extended-precision powers
 // (1e-19 each).
-namespace klang::modal {
+namespace klang::stage {
 namespace {
 
 using detail::Column;
@@ -184,13 +184,8 @@ void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::si
 
 }  // namespace
 
-Eigen::VectorXd rayleigh_decay_per_s(const Eigen::VectorXd& angular_frequency_rad_s, double rayleigh_stiffness_s,
-                                     double rayleigh_mass_per_s) {
-  return 0.5 * (rayleigh_stiffness_s * angular_frequency_rad_s.array().square() + rayleigh_mass_per_s);
-}
-
-Eigen::VectorXd render(const std::vector<Oscillator>& oscillators, const std::vector<ModalImpulse>& impulses,
-                       double sample_rate_hz, Eigen::Index n_frames) {
+Eigen::VectorXd oscillation(const std::vector<Oscillator>& oscillators, const std::vector<ModalImpulse>& impulses,
+                            double sample_rate_hz, Eigen::Index n_frames) {
   check_inputs(oscillators, impulses, sample_rate_hz, n_frames);
   Eigen::VectorXd output = Eigen::VectorXd::Zero(n_frames);
   const std::vector<Event> events = events_of(impulses, sample_rate_hz, static_cast<std::size_t>(n_frames));
@@ -211,6 +206,15 @@ Eigen::VectorXd render(const std::vector<Oscillator>& oscillators, const std::ve
     for (std::size_t part = 0; part < n_parts; ++part) output += parts[part];
   }
   return output;
+}
+
+}  // namespace klang::stage
+
+namespace klang::modal {
+
+Eigen::VectorXd rayleigh_decay_per_s(const Eigen::VectorXd& angular_frequency_rad_s, double rayleigh_stiffness_s,
+                                     double rayleigh_mass_per_s) {
+  return 0.5 * (rayleigh_stiffness_s * angular_frequency_rad_s.array().square() + rayleigh_mass_per_s);
 }
 
 }  // namespace klang::modal

@@ -8,8 +8,19 @@
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/sound/stage/bubble_scene.hpp"
 
-namespace klang::bubble {
+namespace klang::stage {
 namespace {
+
+using bubble::BubbleMedium;
+using bubble::BubbleMotion;
+using bubble::BubbleTheory;
+using bubble::kLargestRadiusM;
+using bubble::kSmallestRadiusM;
+using bubble::PitchKind;
+using bubble::RiseKind;
+using bubble::RiseOptions;
+using bubble::TimeSeries;
+using bubble::TransferSeries;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxBubbles = 1'000'000;
@@ -148,13 +159,13 @@ std::shared_ptr<const BubbleMotion> read_path(const TomlTable& table, const std:
   const std::filesystem::path file = base / table.text(key);
   static constexpr std::string_view kPlaces[] = {"x_m", "y_m", "z_m"}, kPhi[] = {"phi_m"};
   const TimeSeries series = located(table.place(key), [&] {
-    return path ? read_time_series(file, kPlaces, kPhi, true) : read_time_series(file, kPhi, {}, true);
+    return path ? bubble::read_time_series(file, kPlaces, kPhi, true) : bubble::read_time_series(file, kPhi, {}, true);
   });
   if (series.times_s.front() > birth_s) {
     throw InputError(table.place(key), file.string() + " starts after the bubble's birth",
                      to_text(series.times_s.front()) + " s", "up to " + to_text(birth_s) + " s");
   }
-  SampledMotion samples;
+  bubble::SampledMotion samples;
   samples.cutoff_hz = table.number("phi_lowpass_hz", samples.cutoff_hz);
   for (std::size_t i = 0; i < series.times_s.size(); ++i) {
     samples.times_s.push_back(series.times_s[i] - birth_s);
@@ -162,7 +173,7 @@ std::shared_ptr<const BubbleMotion> read_path(const TomlTable& table, const std:
   }
   samples.phi_m = series.columns[path ? 3 : 0];
   if (!path) samples.positions_m = {table.vector("position_m")};
-  const auto motion = sampled_motion(std::move(samples));
+  const auto motion = bubble::sampled_motion(std::move(samples));
   if (!(motion->phi_m(0.0).v < 0.0)) {
     throw InputError(table.place(key), file.string() + ": the bubble is not in the liquid at its birth",
                      "phi = " + to_text(motion->phi_m(0.0).v) + " m", "below 0");
@@ -185,18 +196,19 @@ SceneBubble read_bubble(const TomlTable& table, const std::filesystem::path& bas
     const RiseOptions rise = read_rise(table);
     const Eigen::Vector3d position = table.vector("position_m");
     bubble.motion = located(table.place("position_m"),
-                            [&] { return analytic_rise(position, bubble.radius_m, rise, scene.medium); });
+                            [&] { return bubble::analytic_rise(position, bubble.radius_m, rise, scene.medium); });
   }
   if (table.has("transfer_file")) {
     const std::filesystem::path file = base / table.text("transfer_file");
     std::shared_ptr<const TransferSeries>& transfer = files[file];
     if (!transfer) {
       transfer = located(table.place("transfer_file"),
-                         [&] { return std::make_shared<const TransferSeries>(read_transfer_series(file)); });
+                         [&] { return std::make_shared<const TransferSeries>(bubble::read_transfer_series(file)); });
     }
     bubble.transfer = transfer;
   }
-  located(table.place("radius_m"), [&] { return bubble_oscillation(bubble.radius_m, scene.medium, scene.theory); });
+  located(table.place("radius_m"),
+          [&] { return bubble::bubble_oscillation(bubble.radius_m, scene.medium, scene.theory); });
   return bubble;
 }
 
@@ -225,7 +237,8 @@ void add_population(const TomlTable& table, std::uint64_t seed, std::uint64_t nu
                      "box_low_m up to z below 0");
   const double strength_std_db = table.number("strength_std_db", 0.0);
   const RiseOptions rise = read_rise(table);
-  located(table.place("smallest_radius_m"), [&] { return bubble_oscillation(smallest, scene.medium, scene.theory); });
+  located(table.place("smallest_radius_m"),
+          [&] { return bubble::bubble_oscillation(smallest, scene.medium, scene.theory); });
   for (std::size_t i = 0; i < count; ++i) {
     RandomStream random(seed, (number << 32) | i);
     SceneBubble bubble;
@@ -243,7 +256,7 @@ void add_population(const TomlTable& table, std::uint64_t seed, std::uint64_t nu
     Eigen::Vector3d position;
     for (int axis = 0; axis < 3; ++axis) position[axis] = random.uniform(low[axis], high[axis]);
     bubble.strength = std::pow(10.0, strength_std_db * random.normal() / 20.0);
-    bubble.motion = analytic_rise(position, bubble.radius_m, rise, scene.medium);
+    bubble.motion = bubble::analytic_rise(position, bubble.radius_m, rise, scene.medium);
     scene.bubbles.push_back(std::move(bubble));
   }
 }
@@ -280,7 +293,7 @@ void read_sound(const TomlTable& sound, BubbleScene& scene) {
 void read_pitch(const TomlTable& pitch, BubbleScene& scene) {
   const std::string model =
       pitch.choice("model", {"harmonic_fluids", "harmonic_fluids_frozen", "strasberg", "two_sphere", "constant"});
-  PitchModel& p = scene.pitch;
+  bubble::PitchModel& p = scene.pitch;
   p.kind = model == "harmonic_fluids"          ? PitchKind::kHarmonicFluids
            : model == "harmonic_fluids_frozen" ? PitchKind::kHarmonicFluidsFrozen
            : model == "strasberg"              ? PitchKind::kStrasberg
@@ -292,34 +305,43 @@ void read_pitch(const TomlTable& pitch, BubbleScene& scene) {
   p.largest_factor = pitch.number("largest_factor", p.largest_factor);
 }
 
+/// A path with straight lines between the times.
+struct HeadPath {
+  std::vector<double> times_s;
+  Eigen::Matrix3Xd centres_m, facings;  // facings: as many, or empty: the direction stays
+};
+
 HeadPath read_head_path(const TomlTable& listener, const std::filesystem::path& base) {
   if (listener.has("position_m"))
     throw InputError(listener.place("path_csv"), "says the position itself", "", "no position_m");
   const std::filesystem::path file = base / listener.text("path_csv");
   static constexpr std::string_view kPlaces[] = {"x_m", "y_m", "z_m"}, kFacing[] = {"facing_x", "facing_y", "facing_z"};
   const TimeSeries series =
-      located(listener.place("path_csv"), [&] { return read_time_series(file, kPlaces, kFacing, false); });
+      located(listener.place("path_csv"), [&] { return bubble::read_time_series(file, kPlaces, kFacing, false); });
   const bool turns = !series.columns[3].empty();
   if (turns != !series.columns[4].empty() || turns != !series.columns[5].empty())
     throw InputError(listener.place("path_csv"), file.string() + " has a part of the columns of the direction", "",
                      "facing_x, facing_y, facing_z");
-  HeadPath path{series.times_s, {}, {}};
-  for (std::size_t i = 0; i < series.times_s.size(); ++i) {
+  const std::size_t n = series.times_s.size();
+  HeadPath path{series.times_s, Eigen::Matrix3Xd(3, n), Eigen::Matrix3Xd(3, turns ? n : 0)};
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
     const std::string at = file.string() + ", at " + to_text(series.times_s[i]) + " s";
-    path.centres_m.emplace_back(series.columns[0][i], series.columns[1][i], series.columns[2][i]);
-    if (!(path.centres_m.back().z() > 0.0))
+    path.centres_m.col(column) << series.columns[0][i], series.columns[1][i], series.columns[2][i];
+    if (!(series.columns[2][i] > 0.0))
       throw InputError(at, "the listener is not in the air", "z = " + to_text(series.columns[2][i]), "above 0");
     if (!turns) continue;
-    path.facings.emplace_back(series.columns[3][i], series.columns[4][i], series.columns[5][i]);
-    if (!(path.facings.back().head<2>().norm() > 0.0))
+    path.facings.col(column) << series.columns[3][i], series.columns[4][i], series.columns[5][i];
+    if (!(path.facings.col(column).head<2>().norm() > 0.0))
       throw InputError(at, "the listener faces no horizontal direction");
   }
   return path;
 }
 
-void read_listener(const TomlTable& listener, const std::filesystem::path& base, BubbleScene& scene) {
-  HeadModel& head = scene.head;
-  if (listener.has("path_csv")) scene.head_path = read_head_path(listener, base);
+void read_listener_table(const TomlTable& listener, const std::filesystem::path& base, BubbleScene& scene) {
+  SphericalHead head;
+  HeadPath path;
+  if (listener.has("path_csv")) path = read_head_path(listener, base);
   head.centre_m = listener.vector("position_m", head.centre_m);
   if (!(head.centre_m.z() > 0.0))
     throw InputError(listener.place("position_m"), "is not in the air", "z = " + to_text(head.centre_m.z()) + " m",
@@ -332,8 +354,11 @@ void read_listener(const TomlTable& listener, const std::filesystem::path& base,
     head.validate();
     return 0;
   });
-  scene.stereo = listener.choice("mode", {"stereo", "mono"}) == "stereo";
-  scene.propagation_delay = listener.boolean("propagation_delay", false);
+  if (path.times_s.empty()) path = {{0.0}, head.centre_m, {}};
+  scene.listener = listener.choice("mode", {"stereo", "mono"}) == "stereo"
+                       ? Listener::head(std::move(path.times_s), path.centres_m, path.facings, head)
+                       : Listener::ears(std::move(path.times_s), path.centres_m);
+  scene.listener.propagation_delay = listener.boolean("propagation_delay", false);
 }
 
 }  // namespace
@@ -346,7 +371,7 @@ BubbleScene parse_bubble_scene(std::string_view toml, const std::string& name, c
   read_media(root, scene);
   read_sound(root.table("sound"), scene);
   read_pitch(root.table("pitch"), scene);
-  read_listener(root.table("listener"), base_folder, scene);
+  read_listener_table(root.table("listener"), base_folder, scene);
   TransferFiles files;  // bubbles may share one
   for (const TomlTable& bubble : root.tables("bubble", kMaxBubbles))
     scene.bubbles.push_back(read_bubble(bubble, base_folder, scene, files));
@@ -362,4 +387,4 @@ BubbleScene read_bubble_scene(const std::filesystem::path& toml, std::uint64_t s
 
 std::string bubble_scene_schema_markdown() { return toml_schema_markdown(kSchema); }
 
-}  // namespace klang::bubble
+}  // namespace klang::stage

@@ -228,7 +228,7 @@ void formulas(std::vector<PaperNumber>& numbers) {
   }
   // An impulse of 1 on an undamped oscillator: the largest |z| omega over a second.
   const double omega = 2 * kPi * 440.0;
-  const double peak = modal::render({{omega, 0.0, 1.0}}, {{0.0, Eigen::VectorXd::Ones(1), 0.0}}, 192000.0, 192000)
+  const double peak = stage::oscillation({{omega, 0.0, 1.0}}, {{0.0, Eigen::VectorXd::Ones(1), 0.0}}, 192000.0, 192000)
                           .cwiseAbs()
                           .maxCoeff() *
                       omega;

@@ -6,7 +6,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 
-namespace klang::modal::detail {
+namespace klang::stage::detail {
 namespace {
 
 constexpr double kReach = 8.5;  // standard deviations
@@ -95,4 +95,4 @@ ContactPulse::State ContactPulse::drive(const OscillatorResponse& response, doub
   return state;
 }
 
-}  // namespace klang::modal::detail
+}  // namespace klang::stage::detail

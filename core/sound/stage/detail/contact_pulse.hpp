@@ -4,7 +4,7 @@
 
 #include "core/sound/stage/detail/oscillator_response.hpp"
 
-namespace klang::modal::detail {
+namespace klang::stage::detail {
 
 /// A Gaussian force pulse of unit area and standard deviation s, cut at +-8.5 s (what is cut off: 2e-17 of
 /// the area), as weights on Gauss points inside each sample step. The integral of the force against the exact
@@ -35,4 +35,4 @@ class ContactPulse {
   std::vector<Step> steps_;
 };
 
-}  // namespace klang::modal::detail
+}  // namespace klang::stage::detail

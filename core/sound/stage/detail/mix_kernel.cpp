@@ -10,7 +10,7 @@
 #define KLANG_CLONES
 #endif
 
-namespace klang::modal::detail {
+namespace klang::stage::detail {
 namespace {
 
 using Vector = double __attribute__((vector_size(kLane * sizeof(double))));
@@ -49,4 +49,4 @@ KLANG_CLONES void mix_columns(const double* table, const double* states, std::si
   }
 }
 
-}  // namespace klang::modal::detail
+}  // namespace klang::stage::detail

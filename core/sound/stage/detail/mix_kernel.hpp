@@ -1,7 +1,7 @@
 #pragma once
 #include <cstddef>
 
-namespace klang::modal::detail {
+namespace klang::stage::detail {
 
 inline constexpr std::size_t kBlockFrames = 256;  ///< samples that one column of states yields
 inline constexpr std::size_t kLane = 8;           ///< doubles handled as one vector
@@ -22,4 +22,4 @@ struct Column {
 void mix_columns(const double* table, const double* states, std::size_t n_rows, const Column* columns,
                  std::size_t n_groups, double* output);
 
-}  // namespace klang::modal::detail
+}  // namespace klang::stage::detail

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace klang::modal::detail {
+namespace klang::stage::detail {
 namespace {
 
 // Below this |delta t|^2 four terms of the series leave 1e-21.
@@ -66,4 +66,4 @@ long double OscillatorResponse::step(long double t) const {
   return (1 - r.zd - c * r.z) / omega_sq_;
 }
 
-}  // namespace klang::modal::detail
+}  // namespace klang::stage::detail

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace klang::modal::detail {
+namespace klang::stage::detail {
 
 /// Closed forms of z'' + 2 decay z' + omega^2 z = g, in extended precision so that the phase omega t keeps
 /// 1e-13 rad over minutes. All damping regimes (under-, near-critically, critically, over-damped, rigid omega
@@ -30,4 +30,4 @@ class OscillatorResponse {
   long double decay_, omega_sq_, delta_sq_;
 };
 
-}  // namespace klang::modal::detail
+}  // namespace klang::stage::detail

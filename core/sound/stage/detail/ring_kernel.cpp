@@ -9,7 +9,7 @@
 #define KLANG_CLONES
 #endif
 
-namespace klang::bubble::detail {
+namespace klang::stage::detail {
 
 KLANG_CLONES void ring_samples(const RingLanes& lanes, std::size_t n, double* output) {
   using Vector = double __attribute__((vector_size(kRingLanes * sizeof(double))));
@@ -40,4 +40,4 @@ KLANG_CLONES void ring_samples(const RingLanes& lanes, std::size_t n, double* ou
   }
 }
 
-}  // namespace klang::bubble::detail
+}  // namespace klang::stage::detail

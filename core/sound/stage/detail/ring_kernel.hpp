@@ -1,7 +1,7 @@
 #pragma once
 #include <cstddef>
 
-namespace klang::bubble::detail {
+namespace klang::stage::detail {
 
 inline constexpr std::size_t kRingLanes = 8;  ///< blocks of a voice that run side by side
 
@@ -17,4 +17,4 @@ struct RingLanes {
 /// output[n][lane] = Re(gain Z) for n samples. Without fused multiply-add: same bits on every processor.
 void ring_samples(const RingLanes& lanes, std::size_t n, double* output);
 
-}  // namespace klang::bubble::detail
+}  // namespace klang::stage::detail

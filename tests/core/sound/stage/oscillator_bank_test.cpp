@@ -13,7 +13,7 @@
 #include "core/sound/stage/detail/oscillator_response.hpp"
 #include "tests/core/sound/stage/oscillator_reference.hpp"
 
-namespace klang::modal {
+namespace klang::stage {
 namespace {
 
 using detail::OscillatorResponse;
@@ -70,7 +70,7 @@ TEST(OscillatorResponse, OneStepMatrixMatchesReference) {
 
 TEST(OscillatorBank, ImpulseResponseMatchesReferenceInEveryDampingRegime) {
   for (const auto& r : reference_oscillators()) {
-    const Eigen::VectorXd z = render({oscillator_of(r)}, {impulse_of(0.0, {1.0})}, kRate, 22051);
+    const Eigen::VectorXd z = oscillation({oscillator_of(r)}, {impulse_of(0.0, {1.0})}, kRate, 22051);
     for (std::size_t i = 0; i < r.n.size(); ++i) {
       EXPECT_LE(std::abs(z[r.n[i]] - r.z_impulse[i]), kExact * largest(r.z_impulse)) << r.name << " n " << r.n[i];
     }
@@ -80,9 +80,9 @@ TEST(OscillatorBank, ImpulseResponseMatchesReferenceInEveryDampingRegime) {
 TEST(OscillatorBank, ThreeImpulsesMatchReference) {
   // tests/reference/oscillator.json: three_impulses_440Hz
   const auto& r = reference_oscillators().front();
-  const Eigen::VectorXd z =
-      render({oscillator_of(r)},
-             {impulse_of(0.0, {1.0}), impulse_of(100 / kRate, {-0.5}), impulse_of(441 / kRate, {0.25})}, kRate, 1001);
+  const Eigen::VectorXd z = oscillation(
+      {oscillator_of(r)}, {impulse_of(0.0, {1.0}), impulse_of(100 / kRate, {-0.5}), impulse_of(441 / kRate, {0.25})},
+      kRate, 1001);
   EXPECT_NEAR(z[50], 2.5550665211620974e-06, 1e-16);
   EXPECT_NEAR(z[150], 6.215298175023805e-06, 1e-16);
   EXPECT_NEAR(z[500], -6.079103050782289e-05, 1e-16);
@@ -92,7 +92,7 @@ TEST(OscillatorBank, ThreeImpulsesMatchReference) {
 TEST(OscillatorImpulse, AmplitudeHasNoFactorTwo) {
   // Errata 2: an impulse J gives J / omega_d exp(-b t) sin(omega_d t); S02 (16)-(18) print twice that.
   const double omega = 2 * kPi * 441.0;  // a quarter period is exactly 25 samples
-  const Eigen::VectorXd z = render({{omega, 0.0, 1.0}}, {impulse_of(0.0, {3.0})}, kRate, 101);
+  const Eigen::VectorXd z = oscillation({{omega, 0.0, 1.0}}, {impulse_of(0.0, {3.0})}, kRate, 101);
   EXPECT_NEAR(z[25] * omega / 3.0, 1.0, 1e-13);
   EXPECT_NEAR(z[75] * omega / 3.0, -1.0, 1e-13);
 }
@@ -101,7 +101,7 @@ TEST(OscillatorBank, TenSecondsStayAtRoundOffOfTheClosedForm) {
   const double rate = 48000.0;
   for (const auto& [hz, decay] : std::vector<std::pair<double, double>>{{20.0, 0.01}, {997.0, 0.1}, {19999.0, 0.2}}) {
     const Oscillator o{2 * kPi * hz, decay, 1.0};
-    const Eigen::VectorXd z = render({o}, {impulse_of(0.0, {1.0})}, rate, 480001);
+    const Eigen::VectorXd z = oscillation({o}, {impulse_of(0.0, {1.0})}, rate, 480001);
     const OscillatorResponse exact(o.angular_frequency_rad_s, o.decay_per_s);
     double worst = 0.0;
     for (Eigen::Index n = 0; n < z.size(); n += 7) {
@@ -114,7 +114,7 @@ TEST(OscillatorBank, TenSecondsStayAtRoundOffOfTheClosedForm) {
 TEST(OscillatorBank, ImpulsesBetweenSamplesAreExact) {
   const Oscillator ring{2 * kPi * 5000.0, 30.0, 2.0}, over{300.0, 900.0, -1.0}, rigid{0.0, 0.0, 0.5};
   const double time = 1234.37 / kRate;
-  const Eigen::VectorXd z = render({ring, over, rigid}, {impulse_of(time, {1.0, 2.0, 3.0})}, kRate, 6000);
+  const Eigen::VectorXd z = oscillation({ring, over, rigid}, {impulse_of(time, {1.0, 2.0, 3.0})}, kRate, 6000);
   EXPECT_EQ(z.head(1235).cwiseAbs().maxCoeff(), 0.0);
   double worst = 0.0;
   for (Eigen::Index n = 1235; n < z.size(); ++n) {
@@ -132,8 +132,8 @@ TEST(OscillatorBank, ImpulsesBetweenSamplesAreExact) {
 
 TEST(OscillatorBank, ImpulseBeforeTheFirstSampleRingsOnFromIt) {
   const Oscillator o{2 * kPi * 440.0, 10.0, 1.0};
-  const Eigen::VectorXd late = render({o}, {impulse_of(0.0, {1.0})}, kRate, 1000);
-  const Eigen::VectorXd early = render({o}, {impulse_of(-100 / kRate, {1.0})}, kRate, 900);
+  const Eigen::VectorXd late = oscillation({o}, {impulse_of(0.0, {1.0})}, kRate, 1000);
+  const Eigen::VectorXd early = oscillation({o}, {impulse_of(-100 / kRate, {1.0})}, kRate, 900);
   EXPECT_LE((early - late.tail(900)).cwiseAbs().maxCoeff(), 1e-15 * late.cwiseAbs().maxCoeff() + 1e-18);
 }
 
@@ -144,7 +144,7 @@ TEST(ContactPulse, AfterItTheResponseIsScaledByTheGaussiansTransform) {
     for (double hz : {50.0, 1200.0, 9000.0}) {
       const Oscillator o{2 * kPi * hz, 12.0, 1.0};
       const double t0 = 0.03 + 0.3 / kRate;
-      const Eigen::VectorXd z = render({o}, {impulse_of(t0, {1.0}, s)}, kRate, 8000);
+      const Eigen::VectorXd z = oscillation({o}, {impulse_of(t0, {1.0}, s)}, kRate, 8000);
       const double wd = std::sqrt(o.angular_frequency_rad_s * o.angular_frequency_rad_s - 144.0);
       // In extended precision: a double loses 4e-13 rad of the phase at 9 kHz.
       const std::complex<long double> p(
@@ -162,7 +162,7 @@ TEST(ContactPulse, AfterItTheResponseIsScaledByTheGaussiansTransform) {
 
 TEST(ContactPulse, DuringItARigidBodyFollowsTheGaussiansDoubleIntegral) {
   const double s = 0.5e-3, t0 = 0.02;
-  const Eigen::VectorXd z = render({{0.0, 0.0, 1.0}}, {impulse_of(t0, {2.0}, s)}, kRate, 2000);
+  const Eigen::VectorXd z = oscillation({{0.0, 0.0, 1.0}}, {impulse_of(t0, {2.0}, s)}, kRate, 2000);
   double worst = 0.0;
   for (Eigen::Index n = 0; n < z.size(); ++n) {
     const double u = (n / kRate - t0) / s;
@@ -176,7 +176,7 @@ TEST(ContactPulse, DuringItARigidBodyFollowsTheGaussiansDoubleIntegral) {
 TEST(ContactPulse, NearCriticalDampingIsContinuous) {
   const double omega = 600.0, s = 0.4e-3;
   const auto at = [&](double decay) {
-    return render({{omega, decay, 1.0}}, {impulse_of(0.01, {1.0}, s)}, kRate, 1500);
+    return oscillation({{omega, decay, 1.0}}, {impulse_of(0.01, {1.0}, s)}, kRate, 1500);
   };
   const Eigen::VectorXd below = at(omega * (1 - 1e-12)), critical = at(omega), above = at(omega * (1 + 1e-12));
   EXPECT_LE((below - critical).cwiseAbs().maxCoeff(), 1e-11 * critical.maxCoeff());
@@ -185,10 +185,10 @@ TEST(ContactPulse, NearCriticalDampingIsContinuous) {
 
 TEST(ContactPulse, BecomesADiracPulseAsItGetsShorter) {
   const Oscillator o{2 * kPi * 3000.0, 20.0, 1.0};
-  const Eigen::VectorXd hard = render({o}, {impulse_of(0.0101, {1.0})}, kRate, 2000);
+  const Eigen::VectorXd hard = oscillation({o}, {impulse_of(0.0101, {1.0})}, kRate, 2000);
   double before = 1.0;
   for (double s : {4e-6, 2e-6, 1e-6}) {  // error (omega s)^2 / 2
-    const Eigen::VectorXd soft = render({o}, {impulse_of(0.0101, {1.0}, s)}, kRate, 2000);
+    const Eigen::VectorXd soft = oscillation({o}, {impulse_of(0.0101, {1.0}, s)}, kRate, 2000);
     const double error = (soft - hard).tail(1500).cwiseAbs().maxCoeff() / hard.cwiseAbs().maxCoeff();
     const double expected = 0.5 * std::pow(o.angular_frequency_rad_s * s, 2);
     EXPECT_NEAR(error / expected, 1.0, 0.05);
@@ -220,25 +220,25 @@ RandomBank random_bank(std::size_t n_modes) {
 TEST(OscillatorBank, SameBitsOnAnyNumberOfThreads) {
   const RandomBank bank = random_bank(1300);  // more than one wave of chunks
   set_thread_count(1);
-  const Eigen::VectorXd one = render(bank.oscillators, bank.impulses, kRate, 10000);
+  const Eigen::VectorXd one = oscillation(bank.oscillators, bank.impulses, kRate, 10000);
   set_thread_count(0);
-  const Eigen::VectorXd many = render(bank.oscillators, bank.impulses, kRate, 10000);
+  const Eigen::VectorXd many = oscillation(bank.oscillators, bank.impulses, kRate, 10000);
   ASSERT_GT(one.cwiseAbs().maxCoeff(), 0.0);
   EXPECT_EQ((one - many).cwiseAbs().maxCoeff(), 0.0);
 }
 
 TEST(OscillatorBank, ManyStrikesSuperpose) {
   const RandomBank bank = random_bank(70);
-  const Eigen::VectorXd all = render(bank.oscillators, bank.impulses, kRate, 9001);
+  const Eigen::VectorXd all = oscillation(bank.oscillators, bank.impulses, kRate, 9001);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(9001);
-  for (const auto& impulse : bank.impulses) sum += render(bank.oscillators, {impulse}, kRate, 9001);
+  for (const auto& impulse : bank.impulses) sum += oscillation(bank.oscillators, {impulse}, kRate, 9001);
   EXPECT_LE((all - sum).cwiseAbs().maxCoeff(), 1e-13 * all.cwiseAbs().maxCoeff());
 }
 
 TEST(OscillatorBank, LongSilenceCostsNothingAndStaysFinite) {
   // Decays to below the smallest double within the sound: must end in zeros, not in subnormals or NaN.
   const Eigen::VectorXd z =
-      render({{2 * kPi * 1000.0, 5000.0, 1.0}, {10.0, 4e5, 1.0}}, {impulse_of(0.0, {1.0, 1e-5})}, kRate, 100000);
+      oscillation({{2 * kPi * 1000.0, 5000.0, 1.0}, {10.0, 4e5, 1.0}}, {impulse_of(0.0, {1.0, 1e-5})}, kRate, 100000);
   EXPECT_TRUE(z.allFinite());
   EXPECT_EQ(z.cwiseAbs().minCoeff(), 0.0);
 }
@@ -246,29 +246,29 @@ TEST(OscillatorBank, LongSilenceCostsNothingAndStaysFinite) {
 TEST(OscillatorBank, BadInputIsNamed) {
   const Oscillator good{100.0, 1.0, 1.0};
   const double nan = std::nan("");
-  EXPECT_THROW(render({{nan, 1.0, 1.0}}, {impulse_of(0.0, {1.0})}, kRate, 10), InputError);
-  EXPECT_THROW(render({{100.0, -1.0, 1.0}}, {impulse_of(0.0, {1.0})}, kRate, 10), InputError);
-  EXPECT_THROW(render({good}, {impulse_of(0.0, {1.0, 2.0})}, kRate, 10), InputError);
-  EXPECT_THROW(render({good}, {impulse_of(nan, {1.0})}, kRate, 10), InputError);
-  EXPECT_THROW(render({good}, {impulse_of(0.0, {nan})}, kRate, 10), InputError);
-  EXPECT_THROW(render({good}, {impulse_of(0.0, {1.0}, -1.0)}, kRate, 10), InputError);
-  EXPECT_THROW(render({good}, {impulse_of(0.0, {1.0})}, 0.0, 10), InputError);
-  EXPECT_THROW(render({good}, {impulse_of(0.0, {1.0})}, kRate, -1), InputError);
+  EXPECT_THROW(oscillation({{nan, 1.0, 1.0}}, {impulse_of(0.0, {1.0})}, kRate, 10), InputError);
+  EXPECT_THROW(oscillation({{100.0, -1.0, 1.0}}, {impulse_of(0.0, {1.0})}, kRate, 10), InputError);
+  EXPECT_THROW(oscillation({good}, {impulse_of(0.0, {1.0, 2.0})}, kRate, 10), InputError);
+  EXPECT_THROW(oscillation({good}, {impulse_of(nan, {1.0})}, kRate, 10), InputError);
+  EXPECT_THROW(oscillation({good}, {impulse_of(0.0, {nan})}, kRate, 10), InputError);
+  EXPECT_THROW(oscillation({good}, {impulse_of(0.0, {1.0}, -1.0)}, kRate, 10), InputError);
+  EXPECT_THROW(oscillation({good}, {impulse_of(0.0, {1.0})}, 0.0, 10), InputError);
+  EXPECT_THROW(oscillation({good}, {impulse_of(0.0, {1.0})}, kRate, -1), InputError);
 }
 
 TEST(OscillatorBank, NothingInGivesSilence) {
-  EXPECT_EQ(render({}, {}, kRate, 10).cwiseAbs().maxCoeff(), 0.0);
-  EXPECT_EQ(render({{100.0, 1.0, 1.0}}, {impulse_of(5.0, {1.0})}, kRate, 10).cwiseAbs().maxCoeff(), 0.0);
-  EXPECT_EQ(render({{100.0, 1.0, 1.0}}, {impulse_of(0.0, {1.0})}, kRate, 0).size(), 0);
+  EXPECT_EQ(oscillation({}, {}, kRate, 10).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ(oscillation({{100.0, 1.0, 1.0}}, {impulse_of(5.0, {1.0})}, kRate, 10).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ(oscillation({{100.0, 1.0, 1.0}}, {impulse_of(0.0, {1.0})}, kRate, 0).size(), 0);
 }
 
 TEST(Rayleigh, DecayIsHalfOfStiffnessTimesOmegaSquaredPlusMass) {
   Eigen::VectorXd omega(2);
   omega << 1000.0, 2000.0;
-  const Eigen::VectorXd decay = rayleigh_decay_per_s(omega, 2e-6, 3.0);
+  const Eigen::VectorXd decay = modal::rayleigh_decay_per_s(omega, 2e-6, 3.0);
   EXPECT_DOUBLE_EQ(decay[0], 2.5);
   EXPECT_DOUBLE_EQ(decay[1], 5.5);
 }
 
 }  // namespace
-}  // namespace klang::modal
+}  // namespace klang::stage

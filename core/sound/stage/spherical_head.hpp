@@ -1,9 +1,8 @@
 #pragma once
 #include <Eigen/Core>
 #include <complex>
-#include <vector>
 
-namespace klang::bubble {
+namespace klang::stage {
 
 /// Sound at the two ears of a spherical head: arrival times and head shadow of the structural model of Brown and Duda
 /// 1998, IEEE Trans. Speech Audio Process. 6, 476-488. Their echoes of pinna, shoulders and room are left out, so that
@@ -12,7 +11,7 @@ namespace klang::bubble {
 ///   shadow   H(omega, a) = (1 + i alpha omega R / 2c) / (1 + i omega R / 2c)
 ///            alpha(a) = (1 + 0.1/2) + (1 - 0.1/2) cos(a / 150 deg * 180 deg)
 /// with a the angle between the source and the ear seen from the head's centre.
-struct HeadModel {
+struct SphericalHead {
   Eigen::Vector3d centre_m = {0.0, -1.0, 0.5};
   Eigen::Vector3d facing = {0.0, 1.0, 0.0};  ///< direction of the nose; its horizontal part counts
   double radius_m = 0.0875;                  ///< 0.01 to 0.5
@@ -23,16 +22,9 @@ struct HeadModel {
   /// Angle between ear (0 left, 1 right) and source, 0 to pi.
   double angle_rad(int ear, const Eigen::Vector3d& source_m) const;
   double delay_s(double angle_rad) const;
+  /// The shortest delay, -R/c: against it no sound arrives too early.
+  double lead_s() const { return radius_m / sound_speed_m_s; }
   std::complex<double> shadow(double angle_rad, double omega_rad_s) const;
 };
 
-/// A listener who walks and turns: straight lines between the times, at rest outside.
-struct HeadPath {
-  std::vector<double> times_s;             ///< ascending; empty: the head stays
-  std::vector<Eigen::Vector3d> centres_m;  ///< as many
-  std::vector<Eigen::Vector3d> facings;    ///< as many, or empty: the direction stays
-  /// The head at a time; the rest as in head.
-  HeadModel at(const HeadModel& head, double time_s) const;
-};
-
-}  // namespace klang::bubble
+}  // namespace klang::stage

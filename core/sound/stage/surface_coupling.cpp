@@ -1,16 +1,15 @@
+#include "core/sound/stage/surface_coupling.hpp"
+
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "core/foundation/base/conventions.hpp"
-#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
 
-namespace klang::modal {
+namespace klang::stage {
 namespace {
-
-constexpr double kHighestOfSampleRate = 0.499;  // modes above this fraction would fold back
 
 // Radon's rule of 7 points and degree 5 on the reference triangle (Radon 1948); weights sum to the area 1/2.
 struct TrianglePoint {
@@ -44,14 +43,9 @@ TriangleShape triangle_shape(double xi, double eta, bool quadratic) {
           6};
 }
 
-void check_node(const ModalModel& model, int node, const char* what) {
-  if (node >= 0 && node < model.mesh.n_nodes()) return;
-  throw InputError(what, "no such node", std::to_string(node), "0 to " + std::to_string(model.mesh.n_nodes() - 1));
-}
-
 }  // namespace
 
-Eigen::VectorXd surface_coupling(const ModalModel& model) {
+Eigen::VectorXd surface_coupling(const modal::ModalModel& model) {
   const mesh::SurfaceMesh surface = mesh::boundary_surface(model.mesh);
   const bool quadratic = surface.triangles.cols() == 6;
   std::vector<TriangleShape> shapes;
@@ -92,49 +86,4 @@ Eigen::VectorXd surface_coupling(const ModalModel& model) {
   return coupling;
 }
 
-audio::Signal synthesise(const ModalModel& model, const Eigen::VectorXd& decay_per_s,
-                         const std::vector<Strike>& strikes, const SynthesisOptions& options) {
-  checked("synthesis", "sample_rate_hz", options.sample_rate_hz, 1000.0, 768000.0);
-  checked("synthesis", "duration_s", options.duration_s, 0.0, 3600.0);
-  if (decay_per_s.size() != model.n_modes()) {
-    throw InputError("synthesis", "needs one decay a mode", std::to_string(decay_per_s.size()),
-                     std::to_string(model.n_modes()));
-  }
-  for (const Strike& strike : strikes) check_node(model, strike.node, "strike");
-  Eigen::VectorXd gain;
-  if (options.couple_to_air) {
-    gain = surface_coupling(model);
-  } else {
-    check_node(model, options.pickup_node, "pickup");
-    gain = model.shapes.middleRows<3>(3 * options.pickup_node).transpose() * options.pickup_direction.normalized();
-  }
-
-  // Filtered by the frequency that is heard, |Im p| / 2 pi in Hz (errata 3): over-damped modes do not ring
-  // and stay.
-  std::vector<Oscillator> oscillators;
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index m = 0; m < model.n_modes(); ++m) {
-    const double omega = model.angular_frequency_rad_s[m], decay = decay_per_s[m];
-    const double heard_hz = std::sqrt(std::max(0.0, (omega - decay) * (omega + decay))) / (2.0 * kPi);
-    if (!(heard_hz < kHighestOfSampleRate * options.sample_rate_hz)) continue;
-    kept.push_back(m);
-    oscillators.push_back({omega, decay, gain[m]});
-  }
-  std::vector<ModalImpulse> impulses;
-  for (const Strike& strike : strikes) {
-    ModalImpulse impulse{strike.time_s, Eigen::VectorXd(kept.size()), strike.contact_duration_s};
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      impulse.impulse[static_cast<Eigen::Index>(i)] =
-          model.shapes.block<3, 1>(3 * strike.node, kept[i]).dot(strike.impulse_n_s);
-    }
-    impulses.push_back(std::move(impulse));
-  }
-  audio::Signal signal;
-  signal.sample_rate_hz = options.sample_rate_hz;
-  signal.origin = "synthesis";
-  signal.samples = render(oscillators, impulses, options.sample_rate_hz,
-                          static_cast<Eigen::Index>(std::llround(options.duration_s * options.sample_rate_hz)));
-  return signal;
-}
-
-}  // namespace klang::modal
+}  // namespace klang::stage

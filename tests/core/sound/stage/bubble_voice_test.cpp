@@ -11,11 +11,12 @@
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/bubble/ringdown_formulas.hpp"
 #include "core/sound/stage/bubble_scene.hpp"
-#include "core/sound/stage/bubble_voice.hpp"
+#include "core/sound/stage/ring_sound.hpp"
 
-namespace klang::bubble {
+namespace klang::stage {
 namespace {
 
+using namespace bubble;
 using Complex = std::complex<double>;
 
 RingingBubble rising_bubble(double radius_m = 2e-3) {
@@ -44,7 +45,7 @@ BubbleScene scene_of(const std::string& toml, const std::filesystem::path& folde
 const std::string kOneBubble =
     "[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\nposition_m = [0.1, 0, -0.012]\nrise = \"terminal\"\n";
 
-TEST(BubbleVoice, IsTheTracksExponentialTimesGainAndWindows) {
+TEST(RingSound, IsTheTracksExponentialTimesGainAndWindows) {
   const RingTrack track = ring_track(rising_bubble());
   std::vector<Complex> start, end;
   for (const RingBlock& block : track.blocks) {
@@ -52,10 +53,10 @@ TEST(BubbleVoice, IsTheTracksExponentialTimesGainAndWindows) {
     end.emplace_back(1.0 + block.start_s + block.length_s, -0.3);
   }
   const double rate = 44100.0, onset = 0.0123;
-  const BubbleVoice voice{&track, onset, start, end, true};
+  const RingSound voice{&track, onset, start, end, true};
   const FrameRange range = frames_of(voice, rate);
   std::vector<double> sound(static_cast<std::size_t>(range.end - range.first) + 20, 0.0);
-  add_voice(voice, rate, range.first - 10, sound);
+  add_ring(voice, rate, range.first - 10, sound);
   double worst = 0.0;
   for (std::size_t i = 0; i < sound.size(); ++i) {
     const double age = static_cast<double>(range.first - 10 + static_cast<std::int64_t>(i)) / rate - onset;
@@ -70,26 +71,26 @@ TEST(BubbleVoice, IsTheTracksExponentialTimesGainAndWindows) {
   EXPECT_EQ(sound[9], 0.0);
 }
 
-TEST(BubbleVoice, PiecesOfAnOutputJoinWithoutAStep) {
+TEST(RingSound, PiecesOfAnOutputJoinWithoutAStep) {
   const RingTrack track = ring_track(rising_bubble());
   const std::vector<Complex> gain(track.blocks.size(), 1.0);
-  const BubbleVoice voice{&track, 0.0, gain, gain, true};
+  const RingSound voice{&track, 0.0, gain, gain, true};
   std::vector<double> whole(3000, 0.0), front(1111, 0.0), back(3000 - 1111, 0.0);
-  add_voice(voice, 48000.0, 0, whole);
-  add_voice(voice, 48000.0, 0, front);
-  add_voice(voice, 48000.0, 1111, back);
+  add_ring(voice, 48000.0, 0, whole);
+  add_ring(voice, 48000.0, 0, front);
+  add_ring(voice, 48000.0, 1111, back);
   front.insert(front.end(), back.begin(), back.end());
   for (std::size_t i = 0; i < whole.size(); ++i) ASSERT_NEAR(front[i], whole[i], 1e-11 * track.amplitude_m);
 }
 
-TEST(BubbleVoice, LongConstantToneDoesNotDrift) {
+TEST(RingSound, LongConstantToneDoesNotDrift) {
   RingingBubble bubble;
   bubble.radius_m = 0.04;  // 82 Hz, 2.5 s
   const RingTrack track = ring_track(bubble);
   const std::vector<Complex> gain(track.blocks.size(), 1.0);
   const double rate = 192000.0;
   std::vector<double> sound(static_cast<std::size_t>(0.99 * track.faded_from_s * rate), 0.0);
-  add_voice({&track, 0.0, gain, gain, false}, rate, 0, sound);
+  add_ring({&track, 0.0, gain, gain, false}, rate, 0, sound);
   for (std::size_t i = 0; i < sound.size(); i += 997) {
     const Complex z = track.value(static_cast<double>(i) / rate);
     ASSERT_NEAR(sound[i], z.real(), 1e-8 * std::abs(z)) << i;
@@ -151,7 +152,7 @@ TEST(BubbleSound, BubbleOnTheLeftIsEarlierAndLouderInTheLeftEar) {
     while (sound.sound.samples(i, channel) == 0.0) ++i;
     return static_cast<double>(i) / 48000.0;
   };
-  HeadModel head;
+  SphericalHead head;
   head.centre_m = {0, -0.5, 0.1};
   const double left = head.delay_s(head.angle_rad(0, {-2, -0.5, -0.01})),
                right = head.delay_s(head.angle_rad(1, {-2, -0.5, -0.01}));
@@ -207,6 +208,58 @@ TEST(BubbleSound, TooHighBubblesAreLeftOutAndCounted) {
   EXPECT_EQ(sound.status, BubbleSoundStatus::kDone);
 }
 
+// One bubble of kOneBubble as an event.
+events::EventLog bubble_log() {
+  events::EventLog log;
+  log.bubbles = {{0.01, 2e-3, 1.0, {0.1, 0, -0.012}}};
+  return log;
+}
+
+TEST(BubbleVoice, PathOfALogIsThePathOfAFile) {
+  Folder folder;
+  events::EventLog log = bubble_log();
+  std::string path = "time_s,x_m,y_m,z_m\n";
+  for (int i = 0; i <= 60; ++i) {
+    const double t = 1e-3 * i, z = std::stod(std::to_string(-0.0135 + 0.15 * t));
+    path += std::to_string(t) + ",0.1,0," + std::to_string(z) + "\n";
+    log.bubble_points.push_back({0, std::stod(std::to_string(t)), {0.1, 0.0, z}, z});
+  }
+  folder.write("path.csv", path);
+  const BubbleScene scene =
+      scene_of("[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\npath_csv = \"path.csv\"\n", folder.path);
+  BubbleVoice voice(scene);
+  Voice* const voices[] = {&voice};
+  const audio::Signal sound = render(log, voices, scene.listener, {scene.sample_rate_hz, std::nullopt});
+  EXPECT_EQ(sound.samples, synthesise_bubbles(scene).sound.samples);
+}
+
+TEST(BubbleVoice, WithoutAPathABubbleRestsWhereItWasBorn) {
+  const BubbleScene scene = scene_of("[[bubble]]\nradius_m = 0.002\nbirth_s = 0.01\nposition_m = [0.1, 0, -0.012]\n");
+  BubbleVoice voice(scene);
+  Voice* const voices[] = {&voice};
+  EXPECT_EQ(render(bubble_log(), voices, scene.listener, {48000.0, std::nullopt}).samples,
+            synthesise_bubbles(scene).sound.samples);
+}
+
+TEST(BubbleVoice, EarsWithoutAHeadHearTheDifferenceOfTheirWays) {
+  BubbleVoice voice({.pitch = {.kind = PitchKind::kConstant}});
+  Voice* const voices[] = {&voice};
+  const Eigen::Vector3d left(-1.0, 0.0, 0.3), right(-1.3, 0.0, 0.3), bubble(0.1, 0.0, -0.012);
+  for (const bool delay : {false, true}) {
+    Listener ears = Listener::ears({0.0}, left, right);
+    ears.propagation_delay = delay;
+    const Eigen::MatrixXd x = render(bubble_log(), voices, ears, {192000.0, std::nullopt}).samples;
+    const auto onset = [&](int channel) {
+      Eigen::Index i = 0;
+      while (x(i, channel) == 0.0) ++i;
+      return static_cast<double>(i) / 192000.0;
+    };
+    const double way_m = (right - bubble).norm() - (left - bubble).norm();
+    EXPECT_LE(std::abs(onset(1) - onset(0) - way_m / 343.0), 1.5 / 192000.0) << delay;
+    EXPECT_GE(onset(0), 0.01 + (delay ? (left - bubble).norm() / 343.0 : 0.0) - 1e-9) << delay;
+  }
+}
+
 TEST(HalfSpace, IsTheRayleighIntegralOfTheFlowThroughTheSurface) {
   const BubbleScene scene = scene_of(kOneBubble);
   const double omega = 2 * kPi * 2000.0, radius = 1e-3, depth = 0.02, far = 5.0;
@@ -239,7 +292,7 @@ TEST(HalfSpace, IsTheRayleighIntegralOfTheFlowThroughTheSurface) {
 }
 
 TEST(Head, DelayIsContinuousAndShadowIsTheModels) {
-  HeadModel head;
+  SphericalHead head;
   EXPECT_NEAR(head.delay_s(0.5 * kPi - 1e-9), head.delay_s(0.5 * kPi), 1e-12);
   EXPECT_NEAR(head.delay_s(0.0), -0.0875 / 343.0, 1e-15);
   EXPECT_NEAR(head.delay_s(kPi), 0.0875 / 343.0 * 0.5 * kPi, 1e-15);
@@ -342,4 +395,4 @@ TEST(Scene, DocumentationHasTheSchema) {
 }
 
 }  // namespace
-}  // namespace klang::bubble
+}  // namespace klang::stage

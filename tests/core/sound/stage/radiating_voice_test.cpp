@@ -1,4 +1,4 @@
-#include "core/sound/stage/transfer_synthesis.hpp"
+#include "core/sound/stage/radiating_voice.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,12 +9,16 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/sound/stage/listener_file.hpp"
 #include "core/sound/waves/multipole.hpp"
 #include "tests/core/sound/transfer/transfer_samples.hpp"
 
-namespace klang::acoustics {
+namespace klang::stage {
 namespace {
 
+using acoustics::ModeTransfer;
+using acoustics::random_transfer;
+using acoustics::TransferModel;
 using Complex = std::complex<double>;
 constexpr double kRate = 48000.0;
 
@@ -23,7 +27,7 @@ struct Body {
   modal::ModalModel model;
   TransferModel transfer;
   Eigen::VectorXd decay_per_s;
-  std::vector<modal::Strike> strikes;
+  std::vector<events::Strike> strikes;
 };
 
 Body body_of(const std::vector<double>& frequency_hz, double decay, int order = 0) {
@@ -32,9 +36,13 @@ Body body_of(const std::vector<double>& frequency_hz, double decay, int order = 
   body.model.mesh.nodes_m.resize(6, 3);
   body.model.mesh.nodes_m << 0.1, 0, 0, -0.1, 0, 0, 0, 0.1, 0, 0, -0.1, 0, 0, 0, 0.1, 0, 0, -0.1;
   body.model.angular_frequency_rad_s = 2 * kPi * Eigen::Map<const Eigen::VectorXd>(frequency_hz.data(), n);
+  body.model.mesh.elements.resize(4, 4);  // an octahedron about the z axis
+  body.model.mesh.elements << 4, 5, 2, 0, 4, 5, 1, 2, 4, 5, 3, 1, 4, 5, 0, 3;
   body.model.shapes = Eigen::MatrixXd::Zero(18, n);
   body.decay_per_s = Eigen::VectorXd::Constant(n, decay);
-  body.strikes = {{0.0, 0, Eigen::Vector3d(1, 0, 0), 0.0}};
+  body.strikes.resize(1);
+  body.strikes[0].point_m = {0.1, 0, 0};
+  body.strikes[0].impulse_n_s = {1, 0, 0};
   const TransferModel random = random_transfer(std::vector<int>(frequency_hz.size(), order), 81);
   for (Eigen::Index i = 0; i < n; ++i) {
     body.model.shapes(0, i) = 1.0 + static_cast<double>(i);
@@ -47,19 +55,22 @@ Body body_of(const std::vector<double>& frequency_hz, double decay, int order = 
   return body;
 }
 
-ListenerPath line(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double duration_s) {
-  ListenerPath path;
-  path.time_s = Eigen::Vector2d(0.0, duration_s);
-  path.left_m.resize(3, 2);
-  path.left_m << from, to;
-  return path;
+Listener line(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double duration_s) {
+  Eigen::Matrix3Xd places(3, 2);
+  places << from, to;
+  return Listener::ears({0.0, duration_s}, places);
 }
 
-TransferSynthesisResult render(const Body& body, const ListenerPath& path, const TransferSynthesisOptions& options) {
+TransferSynthesisResult render(const Body& body, const Listener& listener, const TransferSynthesisOptions& options) {
   TransferSynthesisResult result =
-      synthesise_at_ears(body.model, body.transfer, body.decay_per_s, body.strikes, path, options);
+      synthesise_at_ears(body.model, body.transfer, body.decay_per_s, body.strikes, listener, options);
   EXPECT_EQ(result.status, TransferSynthesisResult::Status::kDone);
   return result;
+}
+
+Listener delayed(Listener listener) {
+  listener.propagation_delay = true;
+  return listener;
 }
 
 // Amplitude and phase of one frequency in [from, from + n) by least squares with its decay.
@@ -83,11 +94,11 @@ TEST(TransferSynthesis, OneEarAtRestIsTheModulusTimesOmegaTimesEachMode) {
   for (std::size_t i = 0; i < 3; ++i) {
     const double omega = body.model.angular_frequency_rad_s[static_cast<Eigen::Index>(i)];
     const double gain = std::abs(pressure_pa(body.transfer.modes[i].multipole, x)) * omega;
-    expected += modal::render({{omega, 5.0, gain}},
-                              {{0.0, Eigen::VectorXd::Constant(1, 1.0 + static_cast<double>(i)), 0.0}}, kRate, 24000);
+    expected += oscillation({{omega, 5.0, gain}},
+                            {{0.0, Eigen::VectorXd::Constant(1, 1.0 + static_cast<double>(i)), 0.0}}, kRate, 24000);
   }
   EXPECT_LE((result.sound_pa.samples.col(0) - expected).cwiseAbs().maxCoeff(), 1e-11 * expected.cwiseAbs().maxCoeff());
-  EXPECT_EQ(result.n_modes_heard, 3);
+  EXPECT_EQ(result.heard.n_modes_heard, 3);
 }
 
 TEST(TransferSynthesis, DelayShiftsTheSoundByDistanceOverSpeed) {
@@ -95,10 +106,10 @@ TEST(TransferSynthesis, DelayShiftsTheSoundByDistanceOverSpeed) {
   body.transfer.medium.sound_speed_m_s = 340.0;
   for (ModeTransfer& mode : body.transfer.modes)
     mode.multipole.wavenumber_per_m = body.transfer.medium.wavenumber_per_m(mode.frequency_hz);
-  const ListenerPath path = listener_at({0.0, 0.0, 3.4}, {}, {});  // 10 ms, 480 samples
+  Listener path = listener_at({0.0, 0.0, 3.4}, {}, {});  // 10 ms, 480 samples
   TransferSynthesisOptions options{.sample_rate_hz = kRate, .duration_s = 0.3};
   const Eigen::VectorXd now = render(body, path, options).sound_pa.samples;
-  options.delay = true;
+  path.propagation_delay = true;
   const Eigen::VectorXd late = render(body, path, options).sound_pa.samples;
   EXPECT_LE(late.head(480).cwiseAbs().maxCoeff(), 0.0);
   EXPECT_LE((late.tail(late.size() - 481) - now.segment(1, now.size() - 481)).cwiseAbs().maxCoeff(),
@@ -109,7 +120,7 @@ TEST(TransferSynthesis, DelayBetweenSamplesIsExact) {
   const Body body = body_of({5000.0}, 40.0);
   const double r = 1.2345;
   const Eigen::VectorXd x =
-      render(body, listener_at({r, 0, 0}, {}, {}), {.sample_rate_hz = kRate, .duration_s = 0.1, .delay = true})
+      render(body, delayed(listener_at({r, 0, 0}, {}, {})), {.sample_rate_hz = kRate, .duration_s = 0.1})
           .sound_pa.samples;
   const double omega = 2 * kPi * 5000.0, damped = std::sqrt(omega * omega - 1600.0),
                c = body.transfer.medium.sound_speed_m_s;
@@ -124,10 +135,10 @@ TEST(TransferSynthesis, DelayBetweenSamplesIsExact) {
 TEST(TransferSynthesis, MovingListenerHearsTheDopplerShiftOnlyWithDelay) {
   const Body body = body_of({1000.0}, 0.5);
   const double speed = 20.0, c = body.transfer.medium.sound_speed_m_s;
-  const ListenerPath path = line({2.0, 0, 0}, {2.0 + speed, 0, 0}, 1.0);
+  Listener path = line({2.0, 0, 0}, {2.0 + speed, 0, 0}, 1.0);
   TransferSynthesisOptions options{.sample_rate_hz = kRate, .duration_s = 1.0};
   for (const bool delay : {false, true}) {
-    options.delay = delay;
+    path.propagation_delay = delay;
     const Eigen::VectorXd x = render(body, path, options).sound_pa.samples;
     // Frequency from the phases of two stretches of 20 ms, 0.3 s apart.
     const double expected = delay ? 1000.0 * (1.0 - speed / c) : 1000.0;
@@ -143,15 +154,15 @@ TEST(TransferSynthesis, MovingListenerHearsTheDopplerShiftOnlyWithDelay) {
 
 TEST(TransferSynthesis, TwoEarsDifferByThePhaseAndSpreadingOfTheirPaths) {
   const Body body = body_of({800.0}, 2.0);
-  const ListenerPath path =
+  Listener path =
       listener_at({1.0, 1.0, 0.0}, 0.18, Eigen::Vector3d(3.0, 1.0, 0.0));  // faces +x, body to the left behind
   ASSERT_TRUE(path.stereo());
-  EXPECT_LE((path.left_m.col(0) - Eigen::Vector3d(1.0, 1.09, 0.0)).norm(), 1e-12);
+  EXPECT_LE((path.ear_m(0, 0.0) - Eigen::Vector3d(1.0, 1.09, 0.0)).norm(), 1e-12);
   for (const bool delay : {false, true}) {
-    const Eigen::MatrixXd x =
-        render(body, path, {.sample_rate_hz = kRate, .duration_s = 0.5, .delay = delay}).sound_pa.samples;
+    path.propagation_delay = delay;
+    const Eigen::MatrixXd x = render(body, path, {.sample_rate_hz = kRate, .duration_s = 0.5}).sound_pa.samples;
     ASSERT_EQ(x.cols(), 2);
-    const double left = path.left_m.col(0).norm(), right = path.right_m.col(0).norm();
+    const double left = path.ear_m(0, 0.0).norm(), right = path.ear_m(1, 0.0).norm();
     const double damped_hz = std::sqrt(800.0 * 800.0 - std::pow(2.0 / (2 * kPi), 2));
     const Complex ratio = partial(x.col(0), damped_hz, 2.0, 4800, 9600) / partial(x.col(1), damped_hz, 2.0, 4800, 9600);
     const double k = body.transfer.modes[0].multipole.wavenumber_per_m;
@@ -164,16 +175,17 @@ TEST(TransferSynthesis, TwoEarsDifferByThePhaseAndSpreadingOfTheirPaths) {
 TEST(TransferSynthesis, PathAt200HzIsAsGoodAsAtTheSampleRateAlmost) {
   // A walk of 3 m/s round a source of order 8, ka = 6: what interpolation from 200 Hz loses.
   const Body body = body_of({700.0, 3275.0}, 2.0, 8);
-  ListenerPath path;
   const Eigen::Index n = 400;
-  path.time_s = Eigen::VectorXd::LinSpaced(n, 0.0, 1.0);
-  path.left_m.resize(3, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    path.left_m.col(i) << std::cos(3.0 * path.time_s[i]), std::sin(3.0 * path.time_s[i]), 0.2;
-  path.right_m = 1.1 * path.left_m;
+  std::vector<double> times_s;
+  Eigen::Matrix3Xd left_m(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    times_s.push_back(static_cast<double>(i) / static_cast<double>(n - 1));
+    left_m.col(i) << std::cos(3.0 * times_s.back()), std::sin(3.0 * times_s.back()), 0.2;
+  }
+  const Listener path = Listener::ears(times_s, left_m, 1.1 * left_m);
   TransferSynthesisOptions options{.sample_rate_hz = kRate, .duration_s = 1.0};
   const Eigen::MatrixXd coarse = render(body, path, options).sound_pa.samples;
-  options.update_rate_hz = 10000.0;
+  options.voice.update_rate_hz = 10000.0;
   const Eigen::MatrixXd fine = render(body, path, options).sound_pa.samples;
   EXPECT_LE((coarse - fine).norm(), 1e-3 * fine.norm());
 }
@@ -181,8 +193,9 @@ TEST(TransferSynthesis, PathAt200HzIsAsGoodAsAtTheSampleRateAlmost) {
 TEST(TransferSynthesis, UnitTransferIsTheSumOfModalCoordinates) {
   const Body body = body_of({300.0, 1234.5}, 5.0, 3);
   const TransferSynthesisResult result =
-      render(body, listener_at({1, 0, 0}, {}, {}), {.sample_rate_hz = kRate, .duration_s = 0.2, .unit_transfer = true});
-  Eigen::VectorXd expected = modal::render(
+      render(body, listener_at({1, 0, 0}, {}, {}),
+             {.sample_rate_hz = kRate, .duration_s = 0.2, .voice = {.unit_transfer = true}});
+  Eigen::VectorXd expected = oscillation(
       {{body.model.angular_frequency_rad_s[0], 5.0, 1.0}, {body.model.angular_frequency_rad_s[1], 5.0, 1.0}},
       {{0.0, Eigen::Vector2d(1.0, 2.0), 0.0}}, kRate, 9600);
   EXPECT_LE((result.sound_pa.samples.col(0) - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff());
@@ -190,18 +203,70 @@ TEST(TransferSynthesis, UnitTransferIsTheSumOfModalCoordinates) {
 
 TEST(TransferSynthesis, SameBitsOnOneAndOnTwoThreadsAndCloseOnOpenCl) {
   const Body body = body_of(std::vector<double>{300, 500, 700, 900, 1100, 1300, 1500, 1700, 1900, 2100}, 5.0, 4);
-  const ListenerPath path = line({1.0, 0.3, 0.2}, {-1.0, 0.5, 0.4}, 0.3);
-  TransferSynthesisOptions options{.sample_rate_hz = kRate, .duration_s = 0.3, .delay = true};
+  const Listener path = delayed(line({1.0, 0.3, 0.2}, {-1.0, 0.5, 0.4}, 0.3));
+  TransferSynthesisOptions options{.sample_rate_hz = kRate, .duration_s = 0.3};
   set_thread_count(1);
   const Eigen::MatrixXd one = render(body, path, options).sound_pa.samples;
   set_thread_count(2);
   const Eigen::MatrixXd two = render(body, path, options).sound_pa.samples;
   set_thread_count(0);
   EXPECT_EQ((one - two).cwiseAbs().maxCoeff(), 0.0);
-  options.device.opencl = true;
+  options.voice.device.opencl = true;
   const TransferSynthesisResult device = render(body, path, options);
-  EXPECT_NE(device.device_name, "processor");
+  EXPECT_NE(device.heard.device_name, "processor");
   EXPECT_LE((device.sound_pa.samples - one).cwiseAbs().maxCoeff(), 1e-11 * one.cwiseAbs().maxCoeff());
+}
+
+TEST(TransferSynthesis, MovingBodyIsAListenerWhoMovesTheOtherWay) {
+  const Body body = body_of({800.0, 1700.0}, 2.0, 3);
+  RadiatingVoice voice(0, body.model, body.transfer, body.decay_per_s);
+  Voice* const voices[] = {&voice};
+  events::EventLog log = log_of(body.strikes);
+  const auto sound = [&](const Listener& listener) {
+    return stage::render(log, voices, delayed(listener), {kRate, 0.4}).samples.col(0).eval();
+  };
+  const Eigen::VectorXd expected = sound(line({1.0, 0.3, 0.2}, {3.0, 0.7, 0.2}, 0.4));
+  log.poses = {{0, 0.0, {1.0, 2.0, 3.0}, {1, 0, 0, 0}}, {0, 0.4, {-1.0, 1.6, 3.0}, {1, 0, 0, 0}}};
+  const Eigen::VectorXd moved = sound(listener_at({2.0, 2.3, 3.2}, {}, {}));
+  EXPECT_LE((moved - expected).cwiseAbs().maxCoeff(), 1e-9 * expected.cwiseAbs().maxCoeff());
+}
+
+TEST(TransferSynthesis, TurnedBodyIsHeardFromItsOtherSide) {
+  const Body body = body_of({800.0}, 2.0, 4);
+  RadiatingVoice voice(0, body.model, body.transfer, body.decay_per_s);
+  Voice* const voices[] = {&voice};
+  events::EventLog log = log_of(body.strikes);
+  const auto sound = [&](const Eigen::Vector3d& at) {
+    return stage::render(log, voices, listener_at(at, {}, {}), {kRate, 0.1}).samples.col(0).eval();
+  };
+  const Eigen::VectorXd expected = sound({0.0, -1.0, 0.5});
+  const double c = std::sqrt(0.5);
+  log.poses = {{0, 0.0, {0, 0, 0}, {c, 0, 0, c}}};  // 90 degrees about z: what was at -y is at +x
+  EXPECT_LE((sound({1.0, 0.0, 0.5}) - expected).cwiseAbs().maxCoeff(), 1e-12 * expected.cwiseAbs().maxCoeff());
+}
+
+TEST(TransferSynthesis, HeadShadesAndDelaysWhatItsCentreHears) {
+  const Body body = body_of({900.0}, 2.0);
+  SphericalHead head;
+  head.centre_m = {1.5, 0.0, 0.0};
+  head.facing = {0.0, 1.0, 0.0};  // the body is to the left
+  const double damped_hz = std::sqrt(900.0 * 900.0 - std::pow(2.0 / (2 * kPi), 2)), omega = 2 * kPi * damped_hz;
+  for (const bool delay : {false, true}) {
+    Listener listener = Listener::head({0.0}, head.centre_m, {}, head);
+    listener.propagation_delay = delay;
+    const Eigen::MatrixXd x = render(body, listener, {.sample_rate_hz = kRate, .duration_s = 0.5}).sound_pa.samples;
+    const double left = head.angle_rad(0, {0, 0, 0}), right = head.angle_rad(1, {0, 0, 0});
+    const Complex ratio = partial(x.col(0), damped_hz, 2.0, 4800, 9600) / partial(x.col(1), damped_hz, 2.0, 4800, 9600);
+    const Complex expected = head.shadow(left, omega) / head.shadow(right, omega) *
+                             std::polar(1.0, -omega * (head.delay_s(left) - head.delay_s(right)));
+    EXPECT_LE(std::abs(ratio - expected), 2e-3 * std::abs(expected))
+        << delay;  // the decay over the delay: 2 / s x 0.8 ms
+  }
+}
+
+TEST(TransferSynthesis, ListenerWithoutAPlaceIsBadInput) {
+  const Body body = body_of({300.0}, 5.0);
+  EXPECT_THROW(render(body, Listener::without_place(), {}), InputError);
 }
 
 TEST(TransferSynthesis, DropsModesThatWouldFoldBackAndCountsThoseWithoutTransfer) {
@@ -209,9 +274,9 @@ TEST(TransferSynthesis, DropsModesThatWouldFoldBackAndCountsThoseWithoutTransfer
   body.transfer.modes.pop_back();
   const TransferSynthesisResult result =
       render(body, listener_at({1, 0, 0}, {}, {}), {.sample_rate_hz = 4000.0, .duration_s = 0.1});
-  EXPECT_EQ(result.n_modes_heard, 1);
-  EXPECT_EQ(result.n_modes_too_high, 1);
-  EXPECT_EQ(result.n_modes_without_transfer, 1);
+  EXPECT_EQ(result.heard.n_modes_heard, 1);
+  EXPECT_EQ(result.heard.n_modes_too_high, 1);
+  EXPECT_EQ(result.heard.n_modes_without_transfer, 1);
 }
 
 TEST(TransferSynthesis, ListenerWithinTheBodysSphereIsBadInput) {
@@ -221,13 +286,13 @@ TEST(TransferSynthesis, ListenerWithinTheBodysSphereIsBadInput) {
   EXPECT_THROW(render(body, line({1.0, 0.0, 0.0}, {0.01, 0.0, 0.0}, 1.0), {}), InputError);
 }
 
-TEST(ListenerPath, DefaultStandsWhereTheStrongestModeIsLoudest) {
+TEST(DefaultListener, DefaultStandsWhereTheStrongestModeIsLoudest) {
   TransferModel model = random_transfer({1, 1}, 82);
   for (ModeTransfer& mode : model.modes) mode.multipole.coefficients_pa.setZero();
-  model.modes[0].multipole.coefficients_pa[basis_index(1, 0)] = 100.0;
+  model.modes[0].multipole.coefficients_pa[acoustics::basis_index(1, 0)] = 100.0;
   model.modes[0].radiated_power_w = 1.0;
-  model.modes[1].multipole.coefficients_pa[basis_index(1, 1)] = 1.0;  // a dipole along x:  Y_1^1 - Y_1^-1
-  model.modes[1].multipole.coefficients_pa[basis_index(1, -1)] = -1.0;
+  model.modes[1].multipole.coefficients_pa[acoustics::basis_index(1, 1)] = 1.0;  // a dipole along x:  Y_1^1 - Y_1^-1
+  model.modes[1].multipole.coefficients_pa[acoustics::basis_index(1, -1)] = -1.0;
   model.modes[1].radiated_power_w = 2.0;
   const Eigen::Vector3d d = default_listener_m(model, 1.0) - model.modes[0].multipole.centre_m;
   EXPECT_LE(std::abs(d.norm() - 1.0), 1e-12);
@@ -239,12 +304,12 @@ TEST(ListenerPath, DefaultStandsWhereTheStrongestModeIsLoudest) {
 
 class PathFile : public testing::Test {
  protected:
-  ListenerPath read(const std::string& text, std::optional<double> ears_m = {}) {
+  Listener read(const std::string& text, std::optional<double> ears_m = {}) {
     const auto path =
         std::filesystem::path(testing::TempDir()) /
         (std::string("klang-path-") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv");
     write_file(path, text);
-    return read_listener_path(path, ears_m, Eigen::Vector3d::Zero());
+    return read_listener(path, ears_m, Eigen::Vector3d::Zero());
   }
   void expect_refused(const std::string& text, const std::string& word, std::optional<double> ears_m = {}) {
     try {
@@ -258,7 +323,7 @@ class PathFile : public testing::Test {
 };
 
 TEST_F(PathFile, ReadsEachKindOfColumns) {
-  ListenerPath path = read("time_s,x_m,y_m,z_m\n0,1,2,3\r\n# half way\n\n2, 3,2,3\n");
+  Listener path = read("time_s,x_m,y_m,z_m\n0,1,2,3\r\n# half way\n\n2, 3,2,3\n");
   EXPECT_FALSE(path.stereo());
   EXPECT_EQ(path.ear_m(0, 1.0), Eigen::Vector3d(2, 2, 3));
   EXPECT_EQ(path.ear_m(0, -1.0), Eigen::Vector3d(1, 2, 3));
@@ -288,4 +353,4 @@ TEST_F(PathFile, RefusesWhatIsNoPathAndNamesTheLine) {
 }
 
 }  // namespace
-}  // namespace klang::acoustics
+}  // namespace klang::stage

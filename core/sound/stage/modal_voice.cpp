@@ -1,0 +1,123 @@
+#include "core/sound/stage/modal_voice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/quality.hpp"
+#include "core/sound/audio/nyquist.hpp"
+#include "core/sound/stage/surface_coupling.hpp"
+
+namespace klang::stage {
+namespace {
+
+// The nodes of a body's surface, so that the nearest one is found without making the surface for each place.
+class SurfaceNodes {
+ public:
+  explicit SurfaceNodes(const mesh::TetMesh& mesh) {
+    const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
+    std::vector<char> on_surface(static_cast<std::size_t>(mesh.n_nodes()), 0);
+    for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+      for (Eigen::Index c = 0; c < surface.triangles.cols(); ++c)
+        on_surface[static_cast<std::size_t>(surface.triangles(t, c))] = 1;
+    for (int i = 0; i < mesh.n_nodes(); ++i) {
+      if (on_surface[static_cast<std::size_t>(i)] != 0) nodes_.push_back(i);
+    }
+    places_.nodes_m = mesh.nodes_m(nodes_, Eigen::all);
+  }
+  int nearest(const Eigen::Vector3d& point_m) const {
+    return nodes_[static_cast<std::size_t>(mesh::nearest_node(places_, point_m))];
+  }
+
+ private:
+  std::vector<int> nodes_;
+  mesh::TetMesh places_;  // without elements
+};
+
+}  // namespace
+
+ModalPush push_at_nearest_node(const modal::ModalModel& model) {
+  return [&model, nodes = std::make_shared<const SurfaceNodes>(model.mesh)](const Eigen::Vector3d& point_m,
+                                                                            const Eigen::Vector3d& impulse_n_s) {
+    const int node = nodes->nearest(point_m);
+    Eigen::VectorXd push(model.n_modes());
+    for (Eigen::Index m = 0; m < push.size(); ++m) push[m] = model.shapes.block<3, 1>(3 * node, m).dot(impulse_n_s);
+    return push;
+  };
+}
+
+double RingingBody::damped_rad_s(Eigen::Index mode) const {
+  const double omega = angular_frequency_rad_s[mode], decay = decay_per_s[mode];
+  return std::sqrt(std::max(0.0, (omega - decay) * (omega + decay)));
+}
+
+std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, const ModalPush& push,
+                                         const std::vector<Eigen::Index>& modes) {
+  std::vector<ModalImpulse> impulses;
+  for (const events::Impulse& impulse : log.impulses) {
+    if (impulse.body != body) continue;
+    const events::GaussianPulse pulse = events::gaussian_pulse(impulse);
+    impulses.push_back({pulse.centre_s, push(impulse.point_m, impulse.impulse_n_s)(modes), pulse.standard_deviation_s});
+  }
+  return impulses;
+}
+
+ModalVoice::ModalVoice(int body, RingingBody ringing) : body_(body), ringing_(std::move(ringing)) {
+  const Eigen::Index n = ringing_.angular_frequency_rad_s.size();
+  if (ringing_.decay_per_s.size() != n) {
+    throw InputError("synthesis", "needs one decay a mode", std::to_string(ringing_.decay_per_s.size()),
+                     std::to_string(n));
+  }
+  if (ringing_.gain.rows() != n) {
+    throw InputError("synthesis", "needs one gain for each mode", std::to_string(ringing_.gain.rows()),
+                     std::to_string(n));
+  }
+}
+
+void ModalVoice::add_to(Mix& mix, const events::EventLog& log, const Listener&, Monitor&) {
+  if (ringing_.gain.cols() != 1 && ringing_.gain.cols() != mix.n_channels()) {
+    throw InputError("synthesis", "needs one gain for each channel", std::to_string(ringing_.gain.cols()),
+                     std::to_string(mix.n_channels()));
+  }
+  const Eigen::Index n_frames = mix.known_frames();
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index m = 0; m < ringing_.angular_frequency_rad_s.size(); ++m) {
+    if (ringing_.damped_rad_s(m) / (2.0 * kPi) < audio::highest_rendered_hz(mix.sample_rate_hz())) kept.push_back(m);
+  }
+  const std::vector<ModalImpulse> impulses = modal_impulses(log, body_, ringing_.push, kept);
+  Eigen::VectorXd sound;
+  for (int c = 0; c < mix.n_channels(); ++c) {
+    if (c == 0 || ringing_.gain.cols() > 1) {
+      std::vector<Oscillator> oscillators;
+      for (const Eigen::Index m : kept)
+        oscillators.push_back({ringing_.angular_frequency_rad_s[m], ringing_.decay_per_s[m], ringing_.gain(m, c)});
+      sound = oscillation(oscillators, impulses, mix.sample_rate_hz(), n_frames);
+    }
+    mix.add(c, 0, {sound.data(), static_cast<std::size_t>(sound.size())});
+  }
+}
+
+events::EventLog log_of(std::vector<events::Strike> strikes) {
+  events::EventLog log;
+  log.bodies = {{"body", -1}};
+  log.impulses = std::move(strikes);
+  return log;
+}
+
+audio::Signal synthesise(const modal::ModalModel& model, const Eigen::VectorXd& decay_per_s,
+                         const std::vector<events::Strike>& strikes, const SynthesisOptions& options) {
+  RingingBody ringing{model.angular_frequency_rad_s, decay_per_s, {}, push_at_nearest_node(model)};
+  if (options.pickup) {
+    const int node = SurfaceNodes(model.mesh).nearest(options.pickup->point_m);
+    ringing.gain = model.shapes.middleRows<3>(3 * node).transpose() * options.pickup->direction.normalized();
+  } else {
+    ringing.gain = surface_coupling(model);
+  }
+  ModalVoice voice(0, std::move(ringing));
+  Voice* const voices[] = {&voice};
+  return render(log_of(strikes), voices, Listener::without_place(), {options.sample_rate_hz, options.duration_s});
+}
+
+}  // namespace klang::stage

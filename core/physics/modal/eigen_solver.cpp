@@ -3,12 +3,12 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/block_mass.hpp"
 #include "core/physics/modal/detail/eigen_problem.hpp"
 #include "core/physics/modal/detail/hierarchical_error.hpp"
@@ -23,14 +23,6 @@ constexpr Eigen::Index kBlockFromNodes = 4000;
 constexpr Eigen::Index kBlock = 8;
 
 double omega_sq(double frequency_hz) { return std::pow(2 * kPi * frequency_hz, 2); }
-
-class Stopwatch {
- public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 struct Search {
   detail::Pairs pairs;

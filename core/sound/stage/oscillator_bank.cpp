@@ -184,11 +184,6 @@ void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::si
 
 }  // namespace
 
-Eigen::VectorXd rayleigh_decay_per_s(const Eigen::VectorXd& angular_frequency_rad_s, double rayleigh_stiffness_s,
-                                     double rayleigh_mass_per_s) {
-  return 0.5 * (rayleigh_stiffness_s * angular_frequency_rad_s.array().square() + rayleigh_mass_per_s);
-}
-
 Eigen::VectorXd render(const std::vector<Oscillator>& oscillators, const std::vector<ModalImpulse>& impulses,
                        double sample_rate_hz, Eigen::Index n_frames) {
   check_inputs(oscillators, impulses, sample_rate_hz, n_frames);

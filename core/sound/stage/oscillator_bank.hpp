@@ -7,10 +7,6 @@
 
 namespace klang::modal {
 
-/// Decay of each mode, amplitude(t) ~ exp(-decay_per_s t); C = rayleigh_stiffness_s K + rayleigh_mass_per_s M.
-Eigen::VectorXd rayleigh_decay_per_s(const Eigen::VectorXd& angular_frequency_rad_s, double rayleigh_stiffness_s,
-                                     double rayleigh_mass_per_s);
-
 /// One strike of a body: a Gaussian force pulse of unit area times the impulse (a Dirac pulse when duration is 0), at a
 /// time that need not fall on a sample.
 struct Strike {

@@ -7,6 +7,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/toml_table.hpp"
+#include "core/physics/modal/damping/damping_laws.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 
 namespace klang::datasets {
@@ -43,13 +44,6 @@ const TomlField kSchema[] = {
     {"material", "youngs_modulus_pa", TomlType::kNumber, "with poissons_ratio", 1e-6, 1e14, "Young's modulus"},
     {"material", "poissons_ratio", TomlType::kNumber, "with youngs_modulus_pa", -0.999, 0.4999, "Poisson's ratio"},
     {"material", "density_kg_m3", TomlType::kNumber, "the preset's", 1e-3, 1e6, "density"},
-
-    {"damping", "model", TomlType::kText, "required", -kInf, kInf, "`rayleigh`, `loss_factor` or `zener`"},
-    {"damping", "rayleigh_stiffness_s", TomlType::kNumber, "0", 0, 1, "a of decay = (a ω² + b) / 2"},
-    {"damping", "rayleigh_mass_per_s", TomlType::kNumber, "0", 0, 1e6, "b of decay = (a ω² + b) / 2"},
-    {"damping", "loss_factor", TomlType::kNumber, "0", 0, 1, "η of decay = η ω / 2"},
-    {"damping", "zener_strength", TomlType::kNumber, "0", 0, 1, "Δ of decay = Δ/2 · ω · ωτ / (1 + (ωτ)²)"},
-    {"damping", "zener_relaxation_time_s", TomlType::kNumber, "0", 0, 1e3, "τ of the same"},
 
     {"noise", "snr_db", TomlType::kNumber, "required", -60, 200,
      "mean square of the sound over the whole recording by that of the noise, each channel"},
@@ -99,6 +93,35 @@ const TomlField kSchema[] = {
     {"specimen.mount", "damping_n_s_per_m", TomlType::kNumber, "required", 0, 1e3, "coefficient of the damper"},
 };
 
+/// "`rayleigh`, `loss_factor` or `zener`".
+std::string law_choice() {
+  const auto& laws = damping::damping_laws(damping::LawUse::kRecipes);
+  std::string text;
+  for (std::size_t i = 0; i < laws.size(); ++i) {
+    text += i == 0 ? "" : i + 1 < laws.size() ? ", " : " or ";
+    text.append("`").append(laws[i]->name()).append("`");
+  }
+  return text;
+}
+
+/// The table above with the keys of the damping laws after the material's.
+const std::vector<TomlField>& recipe_schema() {
+  static const std::string choice = law_choice();
+  static const std::vector<TomlField> schema = [] {
+    std::vector<TomlField> fields(std::begin(kSchema), std::end(kSchema));
+    std::vector<TomlField> damping = {{"damping", "model", TomlType::kText, "required", -kInf, kInf, choice}};
+    for (const damping::DampingLaw* law : damping::damping_laws(damping::LawUse::kRecipes)) {
+      for (const damping::LawParameter& p : law->parameters())
+        damping.push_back({"damping", p.name, TomlType::kNumber, "0", p.low, p.high, p.meaning});
+    }
+    const auto place =
+        std::find_if(fields.begin(), fields.end(), [](const TomlField& field) { return field.table == "noise"; });
+    fields.insert(place, damping.begin(), damping.end());
+    return fields;
+  }();
+  return schema;
+}
+
 // Adds the place to complaints of functions that do not know the file.
 template <class Function>
 auto located(const std::string& place, Function&& function) {
@@ -135,28 +158,20 @@ solid::Material read_material(const TomlTable& table) {
 
 void read_damping(const TomlTable& table, Recipe& recipe) {
   const std::string model = table.text("model");
-  std::set<std::string_view> keys;
-  if (model == "rayleigh") {
-    recipe.damping = RecipeDamping::kRayleigh;
-    recipe.rayleigh_stiffness_s = table.number("rayleigh_stiffness_s", 0.0);
-    recipe.rayleigh_mass_per_s = table.number("rayleigh_mass_per_s", 0.0);
-    keys = {"rayleigh_stiffness_s", "rayleigh_mass_per_s"};
-  } else if (model == "loss_factor") {
-    recipe.damping = RecipeDamping::kLossFactor;
-    recipe.loss_factor = table.number("loss_factor");
-    keys = {"loss_factor"};
-  } else if (model == "zener") {
-    recipe.damping = RecipeDamping::kZener;
-    recipe.zener_strength = table.number("zener_strength");
-    recipe.zener_relaxation_time_s = table.number("zener_relaxation_time_s");
-    keys = {"zener_strength", "zener_relaxation_time_s"};
-  } else {
-    throw InputError(table.place("model"), "unknown damping model", model, "rayleigh, loss_factor, zener");
+  recipe.damping = damping::find_law(model, damping::LawUse::kRecipes);
+  if (!recipe.damping) {
+    throw InputError(table.place("model"), "unknown damping model", model,
+                     damping::law_names(damping::LawUse::kRecipes));
   }
-  for (const TomlField& field : kSchema) {
-    if (field.table == "damping" && field.key != "model" && !keys.count(field.key) && table.has(field.key)) {
+  std::set<std::string_view> keys = {"model"};
+  for (const damping::LawParameter& parameter : recipe.damping->parameters()) {
+    recipe.damping_parameters.push_back(parameter.required ? table.number(parameter.name)
+                                                           : table.number(parameter.name, 0.0));
+    keys.insert(parameter.name);
+  }
+  for (const TomlField& field : recipe_schema()) {
+    if (field.table == "damping" && !keys.count(field.key) && table.has(field.key))
       throw InputError(table.place(field.key), "has no meaning in the model", model);
-    }
   }
 }
 
@@ -230,35 +245,11 @@ RecipeSpecimen read_specimen(const TomlTable& table, const std::filesystem::path
 
 }  // namespace
 
-double Recipe::decay_per_s(double omega) const {
-  switch (damping) {
-    case RecipeDamping::kRayleigh:
-      return 0.5 * (rayleigh_stiffness_s * omega * omega + rayleigh_mass_per_s);
-    case RecipeDamping::kLossFactor:
-      return 0.5 * loss_factor * omega;
-    case RecipeDamping::kZener: {
-      const double x = omega * zener_relaxation_time_s;
-      return 0.5 * zener_strength * omega * x / (1.0 + x * x);
-    }
-  }
-  return 0.0;
-}
-
-std::string Recipe::damping_model() const {
-  switch (damping) {
-    case RecipeDamping::kRayleigh:
-      return "rayleigh";
-    case RecipeDamping::kLossFactor:
-      return "loss_factor";
-    case RecipeDamping::kZener:
-      return "zener";
-  }
-  return "";
-}
+double Recipe::decay_per_s(double omega) const { return damping->decay_per_s(omega, damping_parameters.data()); }
 
 Recipe parse_recipe(std::string_view text, const std::string& name, const std::filesystem::path& base_folder) {
   if (text.size() > kMaxBytes) throw InputError(name, "is too long for a recipe", std::to_string(text.size()));
-  const TomlTable root = TomlTable::parse(text, name, kSchema);
+  const TomlTable root = TomlTable::parse(text, name, recipe_schema());
   Recipe recipe;
   recipe.name = root.text("name", name.c_str());
   recipe.material = read_material(required_table(root, "material"));
@@ -324,7 +315,7 @@ std::string recipe_schema_markdown() {
       "# Recipes of synthetic recordings\n\n"
       "`klang dataset RECIPE` makes recordings with known truth. Generated from the table in\n"
       "`datasets-synthetic/recipe_parser.cpp`; a test keeps the two equal. Unknown keys are errors.\n";
-  text += toml_schema_markdown(kSchema);
+  text += toml_schema_markdown(recipe_schema());
   text +=
       "\n## What is made, in this order\n"
       "1. True modes: boxes and tubes that are free by the Ritz method (`ritz_box.hpp`, `ritz_tube.hpp`: no "

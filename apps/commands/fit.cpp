@@ -65,7 +65,6 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
   const fit::FitProblem problem = fit::read_fit_problem(options.problem);
   OutputDirectory out(options.output);
   fit::FitOptions fit_options = options.fit;
-  fit_options.seed = common.seed;
   const fit::FitResult result = fit::run_fit(problem, fit_options, monitor);
   if (!result.usable()) throw NumericalError(options.problem + ": " + to_text(result.status) + ": " + result.message);
 

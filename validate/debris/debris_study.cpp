@@ -190,7 +190,7 @@ Heard Study::direct(const datasets::DebrisPiece& piece, const Blow& blow, Debris
     const StageClock clock(result.direct.audio_s);
     const mesh::SurfacePoint place = mesh::nearest_surface_point(model.mesh, blow.at_m);
     ringing.omega = model.angular_frequency_rad_s;
-    ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
+    ringing.decay = o_.damping.decay_per_s(ringing.omega);
     ringing.impulse = Eigen::VectorXd::Zero(model.n_modes());
     for (std::size_t k = 0; k < place.nodes.size(); ++k)
       ringing.impulse += place.weights[static_cast<Eigen::Index>(k)] *
@@ -266,7 +266,7 @@ Heard Study::proxy(const datasets::DebrisPiece& piece, const Blow& blow, DebrisP
   {
     const StageClock clock(result.proxy.audio_s);
     ringing.omega = Eigen::Map<const Eigen::VectorXd>(omega.data(), static_cast<Eigen::Index>(omega.size()));
-    ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
+    ringing.decay = o_.damping.decay_per_s(ringing.omega);
     const soundbank::EllipsoidModes modes = soundbank::cell_modes(bank_, found.cell, scale);
     const Eigen::Vector3d force = frame.rotation * blow.impulse_n_s;
     const Eigen::Vector3d contact =
@@ -389,7 +389,7 @@ void DebrisStudyOptions::validate() const {
   std::vector<Violation> violations = violations_of(*this);
   if (highest_hz > 0.45 * sample_rate_hz)
     violations.push_back(out_of_range("highest_hz", highest_hz, between(1000.0, 0.45 * sample_rate_hz)));
-  if (rayleigh_mass_per_s == 0.0 && rayleigh_stiffness_s == 0.0)
+  if (damping.mass_per_s == 0.0 && damping.stiffness_s == 0.0)
     violations.push_back({"rayleigh_mass_per_s", "and rayleigh_stiffness_s must not both be 0", ""});
   throw_violations("debris study", std::move(violations));
   debris.validate();

@@ -52,15 +52,16 @@ struct ElasticFit {
 /// Least squares over all specimens:
 ///   sum_i w_i (ln f_i - ln f_model(x))^2 / (sigma_i^2 + s^2) + sum of priors
 /// with s the median model scatter given the residuals (scatter_median), and Huber weights w_i, both iterated.
-/// @param leash  scales the weak pull to the start: 1, or 0 a coordinate where the data determine it
+/// @param regularisation  scales the weak pull to the start: 1, or 0 a coordinate where the data determine it
 ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models, const std::vector<ElasticDatum>& data,
-                       const Eigen::VectorXd& x0, const Eigen::VectorXd& leash, const ElasticFitOptions& options);
+                       const Eigen::VectorXd& x0, const Eigen::VectorXd& regularisation,
+                       const ElasticFitOptions& options);
 
-/// The residuals that Ceres sees (data, then priors, then leashes), for the gradient checker. total: standard deviation
+/// The residuals that Ceres sees (data, then priors, then regularisation), for the gradient checker. total: standard deviation
 /// of each datum.
 std::unique_ptr<ceres::CostFunction> elastic_cost(const ParameterSpace& space, const SpectrumModels& models,
                                                   const std::vector<ElasticDatum>& data, const Eigen::VectorXd& total,
-                                                  const Eigen::VectorXd& leash,
+                                                  const Eigen::VectorXd& regularisation,
                                                   const std::map<std::string, Prior>& priors);
 
 }  // namespace klang::fit

@@ -16,7 +16,7 @@ struct JointMatchOptions {
 /// Partials of all specimens on their modes, and the parameters that make them fit.
 struct JointMatch {
   ElasticFit fit;
-  Eigen::VectorXd leash;
+  Eigen::VectorXd regularisation;
   std::vector<TableMatch> matches;            ///< a specimen each
   std::vector<std::vector<ModelLine>> lines;  ///< a specimen each, at fit.x
   double score = 0.0;

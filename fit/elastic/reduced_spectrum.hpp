@@ -12,6 +12,10 @@
 
 namespace klang::fit {
 
+namespace detail {
+class ElasticBlocks;
+}
+
 /// A specimen as finite elements.
 struct SpecimenBody {
   mesh::TetMesh mesh;
@@ -64,7 +68,16 @@ class ReducedSpectrum : public SpectrumModel {
     double start_m = 0.0, step = 0.0;                   // step of ln(dimension)
     std::vector<Matrices> slope, curvature;             // of each block by ln(dimension), halves included
     double volume_slope = 0.0, volume_curvature = 0.0;  // of ln(volume)
+    void add_block(const Matrices& low, const Matrices& centre, const Matrices& high);
   };
+  /// What a block's matrices are projected onto, and the correction of its mesh errors there.
+  struct Projection {
+    Eigen::MatrixXd basis, softer;
+    Matrices matrices(const detail::ElasticBlocks& from, std::size_t block) const;
+  };
+  using BlockVectors = std::vector<std::vector<Eigen::MatrixXd>>;  // of each material or shape, by block
+  static Projection projection(const detail::ElasticBlocks& system, std::size_t block, Eigen::Index n_modes,
+                               const BlockVectors& vectors, const std::vector<Eigen::VectorXd>& correction);
   struct Block {
     int multiplicity = 1;
     Eigen::Index n_modes = 0;

@@ -98,10 +98,6 @@ FitProblem problem_at(const Specimen& specimen, const solid::Material& material,
 
 }  // namespace
 
-std::string to_text(TuneStatus status) {
-  return status == TuneStatus::kReached ? "reached" : status == TuneStatus::kNotReached ? "not_reached" : "not_run";
-}
-
 void TuneOptions::validate(const Specimen& specimen) const {
   if (!specimen.shape) throw InputError(kPlace, "only a body given by shape and dimensions can be tuned");
   if (dimensions.empty()) throw InputError(kPlace, "no dimension is free");
@@ -206,7 +202,7 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     solver.model_std = 1e-6;
     solver.robust = false;
     solver.max_rounds = 1;
-    // With a dimension to spare the leash picks the smallest change; it is too weak to spoil a target.
+    // With a dimension to spare the regularisation picks the smallest change; it is too weak to spoil a target.
     const bool spare = options.dimensions.size() > options.targets.size();
     const ElasticFit fit = fit_elastic(space, {spectrum}, data, space.start(),
                                        Eigen::VectorXd::Constant(space.size(), spare ? 1.0 : 0.0), solver);

@@ -1,9 +1,11 @@
 #pragma once
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "fit/specimen/specimen.hpp"
 
@@ -25,7 +27,10 @@ struct TuneOptions {
 };
 
 enum class TuneStatus { kNotRun, kReached, kNotReached };
-std::string to_text(TuneStatus status);
+constexpr auto words_of(TuneStatus) {
+  return std::array{Word{TuneStatus::kNotRun, "not_run"}, Word{TuneStatus::kReached, "reached"},
+                    Word{TuneStatus::kNotReached, "not_reached"}};
+}
 
 struct TunedDimension {
   std::string name;

@@ -95,13 +95,13 @@ std::string rise_csv(const DropRecording& recording, const std::vector<DropSound
   return text;
 }
 
-struct Made {
+struct RecordedDrops {
   SyntheticRecording recording;
   json truth;
   std::string rise;
 };
 
-Made make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t seed) {
+RecordedDrops make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t seed) {
   const DropRecording& wanted = recipe.recordings[index];
   const auto n_frames = static_cast<Eigen::Index>(std::llround(recipe.duration_s * recipe.sample_rate_hz));
   Eigen::VectorXd clean = Eigen::VectorXd::Zero(n_frames);
@@ -132,7 +132,7 @@ Made make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t s
     sound +=
         noise_rms * (recipe.pink ? pink_noise(n_frames, recipe.sample_rate_hz, random) : white_noise(n_frames, random));
   }
-  Made made;
+  RecordedDrops made;
   made.recording.name = wanted.name;
   made.recording.signal.samples = sound;
   made.recording.signal.sample_rate_hz = recipe.sample_rate_hz;
@@ -210,7 +210,7 @@ DropSound drop_sound(const Drop& drop, const DropRecipe& recipe) {
 
 Dataset make_drops(std::string_view toml, const std::string& name, std::uint64_t seed, Monitor& monitor) {
   const DropRecipe recipe = parse_drop_recipe(toml, name, seed);
-  std::vector<Made> made(recipe.recordings.size());
+  std::vector<RecordedDrops> made(recipe.recordings.size());
   for_each_job(
       made.size(), [&](std::size_t i) { made[i] = make_recording(recipe, i, seed); }, "synthetic drops", monitor);
   Provenance provenance;
@@ -233,7 +233,7 @@ Dataset make_drops(std::string_view toml, const std::string& name, std::uint64_t
       {"pitch", {{"k_delta_per_m", pitch.k_delta_per_m}, {"eta", pitch.eta}, {"largest_factor", pitch.largest_factor}}},
       {"recordings", json::array()}};
   Dataset dataset;
-  for (Made& one : made) {
+  for (RecordedDrops& one : made) {
     dataset.files.emplace_back(one.recording.name + "-rise.csv", std::move(one.rise));
     dataset.recordings.push_back(std::move(one.recording));
     truth["recordings"].push_back(std::move(one.truth));

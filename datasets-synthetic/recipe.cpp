@@ -1,18 +1,13 @@
 #include "datasets-synthetic/recipe.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <complex>
 
-#include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/provenance.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
-#include "datasets-synthetic/body_modes.hpp"
-#include "datasets-synthetic/disturbances.hpp"
+#include "datasets-synthetic/detail/recipe_recording.hpp"
 #include "datasets-synthetic/drops.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 
@@ -21,242 +16,16 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kHighestOfSampleRate = 0.499;
-constexpr double kSilent = 1e-9;  // of the loudest partial: a mode struck or heard on a node line
-enum class Purpose : std::uint64_t { kNoise, kRoom, kMains };
-
-// One mode as each channel hears it after the first strike: amplitude exp(-decay t) cos(omega_d t + phase),
-// written as Re(amplitude exp(p t)).
-struct HeardMode {
-  double undamped_rad_s = 0.0, damped_rad_s = 0.0, decay_per_s = 0.0;
-  std::vector<std::complex<double>> amplitude;  // a channel each
-  std::string label;
-};
-
-struct Made {
-  SyntheticRecording recording;
-  std::vector<Eigen::Vector3d> mounts_m;  // the points that were taken
-  json truth;
-};
-
-RandomStream stream(std::uint64_t seed, std::size_t specimen, std::size_t channel, Purpose purpose) {
-  return {seed, (specimen << 16) | (channel << 4) | static_cast<std::uint64_t>(purpose)};
-}
-
-json vector_json(const Eigen::Vector3d& v) { return {json_number(v[0]), json_number(v[1]), json_number(v[2])}; }
-
-// Modes with equal frequencies (closer than a thousandth of their width) are one partial.
-std::vector<HeardMode> partials_of(std::vector<HeardMode> modes) {
-  std::sort(modes.begin(), modes.end(),
-            [](const HeardMode& a, const HeardMode& b) { return a.damped_rad_s < b.damped_rad_s; });
-  std::vector<HeardMode> partials;
-  for (HeardMode& mode : modes) {
-    if (!partials.empty() && mode.damped_rad_s - partials.back().damped_rad_s <= 1e-3 * mode.decay_per_s) {
-      for (std::size_t c = 0; c < mode.amplitude.size(); ++c) partials.back().amplitude[c] += mode.amplitude[c];
-    } else {
-      partials.push_back(std::move(mode));
-    }
-  }
-  double loudest = 0.0;
-  const auto loudness = [](const HeardMode& m) {
-    double top = 0.0;
-    for (const auto& a : m.amplitude) top = std::max(top, std::abs(a));
-    return top;
-  };
-  for (const HeardMode& partial : partials) loudest = std::max(loudest, loudness(partial));
-  std::erase_if(partials, [&](const HeardMode& m) { return !(loudness(m) > kSilent * loudest); });
-  return partials;
-}
-
-json shape_json(const mesh::ShapeSpec& shape) {
-  json value = {{"kind", shape.kind}};
-  for (const auto& [name, metres] : shape.dims) value[name] = metres;
-  if (!shape.profile_csv.empty()) value["profile_csv"] = shape.profile_csv.filename().string();
-  return value;
-}
-
-Made make_recording(const Recipe& recipe, std::size_t index, std::uint64_t seed, Monitor& monitor) {
-  const RecipeSpecimen& specimen = recipe.specimens[index];
-  const std::size_t n_channels = specimen.pickups.size();
-  std::vector<Eigen::Vector3d> places;
-  for (const RecipeStrike& strike : specimen.strikes) places.push_back(strike.at);
-  for (const RecipePickup& pickup : specimen.pickups) places.push_back(pickup.at);
-  for (const RecipeMount& mount : specimen.mounts) places.push_back(mount.at);
-  const double highest_hz = std::min(recipe.highest_hz, kHighestOfSampleRate * recipe.sample_rate_hz);
-  BodyModes modes = body_modes(specimen.shape, recipe.material, specimen.support, highest_hz, places, monitor);
-  split_pairs(modes, recipe.split_detuning, recipe.split_detuning > 0.0 ? recipe.split_angle_rad : 0.0);
-  const std::size_t n_strikes = specimen.strikes.size();
-  const Eigen::Index n_modes = modes.angular_frequency_rad_s.size();
-
-  std::vector<modal::Oscillator> oscillators;
-  std::vector<modal::ModalImpulse> impulses;
-  for (const RecipeStrike& strike : specimen.strikes) {
-    impulses.push_back({strike.time_s, Eigen::VectorXd(n_modes), strike.contact_s});
-  }
-  std::vector<HeardMode> heard;
-  for (Eigen::Index m = 0; m < n_modes; ++m) {
-    const double omega = modes.angular_frequency_rad_s[m];
-    double decay = recipe.decay_per_s(omega);
-    for (std::size_t k = 0; k < specimen.mounts.size(); ++k) {
-      const RecipeMount& mount = specimen.mounts[k];
-      const Eigen::Vector3d shape = modes.shapes[n_strikes + n_channels + k].col(m);
-      const double seen = mount.direction ? shape.dot(mount.direction->normalized()) : shape.norm();
-      decay += 0.5 * mount.damping_n_s_per_m * seen * seen;
-    }
-    oscillators.push_back({omega, decay, 1.0});
-    for (std::size_t s = 0; s < n_strikes; ++s) {
-      impulses[s].impulse[m] = modes.shapes[s].col(m).dot(specimen.strikes[s].impulse_n_s);
-    }
-    if (!(decay < omega)) continue;  // over-damped: a thud, no partial
-    HeardMode mode{
-        omega, std::sqrt((omega - decay) * (omega + decay)), decay, {}, modes.labels[static_cast<std::size_t>(m)]};
-    const std::complex<double> pole(-decay, mode.damped_rad_s);
-    const double contact = specimen.strikes[0].contact_s;
-    const std::complex<double> start = impulses[0].impulse[m] / mode.damped_rad_s *
-                                       std::exp(0.5 * contact * contact * pole * pole) * std::complex<double>(0, -1);
-    mode.amplitude.assign(n_channels, start);
-    heard.push_back(std::move(mode));
-  }
-
-  const auto n_frames = static_cast<Eigen::Index>(std::llround(recipe.duration_s * recipe.sample_rate_hz));
-  Eigen::MatrixXd clean(n_frames, static_cast<Eigen::Index>(n_channels));
-  for (std::size_t c = 0; c < n_channels; ++c) {
-    const Eigen::Vector3d direction = specimen.pickups[c].direction.normalized();
-    std::size_t at = 0;
-    for (Eigen::Index m = 0; m < n_modes; ++m) {
-      auto& oscillator = oscillators[static_cast<std::size_t>(m)];
-      oscillator.output_gain =
-          modes.shapes[n_strikes + c].col(m).dot(direction) * oscillator.angular_frequency_rad_s / (2.0 * kPi);
-      if (oscillator.decay_per_s < oscillator.angular_frequency_rad_s)
-        heard[at++].amplitude[c] *= oscillator.output_gain;
-    }
-    clean.col(static_cast<Eigen::Index>(c)) = modal::render(oscillators, impulses, recipe.sample_rate_hz, n_frames);
-  }
-  const double top = clean.size() > 0 ? clean.cwiseAbs().maxCoeff() : 0.0;
-  if (!(top > 0.0)) {
-    throw InputError(recipe.name + ", " + specimen.name, "is silent: nothing is struck or heard in the band",
-                     std::to_string(n_modes) + " modes up to " + to_text(highest_hz) + " Hz");
-  }
-  const double scale = recipe.peak / top;
-  clean *= scale;
-  for (HeardMode& mode : heard) {
-    for (auto& a : mode.amplitude) a *= scale;
-  }
-  const std::vector<HeardMode> partials = partials_of(std::move(heard));
-
-  Eigen::MatrixXd sound = clean;
-  json channels = json::array();
-  for (std::size_t c = 0; c < n_channels; ++c) {
-    auto channel = sound.col(static_cast<Eigen::Index>(c));
-    if (recipe.room_rt60_s) {
-      RandomStream random = stream(seed, index, c, Purpose::kRoom);
-      channel += room_tail(clean.col(static_cast<Eigen::Index>(c)), recipe.sample_rate_hz, *recipe.room_rt60_s,
-                           recipe.room_level_db, random);
-    }
-    const double rms = std::sqrt(channel.squaredNorm() / static_cast<double>(n_frames));
-    double noise_rms = 0.0;
-    Eigen::VectorXd added = Eigen::VectorXd::Constant(n_frames, recipe.dc_offset);
-    if (recipe.snr_db) {
-      noise_rms = rms * std::pow(10.0, -*recipe.snr_db / 20.0);
-      RandomStream random = stream(seed, index, c, Purpose::kNoise);
-      added += noise_rms *
-               (recipe.pink ? pink_noise(n_frames, recipe.sample_rate_hz, random) : white_noise(n_frames, random));
-    }
-    if (recipe.mains_amplitude > 0.0) {
-      RandomStream random = stream(seed, index, 0, Purpose::kMains);  // the same in every channel
-      added += mains_hum(n_frames, recipe.sample_rate_hz, recipe.mains_frequency_hz, recipe.mains_amplitude,
-                         recipe.mains_harmonics, random);
-    }
-    channel += added;
-    json list = json::array();
-    for (const HeardMode& p : partials) {
-      list.push_back(
-          {{"amplitude", json_number(std::abs(p.amplitude[c]))}, {"phase_rad", json_number(std::arg(p.amplitude[c]))}});
-    }
-    channels.push_back({{"at_m", vector_json(modes.places_m[n_strikes + c])},
-                        {"direction", vector_json(specimen.pickups[c].direction.normalized())},
-                        {"sound_rms", json_number(rms)},
-                        {"noise_rms", json_number(noise_rms)},
-                        {"partials", std::move(list)}});
-  }
-  long n_clipped = 0;
-  if (recipe.clip_level) {
-    n_clipped = (sound.array().abs() > *recipe.clip_level).count();
-    sound = sound.cwiseMax(-*recipe.clip_level).cwiseMin(*recipe.clip_level);
-  }
-
-  Made made;
-  made.recording.name = specimen.name;
-  made.recording.signal = {std::move(sound), recipe.sample_rate_hz, recipe.name + ", " + specimen.name};
-  json partial_list = json::array(), strikes = json::array(), mode_list = json::array();
-  for (const HeardMode& p : partials) {
-    made.recording.frequency_hz.push_back(p.damped_rad_s / (2.0 * kPi));
-    made.recording.decay_per_s.push_back(p.decay_per_s);
-    made.recording.amplitude.push_back(std::abs(p.amplitude[0]));
-    made.recording.phase_rad.push_back(std::arg(p.amplitude[0]));
-    partial_list.push_back({{"frequency_hz", json_number(p.damped_rad_s / (2.0 * kPi))},
-                            {"undamped_frequency_hz", json_number(p.undamped_rad_s / (2.0 * kPi))},
-                            {"decay_per_s", json_number(p.decay_per_s)},
-                            {"amplitude", json_number(std::abs(p.amplitude[0]))},
-                            {"phase_rad", json_number(std::arg(p.amplitude[0]))},
-                            {"mode", p.label}});
-  }
-  for (std::size_t s = 0; s < n_strikes; ++s) {
-    const RecipeStrike& strike = specimen.strikes[s];
-    made.recording.strikes_s.push_back(strike.time_s);
-    strikes.push_back({{"time_s", strike.time_s},
-                       {"at_m", vector_json(modes.places_m[s])},
-                       {"impulse_n_s", vector_json(strike.impulse_n_s)},
-                       {"contact_s", strike.contact_s}});
-  }
-  for (Eigen::Index m = 0; m < n_modes; ++m) {
-    mode_list.push_back({{"undamped_frequency_hz", json_number(modes.angular_frequency_rad_s[m] / (2.0 * kPi))},
-                         {"mode", modes.labels[static_cast<std::size_t>(m)]}});
-  }
-  json mounts = json::array();
-  for (std::size_t k = 0; k < specimen.mounts.size(); ++k) {
-    made.mounts_m.push_back(modes.places_m[n_strikes + n_channels + k]);
-    mounts.push_back(
-        {{"at_m", vector_json(made.mounts_m.back())},
-         {"direction", specimen.mounts[k].direction ? vector_json(*specimen.mounts[k].direction) : json(nullptr)},
-         {"damping_n_s_per_m", specimen.mounts[k].damping_n_s_per_m}});
-  }
-  json mass = nullptr;
-  if (specimen.shape.kind != "revolution") mass = mesh::shape_volume_m3(specimen.shape) * recipe.material.density_kg_m3;
-  made.truth = {{"name", specimen.name},
-                {"recording", specimen.name + ".wav"},
-                {"shape", shape_json(specimen.shape)},
-                {"mass_kg", mass},
-                {"method", modes.method},
-                {"strikes", std::move(strikes)},
-                {"mounts", std::move(mounts)},
-                {"partials", std::move(partial_list)},
-                {"channels", std::move(channels)},
-                {"modes", std::move(mode_list)},
-                {"n_clipped_samples", n_clipped}};
-  return made;
-}
-
 json truth_header(const Recipe& recipe, std::string_view toml, std::uint64_t seed) {
   const solid::Material& m = recipe.material;
   Provenance provenance;
   provenance.command = "dataset " + recipe.name;
   provenance.seed = seed;
   provenance.options_json = json{{"recipe_toml", toml}}.dump();
-  json damping = {{"model", recipe.damping_model()}};
-  switch (recipe.damping) {
-    case RecipeDamping::kRayleigh:
-      damping["rayleigh_stiffness_s"] = recipe.rayleigh_stiffness_s;
-      damping["rayleigh_mass_per_s"] = recipe.rayleigh_mass_per_s;
-      break;
-    case RecipeDamping::kLossFactor:
-      damping["loss_factor"] = recipe.loss_factor;
-      break;
-    case RecipeDamping::kZener:
-      damping["zener_strength"] = recipe.zener_strength;
-      damping["zener_relaxation_time_s"] = recipe.zener_relaxation_time_s;
-      break;
-  }
+  json damping = {{"model", recipe.damping->name()}};
+  const auto parameters = recipe.damping->parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    damping[std::string(parameters[i].name)] = recipe.damping_parameters[i];
   return {{"schema_version", 1},
           {"kind", "dataset"},
           {"status", "made"},
@@ -338,15 +107,15 @@ Dataset made_dataset(std::string_view toml, const std::string& name, const std::
                      std::uint64_t seed, Monitor& monitor) {
   if (is_drop_recipe(toml)) return make_drops(toml, name, seed, monitor);
   const Recipe recipe = parse_recipe(toml, name, base);
-  std::vector<Made> made(recipe.specimens.size());
+  std::vector<detail::RecipeRecording> made(recipe.specimens.size());
   for_each_job(
-      made.size(), [&](std::size_t i) { made[i] = make_recording(recipe, i, seed, monitor); }, "synthetic recordings",
-      monitor);
+      made.size(), [&](std::size_t i) { made[i] = detail::make_recording(recipe, i, seed, monitor); },
+      "synthetic recordings", monitor);
   Dataset dataset;
   json truth = truth_header(recipe, toml, seed);
   truth["specimens"] = json::array();
   std::vector<std::vector<Eigen::Vector3d>> mounts_m;
-  for (Made& one : made) {
+  for (detail::RecipeRecording& one : made) {
     mounts_m.push_back(std::move(one.mounts_m));
     dataset.recordings.push_back(std::move(one.recording));
     truth["specimens"].push_back(std::move(one.truth));

@@ -73,7 +73,7 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
                                {"model_std_cents", fit_options.model_std_cents},
                                {"robust", fit_options.robust},
                                {"n_modes", fit_options.n_modes}};
-  const Provenance provenance = make_provenance(common, used, input_files(options, problem));
+  const Provenance provenance = make_provenance(common.command_line, common.seed, used, input_files(options, problem));
   const nlohmann::json json = fit::fit_json(problem, result, provenance);
   write_specimen_files(out, result, json["provenance"].dump());
   write_file(out.staging() / "fit.json", json_text(json));

@@ -10,6 +10,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/base/provenance.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/surface_check.hpp"

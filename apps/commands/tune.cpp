@@ -47,7 +47,7 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
                                {"targets", options.targets},
                                {"widest_change", tune.widest_change},
                                {"tolerance_cents", tune.tolerance_cents}};
-  write_json(common, fit::tune_json(result, make_provenance(common, used, {})));
+  write_json(common, fit::tune_json(result, make_provenance(common.command_line, common.seed, used, {})));
   for (const fit::TunedDimension& d : result.dimensions) {
     say(common, "%-18s %.6f m -> %.6f m (%+.3f mm)%s\n", d.name.c_str(), d.start_m, d.value_m,
         1e3 * (d.value_m - d.start_m), d.at_bound ? "  at its bound" : "");

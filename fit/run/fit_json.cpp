@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/geometry/mesh/quality.hpp"
 
 namespace klang::fit {
@@ -92,7 +93,7 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
                  {"source", problem.material.source}}},
                {"status", to_text(result.status)},
                {"message", result.message},
-               {"provenance", to_json(provenance)},
+               {"provenance", json_of(provenance)},
                {"warnings", result.warnings},
                {"wall_time_s", result.wall_time_s},
                {"cost_initial", json_number(result.cost_initial)},
@@ -207,7 +208,7 @@ json tune_json(const TuneResult& result, const Provenance& provenance) {
           {"kind", "tune"},
           {"status", to_text(result.status)},
           {"message", result.message},
-          {"provenance", to_json(provenance)},
+          {"provenance", json_of(provenance)},
           {"warnings", json::array()},
           {"wall_time_s", result.wall_time_s},
           {"dimensions", dimensions},

@@ -1,7 +1,7 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 
-#include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/result_header.hpp"
 #include "fit/run/fit.hpp"
 #include "fit/tune/tune.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
-#include "core/foundation/config/result_header.hpp"
+#include "core/foundation/config/result_docs.hpp"
 
 namespace klang::apps {
 
@@ -70,6 +70,7 @@ void warn(std::string_view text);
 struct Subcommand {
   CLI::App* app = nullptr;
   std::function<int()> run;
+  std::vector<ResultKind> results = {};  ///< that it writes, for docs/result-json.md
 };
 
 }  // namespace klang::apps

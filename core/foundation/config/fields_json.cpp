@@ -33,6 +33,7 @@ void JsonWriter::operator()(const Field& field, const std::vector<std::string>& 
   if (!is_empty(field, values.empty())) object_[key(field)] = values;
 }
 void JsonWriter::operator()(const Field& field, const JsonText& value) {
+  if (is_empty(field, value.text.empty())) return;
   object_[key(field)] = value.text.empty() ? json() : json::parse(value.text);
 }
 
@@ -106,22 +107,27 @@ void JsonReader::operator()(const Field& field, double& value) const {
   value = found->get<double>();
 }
 
+/// Some writers end whole numbers with ".0".
+bool JsonReader::is_whole(const json& number) {
+  const auto value = number.get<double>();
+  return number.is_number_integer() || (value == std::floor(value) && std::abs(value) <= kLargestExactInteger);
+}
+
 void JsonReader::operator()(const Field& field, std::int64_t& value) const {
   const json* found = find(field);
   if (found == nullptr) return;
   if (!found->is_number()) wrong(field, "not a number");
-  const auto number = found->get<double>();  // some writers end whole numbers with ".0"
-  if (!found->is_number_integer() && !(number == std::floor(number) && std::abs(number) <= kLargestExactInteger))
-    wrong(field, "not a whole number");
-  require_range(field, number);
-  value = found->is_number_integer() ? found->get<std::int64_t>() : static_cast<std::int64_t>(number);
+  if (!is_whole(*found)) wrong(field, "not a whole number");
+  require_range(field, found->get<double>());
+  value = found->is_number_integer() ? found->get<std::int64_t>() : static_cast<std::int64_t>(found->get<double>());
 }
 
 void JsonReader::operator()(const Field& field, std::uint64_t& value) const {
   const json* found = find(field);
   if (found == nullptr) return;
-  if (!found->is_number_unsigned()) wrong(field, "not a whole number of 0 or more");
-  value = found->get<std::uint64_t>();
+  if (!found->is_number()) wrong(field, "not a number");
+  if (!is_whole(*found) || found->get<double>() < 0) wrong(field, "not a whole number of 0 or more");
+  value = found->is_number_integer() ? found->get<std::uint64_t>() : static_cast<std::uint64_t>(found->get<double>());
 }
 
 void JsonReader::operator()(const Field& field, int& value) const {

@@ -140,6 +140,7 @@ class JsonReader {
   std::size_t list_size(const Field& field) const;
   JsonReader item(const Field& field, std::size_t index) const;
   std::string place_of(const Field& field) const;
+  static bool is_whole(const nlohmann::json& number);
   void require_range(const Field& field, double value) const;
   [[noreturn]] void wrong(const Field& field, const std::string& problem, const std::string& allowed = {}) const;
   const nlohmann::json& object_;

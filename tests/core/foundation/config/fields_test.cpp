@@ -9,6 +9,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/foundation/config/named_numbers.hpp"
 
 namespace klang {
 namespace {
@@ -134,6 +135,11 @@ TEST(FieldsCsv, HeadAndCellsComeFromTheDescription) {
             "\"bell, \"\"small\"\"\",3,,false,red,1,2.5\n"
             ",3,-20,false,red,,\n");
   EXPECT_EQ(csv_table(std::vector<Line>{}), "frequency_hz,decay_per_s\n");
+}
+
+TEST(NamedNumbers, AreTheNumbersOfAStructWithoutThoseInside) {
+  EXPECT_EQ(numbers_of(Line{440.0, 2.0}), (std::map<std::string, double>{{"frequency_hz", 440.0}}));
+  EXPECT_EQ(numbers_of(Thing{}).size(), 1u);
 }
 
 TEST(FieldRows, InnerFieldsStandUnderTheirPath) {

@@ -87,11 +87,11 @@ TheoryRecord theory_record(const BubbleSearchOptions& search) {
 }  // namespace
 
 void BubblesDocument::check(const std::string& place) const {
-  for (const auto& [name, rings] : {std::pair{"bubbles", &bubbles}, {"rejected", &rejected}}) {
+  for (const auto& [list, rings] : {std::pair{"bubbles", &bubbles}, {"rejected", &rejected}}) {
     for (std::size_t i = 0; i < rings->size(); ++i) {
       const TrackRecord& track = (*rings)[i].track;
       if (track.time_s.size() != track.frequency_hz.size())
-        throw InputError(place + "." + name + "[" + std::to_string(i) + "].track", "lists differ in length");
+        throw InputError(place + "." + list + "[" + std::to_string(i) + "].track", "lists differ in length");
     }
   }
   if (theory.frequency_hz.size() != theory.decay_per_s.size())

@@ -25,7 +25,7 @@ struct Claim {
     visit({"words", "the statement as a sentence"}, self.words);
     visit({"measured", "what was found"}, self.measured);
     visit({"reference", "what it should be; null: an error that should be 0"}, self.reference);
-    visit({"tolerance", "largest accepted |measured - reference|"}, self.tolerance);
+    visit({"tolerance", "largest accepted difference from the reference"}, self.tolerance);
     visit({"observed_order", "where the claim is about convergence"}, self.observed_order);
     visit({"passed", "whether it holds"}, self.passed);
     visit(null_if_empty({"not_judged", "why nothing could be said; null: it was judged"}), self.not_judged);

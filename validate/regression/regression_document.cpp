@@ -31,8 +31,8 @@ void RegressionDocument::check(const std::string& place) const {
       throw InputError(place + ".partials[" + std::to_string(i) + "]", "has neither reference nor sound");
   }
   const LevelsRecord& levels = spectrogram;
-  for (const auto& [name, rows] : {std::pair{"reference_db", &levels.reference_db}, {"sound_db", &levels.sound_db}}) {
-    const std::string here = place + ".spectrogram." + name;
+  for (const auto& [list, rows] : {std::pair{"reference_db", &levels.reference_db}, {"sound_db", &levels.sound_db}}) {
+    const std::string here = place + ".spectrogram." + list;
     for (std::size_t i = 0; i < rows->size(); ++i) {
       const std::string row = here + "[" + std::to_string(i) + "]";
       if ((*rows)[i].size() != levels.times_s.size()) throw InputError(row, "has the wrong length");

@@ -59,7 +59,7 @@ struct OrderRecord {
     visit({"levels", "coarse to fine"}, self.levels);
     visit({"observed_order", "slope of the fitted line; of a geometric series its rate"}, self.observed_order);
     visit({"expected_order", "null: none is claimed"}, self.expected_order);
-    visit({"order_tolerance", "accepted |observed - expected|"}, self.order_tolerance);
+    visit({"order_tolerance", "accepted difference of the two orders"}, self.order_tolerance);
     visit({"order_ci95", "95 % interval of the observed order"}, self.order_ci95);
   }
 };

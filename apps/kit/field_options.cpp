@@ -42,7 +42,8 @@ void OptionAdder::add(const Field& field, bool& value) {
   const std::string name = flag(field);
   const bool clears = name.front() == '!';
   app_.add_flag_function(
-      clears ? name.substr(1) : name, [&value, clears](std::int64_t) { value = !clears; }, help(field));
+      clears ? name.substr(1) : name, [&value, clears](std::int64_t count) { value = (count > 0) != clears; },
+      help(field));
 }
 
 void OptionAdder::add_word(const Field& field, const std::string& now, const std::vector<std::string>& words,

@@ -14,11 +14,9 @@ std::string cell(std::string text) {
 
 std::string row(const CLI::Option& option) {
   const std::string name = option.get_positional() ? option.get_name(true) : option.get_name(false, true);
-  const std::string type = option.get_type_size() == 0 ? "" : option.get_type_name();
-  const std::string value = option.get_required()         ? "required"
-                            : option.get_type_size() == 0 ? ""
-                                                          : option.get_default_str();
-  return "| `" + name + "` | " + cell(type) + " | " + cell(value) + " | " + cell(option.get_description()) + " |\n";
+  const std::string value = option.get_required() ? "required" : option.get_default_str();
+  return "| `" + name + "` | " + cell(option.get_type_name()) + " | " + cell(value) + " | " +
+         cell(option.get_description()) + " |\n";
 }
 
 std::string table(const CLI::App& app, bool common) {

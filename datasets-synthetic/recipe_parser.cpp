@@ -7,7 +7,10 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/toml_table.hpp"
+#include "core/geometry/shapes/shape_reader.hpp"
 #include "core/physics/modal/damping/damping_laws.hpp"
+#include "core/physics/solid/material_reader.hpp"
+#include "core/physics/solid/support_reader.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 
 namespace klang::datasets {
@@ -38,13 +41,6 @@ const TomlField kSchema[] = {
     {"sound", "highest_hz", TomlType::kNumber, "20000", 20, 100000,
      "modes above are left out; those above 0.499 of the sample rate always are"},
 
-    {"material", "preset", TomlType::kText, "none", -kInf, kInf, "a labelled material"},
-    {"material", "lame_lambda_pa", TomlType::kNumber, "with lame_mu_pa", -1e14, 1e14, "Lamé's λ"},
-    {"material", "lame_mu_pa", TomlType::kNumber, "with lame_lambda_pa", 1e-6, 1e14, "Lamé's μ"},
-    {"material", "youngs_modulus_pa", TomlType::kNumber, "with poissons_ratio", 1e-6, 1e14, "Young's modulus"},
-    {"material", "poissons_ratio", TomlType::kNumber, "with youngs_modulus_pa", -0.999, 0.4999, "Poisson's ratio"},
-    {"material", "density_kg_m3", TomlType::kNumber, "the preset's", 1e-3, 1e6, "density"},
-
     {"noise", "snr_db", TomlType::kNumber, "required", -60, 200,
      "mean square of the sound over the whole recording by that of the noise, each channel"},
     {"noise", "colour", TomlType::kText, "`white`", -kInf, kInf, "`white` or `pink` (3 dB an octave, above 20 Hz)"},
@@ -67,9 +63,9 @@ const TomlField kSchema[] = {
     {"fit", "poissons_ratio", TomlType::kNumber, "the true one", -0.999, 0.4999, "starting guess"},
 
     {"specimen", "name", TomlType::kText, "required", -kInf, kInf, "unique; the recording is NAME.wav"},
-    {"specimen", "shape", TomlType::kTable, "required", -kInf, kInf,
-     "`kind` and its dimensions, as in docs/specimen.md"},
-    {"specimen", "support", TomlType::kText, "`free`", -kInf, kInf, "`free`, `clamped:x=0`, ..."},
+    {"specimen", "shape", TomlType::kTable, "required", -kInf, kInf, "an analytic body"},
+    {"specimen", "support", TomlType::kTable, "free", -kInf, kInf,
+     "how the body is held: a table, or the text form (`\"clamped:x=0\"`)"},
     {"specimen", "strike", TomlType::kTables, "required", -kInf, kInf, "one or more blows"},
     {"specimen", "pickup", TomlType::kTables, "required", -kInf, kInf, "one for each channel"},
     {"specimen", "mount", TomlType::kTables, "none", -kInf, kInf,
@@ -104,56 +100,32 @@ std::string law_choice() {
   return text;
 }
 
-/// The table above with the keys of the damping laws after the material's.
-const std::vector<TomlField>& recipe_schema() {
+std::vector<TomlField> damping_fields() {
   static const std::string choice = law_choice();
+  std::vector<TomlField> fields = {{"damping", "model", TomlType::kText, "required", -kInf, kInf, choice}};
+  for (const damping::DampingLaw* law : damping::damping_laws(damping::LawUse::kRecipes)) {
+    for (const damping::LawParameter& p : law->parameters())
+      fields.push_back({"damping", p.name, TomlType::kNumber, "0", p.low, p.high, p.meaning});
+  }
+  return fields;
+}
+
+/// The table above with the keys of materials, damping laws, shapes and supports in their places.
+const std::vector<TomlField>& recipe_schema() {
   static const std::vector<TomlField> schema = [] {
     std::vector<TomlField> fields(std::begin(kSchema), std::end(kSchema));
-    std::vector<TomlField> damping = {{"damping", "model", TomlType::kText, "required", -kInf, kInf, choice}};
-    for (const damping::DampingLaw* law : damping::damping_laws(damping::LawUse::kRecipes)) {
-      for (const damping::LawParameter& p : law->parameters())
-        damping.push_back({"damping", p.name, TomlType::kNumber, "0", p.low, p.high, p.meaning});
-    }
-    const auto place =
-        std::find_if(fields.begin(), fields.end(), [](const TomlField& field) { return field.table == "noise"; });
-    fields.insert(place, damping.begin(), damping.end());
+    const auto insert = [&](std::string_view before_table, const std::vector<TomlField>& more) {
+      const auto place = std::find_if(fields.begin(), fields.end(),
+                                      [&](const TomlField& field) { return field.table == before_table; });
+      fields.insert(place, more.begin(), more.end());
+    };
+    insert("noise", solid::material_fields("material", "the preset's"));
+    insert("noise", damping_fields());
+    insert("specimen.strike", mesh::shape_fields("specimen.shape"));
+    insert("specimen.strike", solid::support_fields("specimen.support"));
     return fields;
   }();
   return schema;
-}
-
-// Adds the place to complaints of functions that do not know the file.
-template <class Function>
-auto located(const std::string& place, Function&& function) {
-  try {
-    return function();
-  } catch (const InputError& error) {
-    throw InputError(place, error.what());
-  }
-}
-
-solid::Material read_material(const TomlTable& table) {
-  const bool preset = table.has("preset");
-  const bool lame = table.has("lame_lambda_pa") || table.has("lame_mu_pa");
-  const bool engineering = table.has("youngs_modulus_pa") || table.has("poissons_ratio");
-  if (int(preset) + int(lame) + int(engineering) != 1) {
-    throw InputError(table.place("preset"), "the elasticity must be said once", "",
-                     "preset, or lame_lambda_pa with lame_mu_pa, or youngs_modulus_pa with poissons_ratio");
-  }
-  solid::Material material;
-  if (preset) {
-    material = located(table.place("preset"), [&] { return solid::material_preset(table.text("preset")); });
-    material.density_kg_m3 = table.number("density_kg_m3", material.density_kg_m3);
-  } else if (lame) {
-    material.lame_lambda_pa = table.number("lame_lambda_pa");
-    material.lame_mu_pa = table.number("lame_mu_pa");
-    material.density_kg_m3 = table.number("density_kg_m3");
-  } else {
-    material = solid::from_youngs_modulus(table.number("youngs_modulus_pa"), table.number("poissons_ratio"),
-                                          table.number("density_kg_m3"));
-  }
-  located(table.place("lame_lambda_pa"), [&] { solid::validate(material); });
-  return material;
 }
 
 void read_damping(const TomlTable& table, Recipe& recipe) {
@@ -175,21 +147,10 @@ void read_damping(const TomlTable& table, Recipe& recipe) {
   }
 }
 
-mesh::ShapeSpec read_shape(const TomlTable& specimen, const std::filesystem::path& base) {
-  const TomlTable::FreeTable table = specimen.free_table("shape");
-  mesh::ShapeSpec shape;
-  shape.dims = table.numbers;
-  for (const auto& [name, text] : table.texts) {
-    if (name == "kind") {
-      shape.kind = text;
-    } else if (name == "profile_csv") {
-      shape.profile_csv = base / text;
-    } else {
-      throw InputError(specimen.place("shape") + "." + name, "must be a number", text);
-    }
-  }
-  located(specimen.place("shape"), [&] { mesh::validate(shape); });
-  return shape;
+solid::Material read_material(const TomlTable& table) {
+  const solid::MaterialInput input = solid::read_material(table);
+  if (!input.density_given) throw InputError(table.place("density_kg_m3"), "is missing", "", "a density, or a preset");
+  return input.material;
 }
 
 /// A list of tables that must not be empty.
@@ -215,9 +176,8 @@ RecipeSpecimen read_specimen(const TomlTable& table, const std::filesystem::path
   RecipeSpecimen specimen;
   specimen.name = table.text("name");
   check_name(specimen.name, table.place("name"));
-  specimen.shape = read_shape(table, base);
-  const std::string support = table.text("support", "free");
-  specimen.support = located(table.place("support"), [&] { return solid::parse_support(support); });
+  specimen.shape = mesh::read_shape(required_table(table, "shape"), base);
+  specimen.support = solid::read_support(table);
   for (const TomlTable& strike : some_tables(table, "strike", kMaxStrikes)) {
     specimen.strikes.push_back({strike.number("time_s", 0.1), strike.vector("at"), strike.vector("impulse_n_s"),
                                 strike.number("contact_s", 0.0)});

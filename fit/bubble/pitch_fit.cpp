@@ -286,7 +286,7 @@ std::vector<BubbleRise> read_rises(const std::filesystem::path& path) {
 PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<BubbleRise>& rises,
                          const BubbleSearchOptions& search, const PitchFitOptions& options) {
   PitchFitResult result;
-  if (options.phi0_m) checked("pitch", "phi0_m", *options.phi0_m, -1.0, -1e-5);
+  validate_fields("pitch", options);
   JointProblem problem = joint_problem(found, rises, options.max_factor);
   result.n_bubbles = problem.n_bubbles;
   if (result.n_bubbles == 0) {

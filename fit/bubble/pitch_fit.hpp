@@ -36,8 +36,16 @@ struct PitchNumber {
 };
 
 struct PitchFitOptions {
-  std::optional<double> phi0_m;  ///< negative; known: K and eta follow each by itself
+  std::optional<double> phi0_m;  ///< known: K and eta follow each by itself
   double max_factor = 3.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"phi0_m", "phi0 of the pitch model, where it is known: separates K_delta and eta", between(-1.0, -1e-5)},
+          self.phi0_m);
+    visit({"max_factor", "No bubble's pitch rises above this times that at its onset", between(1.0, 1000.0)},
+          self.max_factor);
+  }
 };
 
 struct PitchFitResult {

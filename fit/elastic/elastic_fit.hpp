@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "fit/elastic/parameter_space.hpp"
 #include "fit/elastic/spectrum_model.hpp"
 
@@ -25,11 +26,19 @@ struct ElasticDatum {
 };
 
 struct ElasticFitOptions {
-  double model_std = 2.0 * 5.776e-4;  ///< median scatter of the model beforehand (relative frequency), > 0
-  double model_dof = 4.0;             ///< degrees of freedom of that belief (half-Student: flat towards no scatter)
-  bool robust = true;                 ///< Huber weights beyond 2 standard deviations
-  int max_rounds = 15;                ///< of reweighting
-  std::map<std::string, Prior> priors;
+  double model_std = 2.0 * 5.776e-4;
+  double model_dof = 4.0;  ///< half-Student: flat towards no scatter
+  bool robust = true;
+  int max_rounds = 15;
+  std::map<std::string, Prior> priors;  ///< by parameter name
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"model_std", "Median scatter of the model beforehand (relative frequency)", above(0.0)}, self.model_std);
+    visit({"model_dof", "Degrees of freedom of that belief", above(0.0)}, self.model_dof);
+    visit({"robust", "Huber weights beyond 2 standard deviations"}, self.robust);
+    visit({"max_rounds", "Of reweighting", at_least(1.0)}, self.max_rounds);
+  }
 };
 
 /// The result of fit_elastic at x. Covariances are of x, scaled to the estimated scatter.

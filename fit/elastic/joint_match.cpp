@@ -203,6 +203,7 @@ std::vector<ElasticDatum> elastic_data(const std::vector<PartialTable>& tables, 
 
 JointMatch match_and_fit(const ParameterSpace& space, const SpectrumModels& models,
                          const std::vector<PartialTable>& tables, const JointMatchOptions& options, Monitor& monitor) {
+  validate_fields("joint match", options);
   std::vector<Start> starts = {{space.start(), 0.0, 0.0, 0.0}};
   if (options.search) starts = ranked_starts(space, models, tables, options);
   JointMatch best;

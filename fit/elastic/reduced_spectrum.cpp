@@ -116,6 +116,7 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
                                  const std::vector<std::string>& free_dimensions, const ReducedSpectrumOptions& options,
                                  Monitor& monitor)
     : mass_kg_(specimen.mass_kg) {
+  validate_fields("reduced spectrum", options);
   const auto system = detail::elastic_blocks(specimen, body, 0, monitor);
   // Where material ratio or shape change, the modes at the solution are solved for and proven then.
   auto lowest = system->lowest(body.material, options, !options.vary_ratio && free_dimensions.empty());

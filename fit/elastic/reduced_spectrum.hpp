@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/shapes/section.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "fit/elastic/spectrum_model.hpp"
@@ -40,11 +41,21 @@ SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& mat
 /// eigenvalues those of its mean. Harmonics of a body of revolution are projected one by one, so that their modes keep
 /// their numbers where they cross.
 struct ReducedSpectrumOptions {
-  Band band;                    ///< low_hz: modes below are left out; high_hz: modes are wanted up to here
-  int count = 0;                ///< modes; 0: as many as reach band.high_hz, at most max_count
-  int max_count = 80;           ///< of tetrahedra's modes; a section gives four times as many
-  double relative_step = 0.01;  ///< of dimensions
-  bool vary_ratio = true;       ///< false: Poisson's ratio stays as it is, and a solve is saved
+  Band band;
+  int count = 0;
+  int max_count = 80;
+  double relative_step = 0.01;
+  bool vary_ratio = true;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"band.low_hz", "Modes below are left out", at_least(0.0)}, self.band.low_hz);
+    visit({"band.high_hz", "Modes are wanted up to here", above(0.0)}, self.band.high_hz);
+    visit({"count", "Modes; 0: as many as reach band.high_hz, at most max_count", at_least(0.0)}, self.count);
+    visit({"max_count", "Of tetrahedra's modes; a section gives four times as many", at_least(1.0)}, self.max_count);
+    visit({"relative_step", "Of dimensions, for their derivatives", inside(0.0, 0.1)}, self.relative_step);
+    visit({"vary_ratio", "Poisson's ratio may change; otherwise a solve is saved"}, self.vary_ratio);
+  }
 };
 
 class ReducedSpectrum : public SpectrumModel {

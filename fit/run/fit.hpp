@@ -51,11 +51,21 @@ struct SpecimenResult {
 };
 
 struct FitOptions {
-  int n_modes = 0;               ///< model modes per specimen; 0: as many as the partials' range needs
-  double gate_cents = 60.0;      ///< widest accepted deviation after the fit, 1 to 600
-  double model_std_cents = 2.0;  ///< how far the model itself may be off (mesh, dimensions), added to the partials' own
+  int n_modes = 0;
+  double gate_cents = 60.0;
+  double model_std_cents = 2.0;  ///< added to the partials' own
   bool robust = true;
-  void validate() const;
+  void validate() const;  ///< @throws InputError listing every violation
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n_modes", "Model modes of each specimen; 0: as the partials need", between(0.0, 2000.0)}, self.n_modes);
+    visit({"gate_cents", "Widest accepted deviation of a partial from its mode", between(1.0, 600.0)}, self.gate_cents);
+    visit({"model_std_cents", "How far the model itself may be off (dimensions, homogeneity), as a standard deviation",
+           between(1e-3, 100.0)},
+          self.model_std_cents);
+    visit({"robust", "A robust loss instead of plain least squares"}, self.robust);
+  }
 };
 
 struct FitResult {

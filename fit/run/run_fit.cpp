@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "fit/run/detail/final_modes.hpp"
 #include "fit/run/detail/fitted_sound.hpp"
@@ -91,11 +90,7 @@ void conclude(const JointMatch& joint, std::size_t n_partials, FitResult& result
 
 }  // namespace
 
-void FitOptions::validate() const {
-  checked("fit options", "n_modes", n_modes, 0, 2000);
-  checked("fit options", "gate_cents", gate_cents, 1.0, 600.0);
-  checked("fit options", "model_std_cents", model_std_cents, 1e-3, 100.0);
-}
+void FitOptions::validate() const { validate_fields("fit options", *this); }
 
 FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor& monitor) {
   options.validate();

@@ -109,10 +109,7 @@ void TuneOptions::validate(const Specimen& specimen) const {
     if (std::count(dimensions.begin(), dimensions.end(), name) > 1)
       throw InputError(kPlace, "dimension named twice", name);
   }
-  for (const TuneTarget& target : targets) checked_open(kPlace, "frequency_hz", target.frequency_hz, 0.0, 1e6);
-  checked(kPlace, "widest_change", widest_change, 0.001, 0.5);
-  checked(kPlace, "tolerance_cents", tolerance_cents, 1e-4, 100.0);
-  checked(kPlace, "max_rounds", max_rounds, 1, 50);
+  validate_fields(kPlace, *this);
 }
 
 std::vector<std::vector<int>> bending_modes(const mesh::ShapeSpec& shape, const modal::ModalModel& model) {

@@ -29,7 +29,7 @@ struct RecipePickup {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
 };
 
-/// A viscous damper (wire, foam) at a place: amplitude decays gain c |u|^2 / 2 a mode, of (d . u)^2 with a direction d.
+/// A viscous damper (wire, foam) at a place: amplitude decays gain c |u|^2 / 2 per mode, c (d . u)^2 / 2 with a direction d.
 struct RecipeMount {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
   std::optional<Eigen::Vector3d> direction;

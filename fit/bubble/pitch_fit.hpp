@@ -17,7 +17,7 @@ struct BubbleRise {
 };
 inline constexpr double kRiseMatchS = 0.02;
 
-/// CSV with columns onset_s,phi_m,speed_m_s (an even rise, a line a bubble) or onset_s,time_s,phi_m (a line a moment,
+/// CSV with columns onset_s,phi_m,speed_m_s (an even rise, one line per bubble) or onset_s,time_s,phi_m (one line per moment,
 /// time_s since the onset, lines of a bubble together). @throws InputError with file and line
 std::vector<BubbleRise> read_rises(const std::filesystem::path& path);
 

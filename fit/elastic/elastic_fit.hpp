@@ -45,7 +45,7 @@ struct ElasticFitOptions {
 struct ElasticFit {
   bool converged = false;
   Eigen::VectorXd x;
-  Eigen::VectorXd residual;  ///< ln measured - ln model, a datum each
+  Eigen::VectorXd residual;  ///< ln measured - ln model, one per datum
   Eigen::VectorXd weight;    ///< robust weights, 0 to 1
   double scatter = 0.0;      ///< estimated model scatter (relative frequency)
   double degrees_of_freedom = 1.0;
@@ -61,7 +61,7 @@ struct ElasticFit {
 /// Least squares over all specimens:
 ///   sum_i w_i (ln f_i - ln f_model(x))^2 / (sigma_i^2 + s^2) + sum of priors
 /// with s the median model scatter given the residuals (scatter_median), and Huber weights w_i, both iterated.
-/// @param regularisation  scales the weak pull to the start: 1, or 0 a coordinate where the data determine it
+/// @param regularisation  scales the weak pull to the start: 1, or 0 for a coordinate that the data determine
 ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models, const std::vector<ElasticDatum>& data,
                        const Eigen::VectorXd& x0, const Eigen::VectorXd& regularisation,
                        const ElasticFitOptions& options);

@@ -24,8 +24,8 @@ struct JointMatchOptions {
 struct JointMatch {
   ElasticFit fit;
   Eigen::VectorXd regularisation;
-  std::vector<TableMatch> matches;            ///< a specimen each
-  std::vector<std::vector<ModelLine>> lines;  ///< a specimen each, at fit.x
+  std::vector<TableMatch> matches;            ///< one per specimen
+  std::vector<std::vector<ModelLine>> lines;  ///< one list per specimen, at fit.x
   double score = 0.0;
   int n_matched = 0;
   bool settled = false;  ///< match and fit agree

@@ -87,7 +87,7 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
   result.start_voice = with_gain(unit, gain);
   result.before = sound.errors(result.start_voice);
 
-  const ProxySearchResult found = search_proxy(model, sound, damping, gain, result.before, options.search, monitor);
+  const ProxySearchResult found = search_proxy(model, sound, {damping, gain, result.before}, options.search, monitor);
   result.n_candidates = found.n_heard;
   result.n_refused = found.n_heard - found.n_admissible;
   result.n_worse = found.n_worse;

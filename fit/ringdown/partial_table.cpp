@@ -145,7 +145,7 @@ PartialTable parse_partial_csv(std::string_view text, const std::string& name) {
     partials.push_back(partial);
   }
   if (columns.empty())
-    throw InputError(name, "is empty", {}, "a header line with frequency_hz, then one line a partial");
+    throw InputError(name, "is empty", {}, "a header line with frequency_hz, then one line per partial");
   return finished(std::move(partials), name);
 }
 

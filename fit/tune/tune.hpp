@@ -59,7 +59,7 @@ struct TunedTarget {
   int mode_index = -1;
   double wanted_hz = 0.0, start_hz = 0.0, reached_hz = 0.0;
   double residual_cents = 0.0;             ///< reached against wanted
-  std::vector<double> hz_per_mm;           ///< a dimension each
+  std::vector<double> hz_per_mm;           ///< one per dimension
   std::vector<double> cents_per_tenth_mm;  ///< what a cut 0.1 mm off costs
 };
 

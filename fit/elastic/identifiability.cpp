@@ -205,7 +205,6 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
       parameter.why = instead + ", not " + name + " alone";
     }
     if (parameter.identifiable && !derived) {
-      report.correlated.push_back(name);
       gradients.push_back(space.quantity(name, fit.x).gradient);
     }
     report.parameters.push_back(std::move(parameter));

@@ -22,8 +22,7 @@ Eigen::VectorXd regularisation_factors(const ParameterSpace& space, const Elasti
 
 struct ElasticReport {
   std::vector<FitParameter> parameters;          ///< asked ones, then derived ones
-  std::vector<std::string> correlated;           ///< the identifiable asked ones
-  std::vector<std::vector<double>> correlation;  ///< of those
+  std::vector<std::vector<double>> correlation;  ///< of the identifiable asked ones, in their order
 };
 
 /// Values, standard deviations and 95 % intervals (Student's t) of the asked and derived quantities at fit.x, by the

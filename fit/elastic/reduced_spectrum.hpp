@@ -66,7 +66,6 @@ class ReducedSpectrum : public SpectrumModel {
   Spectrum spectrum(const SpectrumPoint& point) const override;
   Eigen::VectorXd visibility() const override { return visibility_; }
   Eigen::VectorXd relative_error() const override { return relative_error_; }
-  double density_kg_m3(const SpectrumPoint& point) const override;
   /// The full solve at the start, modes below the band left out.
   const modal::EigenResult& nominal() const { return nominal_; }
   int n_skipped() const { return n_skipped_; }  ///< elastic modes below the band
@@ -96,6 +95,7 @@ class ReducedSpectrum : public SpectrumModel {
   };
   std::vector<Eigen::Index> order_at_start(const solid::Material& material) const;
   double log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const;
+  double density_kg_m3(const SpectrumPoint& point) const;  // the material's, or mass over volume
 
   int n_modes_ = 0, n_skipped_ = 0;
   std::optional<double> mass_kg_;

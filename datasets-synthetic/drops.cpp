@@ -10,7 +10,6 @@
 #include "core/foundation/base/provenance.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/bubble/ringdown_formulas.hpp"
-#include "core/sound/audio/nyquist.hpp"
 #include "datasets-synthetic/disturbances.hpp"
 #include "datasets-synthetic/oscillator_ode.hpp"
 
@@ -23,6 +22,7 @@ constexpr double kAudibleFall = 6.907755278982137;  // ln 1000
 constexpr double kSilentFall = 13.815510557964274;  // ln 1e6
 constexpr double kLongestLifeS = 20.0;
 constexpr double kTrackStepS = 1e-3;
+constexpr double kHighestOfSampleRate = 0.499;
 enum class Purpose : std::uint64_t { kNoise = 1, kRoom = 2 };
 
 RandomStream stream(std::uint64_t seed, std::size_t recording, Purpose purpose) {
@@ -95,13 +95,13 @@ std::string rise_csv(const DropRecording& recording, const std::vector<DropSound
   return text;
 }
 
-struct RecordingAndTruth {
+struct RecordedDrops {
   SyntheticRecording recording;
   json truth;
   std::string rise;
 };
 
-RecordingAndTruth make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t seed) {
+RecordedDrops make_recording(const DropRecipe& recipe, std::size_t index, std::uint64_t seed) {
   const DropRecording& wanted = recipe.recordings[index];
   const auto n_frames = static_cast<Eigen::Index>(std::llround(recipe.duration_s * recipe.sample_rate_hz));
   Eigen::VectorXd clean = Eigen::VectorXd::Zero(n_frames);
@@ -132,7 +132,7 @@ RecordingAndTruth make_recording(const DropRecipe& recipe, std::size_t index, st
     sound +=
         noise_rms * (recipe.pink ? pink_noise(n_frames, recipe.sample_rate_hz, random) : white_noise(n_frames, random));
   }
-  RecordingAndTruth made;
+  RecordedDrops made;
   made.recording.name = wanted.name;
   made.recording.signal.samples = sound;
   made.recording.signal.sample_rate_hz = recipe.sample_rate_hz;
@@ -169,7 +169,7 @@ DropSound drop_sound(const Drop& drop, const DropRecipe& recipe) {
   for (; age < kLongestLifeS; age += kTrackStepS) {
     const bubble::RingRate<double> at = coefficients.rate(age);
     const double level = fall + 0.5 * std::log(at.omega_d_rad_s / onset.omega_d_rad_s);
-    if (!(at.omega_d_rad_s / (2 * kPi) < audio::highest_rendered_hz(recipe.sample_rate_hz))) {
+    if (!(at.omega_d_rad_s < 2 * kPi * kHighestOfSampleRate * recipe.sample_rate_hz)) {
       throw InputError(recipe.name, "has a drop whose pitch reaches half of the sample rate",
                        "radius " + to_text(drop.radius_m) + " m, " + to_text(at.omega_d_rad_s / (2 * kPi)) + " Hz");
     }
@@ -210,7 +210,7 @@ DropSound drop_sound(const Drop& drop, const DropRecipe& recipe) {
 
 Dataset make_drops(std::string_view toml, const std::string& name, std::uint64_t seed, Monitor& monitor) {
   const DropRecipe recipe = parse_drop_recipe(toml, name, seed);
-  std::vector<RecordingAndTruth> made(recipe.recordings.size());
+  std::vector<RecordedDrops> made(recipe.recordings.size());
   for_each_job(
       made.size(), [&](std::size_t i) { made[i] = make_recording(recipe, i, seed); }, "synthetic drops", monitor);
   Provenance provenance;
@@ -233,7 +233,7 @@ Dataset make_drops(std::string_view toml, const std::string& name, std::uint64_t
       {"pitch", {{"k_delta_per_m", pitch.k_delta_per_m}, {"eta", pitch.eta}, {"largest_factor", pitch.largest_factor}}},
       {"recordings", json::array()}};
   Dataset dataset;
-  for (RecordingAndTruth& one : made) {
+  for (RecordedDrops& one : made) {
     dataset.files.emplace_back(one.recording.name + "-rise.csv", std::move(one.rise));
     dataset.recordings.push_back(std::move(one.recording));
     truth["recordings"].push_back(std::move(one.truth));

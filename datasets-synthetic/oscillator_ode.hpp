@@ -11,7 +11,7 @@ struct OscillatorCoefficients {
 
 /// Displacement, velocity and acceleration at equally spaced times (n x 3), from q = 0 and q' = start_velocity at time
 /// 0, by the implicit Gauss-Legendre method of 4 stages (order 8, A-stable, symplectic at constant coefficients) with
-/// steps of at most 0.4 / omega0: about 1e-11 a step.
+/// steps of at most 0.4 / omega0: about 1e-11 per step.
 /// @param first_s  time of the first row, >= 0; step_s > 0 between rows
 /// @param corners_s  ascending times at which the coefficients are not smooth: steps end there
 Eigen::MatrixXd integrate_oscillator(const std::function<OscillatorCoefficients(double)>& coefficients,

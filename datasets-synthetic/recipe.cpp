@@ -313,20 +313,10 @@ json truth_header(const Recipe& recipe, std::string_view toml, std::uint64_t see
   provenance.command = "dataset " + recipe.name;
   provenance.seed = seed;
   provenance.options_json = json{{"recipe_toml", toml}}.dump();
-  json damping = {{"model", recipe.damping_model()}};
-  switch (recipe.damping) {
-    case RecipeDamping::kRayleigh:
-      damping["rayleigh_stiffness_s"] = recipe.rayleigh_stiffness_s;
-      damping["rayleigh_mass_per_s"] = recipe.rayleigh_mass_per_s;
-      break;
-    case RecipeDamping::kLossFactor:
-      damping["loss_factor"] = recipe.loss_factor;
-      break;
-    case RecipeDamping::kZener:
-      damping["zener_strength"] = recipe.zener_strength;
-      damping["zener_relaxation_time_s"] = recipe.zener_relaxation_time_s;
-      break;
-  }
+  json damping = {{"model", recipe.damping->name()}};
+  const auto parameters = recipe.damping->parameters();
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    damping[std::string(parameters[i].name)] = recipe.damping_parameters[i];
   return {{"schema_version", 1},
           {"kind", "dataset"},
           {"status", "made"},

@@ -7,6 +7,10 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/toml_table.hpp"
+#include "core/geometry/shapes/shape_reader.hpp"
+#include "core/physics/modal/damping/damping_laws.hpp"
+#include "core/physics/solid/material_reader.hpp"
+#include "core/physics/solid/support_reader.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 
 namespace klang::datasets {
@@ -37,20 +41,6 @@ const TomlField kSchema[] = {
     {"sound", "highest_hz", TomlType::kNumber, "20000", 20, 100000,
      "modes above are left out; those above 0.499 of the sample rate always are"},
 
-    {"material", "preset", TomlType::kText, "none", -kInf, kInf, "a labelled material"},
-    {"material", "lame_lambda_pa", TomlType::kNumber, "with lame_mu_pa", -1e14, 1e14, "Lamé's λ"},
-    {"material", "lame_mu_pa", TomlType::kNumber, "with lame_lambda_pa", 1e-6, 1e14, "Lamé's μ"},
-    {"material", "youngs_modulus_pa", TomlType::kNumber, "with poissons_ratio", 1e-6, 1e14, "Young's modulus"},
-    {"material", "poissons_ratio", TomlType::kNumber, "with youngs_modulus_pa", -0.999, 0.4999, "Poisson's ratio"},
-    {"material", "density_kg_m3", TomlType::kNumber, "the preset's", 1e-3, 1e6, "density"},
-
-    {"damping", "model", TomlType::kText, "required", -kInf, kInf, "`rayleigh`, `loss_factor` or `zener`"},
-    {"damping", "rayleigh_stiffness_s", TomlType::kNumber, "0", 0, 1, "a of decay = (a ω² + b) / 2"},
-    {"damping", "rayleigh_mass_per_s", TomlType::kNumber, "0", 0, 1e6, "b of decay = (a ω² + b) / 2"},
-    {"damping", "loss_factor", TomlType::kNumber, "0", 0, 1, "η of decay = η ω / 2"},
-    {"damping", "zener_strength", TomlType::kNumber, "0", 0, 1, "Δ of decay = Δ/2 · ω · ωτ / (1 + (ωτ)²)"},
-    {"damping", "zener_relaxation_time_s", TomlType::kNumber, "0", 0, 1e3, "τ of the same"},
-
     {"noise", "snr_db", TomlType::kNumber, "required", -60, 200,
      "mean square of the sound over the whole recording by that of the noise, each channel"},
     {"noise", "colour", TomlType::kText, "`white`", -kInf, kInf, "`white` or `pink` (3 dB an octave, above 20 Hz)"},
@@ -73,9 +63,9 @@ const TomlField kSchema[] = {
     {"fit", "poissons_ratio", TomlType::kNumber, "the true one", -0.999, 0.4999, "starting guess"},
 
     {"specimen", "name", TomlType::kText, "required", -kInf, kInf, "unique; the recording is NAME.wav"},
-    {"specimen", "shape", TomlType::kTable, "required", -kInf, kInf,
-     "`kind` and its dimensions, as in docs/specimen.md"},
-    {"specimen", "support", TomlType::kText, "`free`", -kInf, kInf, "`free`, `clamped:x=0`, ..."},
+    {"specimen", "shape", TomlType::kTable, "required", -kInf, kInf, "an analytic body"},
+    {"specimen", "support", TomlType::kTable, "free", -kInf, kInf,
+     "how the body is held: a table, or the text form (`\"clamped:x=0\"`)"},
     {"specimen", "strike", TomlType::kTables, "required", -kInf, kInf, "one or more blows"},
     {"specimen", "pickup", TomlType::kTables, "required", -kInf, kInf, "one for each channel"},
     {"specimen", "mount", TomlType::kTables, "none", -kInf, kInf,
@@ -99,82 +89,68 @@ const TomlField kSchema[] = {
     {"specimen.mount", "damping_n_s_per_m", TomlType::kNumber, "required", 0, 1e3, "coefficient of the damper"},
 };
 
-// Adds the place to complaints of functions that do not know the file.
-template <class Function>
-auto located(const std::string& place, Function&& function) {
-  try {
-    return function();
-  } catch (const InputError& error) {
-    throw InputError(place, error.what());
+/// "`rayleigh`, `loss_factor` or `zener`".
+std::string law_choice() {
+  const auto& laws = damping::damping_laws(damping::LawUse::kRecipes);
+  std::string text;
+  for (std::size_t i = 0; i < laws.size(); ++i) {
+    text += i == 0 ? "" : i + 1 < laws.size() ? ", " : " or ";
+    text.append("`").append(laws[i]->name()).append("`");
   }
+  return text;
 }
 
-solid::Material read_material(const TomlTable& table) {
-  const bool preset = table.has("preset");
-  const bool lame = table.has("lame_lambda_pa") || table.has("lame_mu_pa");
-  const bool engineering = table.has("youngs_modulus_pa") || table.has("poissons_ratio");
-  if (int(preset) + int(lame) + int(engineering) != 1) {
-    throw InputError(table.place("preset"), "the elasticity must be said once", "",
-                     "preset, or lame_lambda_pa with lame_mu_pa, or youngs_modulus_pa with poissons_ratio");
+std::vector<TomlField> damping_fields() {
+  static const std::string choice = law_choice();
+  std::vector<TomlField> fields = {{"damping", "model", TomlType::kText, "required", -kInf, kInf, choice}};
+  for (const damping::DampingLaw* law : damping::damping_laws(damping::LawUse::kRecipes)) {
+    for (const damping::LawParameter& p : law->parameters())
+      fields.push_back({"damping", p.name, TomlType::kNumber, "0", p.low, p.high, p.meaning});
   }
-  solid::Material material;
-  if (preset) {
-    material = located(table.place("preset"), [&] { return solid::material_preset(table.text("preset")); });
-    material.density_kg_m3 = table.number("density_kg_m3", material.density_kg_m3);
-  } else if (lame) {
-    material.lame_lambda_pa = table.number("lame_lambda_pa");
-    material.lame_mu_pa = table.number("lame_mu_pa");
-    material.density_kg_m3 = table.number("density_kg_m3");
-  } else {
-    material = solid::from_youngs_modulus(table.number("youngs_modulus_pa"), table.number("poissons_ratio"),
-                                          table.number("density_kg_m3"));
-  }
-  located(table.place("lame_lambda_pa"), [&] { solid::validate(material); });
-  return material;
+  return fields;
+}
+
+/// The table above with the keys of materials, damping laws, shapes and supports in their places.
+const std::vector<TomlField>& recipe_schema() {
+  static const std::vector<TomlField> schema = [] {
+    std::vector<TomlField> fields(std::begin(kSchema), std::end(kSchema));
+    const auto insert = [&](std::string_view before_table, const std::vector<TomlField>& more) {
+      const auto place = std::find_if(fields.begin(), fields.end(),
+                                      [&](const TomlField& field) { return field.table == before_table; });
+      fields.insert(place, more.begin(), more.end());
+    };
+    insert("noise", solid::material_fields("material", "the preset's"));
+    insert("noise", damping_fields());
+    insert("specimen.strike", mesh::shape_fields("specimen.shape"));
+    insert("specimen.strike", solid::support_fields("specimen.support"));
+    return fields;
+  }();
+  return schema;
 }
 
 void read_damping(const TomlTable& table, Recipe& recipe) {
   const std::string model = table.text("model");
-  std::set<std::string_view> keys;
-  if (model == "rayleigh") {
-    recipe.damping = RecipeDamping::kRayleigh;
-    recipe.rayleigh_stiffness_s = table.number("rayleigh_stiffness_s", 0.0);
-    recipe.rayleigh_mass_per_s = table.number("rayleigh_mass_per_s", 0.0);
-    keys = {"rayleigh_stiffness_s", "rayleigh_mass_per_s"};
-  } else if (model == "loss_factor") {
-    recipe.damping = RecipeDamping::kLossFactor;
-    recipe.loss_factor = table.number("loss_factor");
-    keys = {"loss_factor"};
-  } else if (model == "zener") {
-    recipe.damping = RecipeDamping::kZener;
-    recipe.zener_strength = table.number("zener_strength");
-    recipe.zener_relaxation_time_s = table.number("zener_relaxation_time_s");
-    keys = {"zener_strength", "zener_relaxation_time_s"};
-  } else {
-    throw InputError(table.place("model"), "unknown damping model", model, "rayleigh, loss_factor, zener");
+  recipe.damping = damping::find_law(model, damping::LawUse::kRecipes);
+  if (!recipe.damping) {
+    throw InputError(table.place("model"), "unknown damping model", model,
+                     damping::law_names(damping::LawUse::kRecipes));
   }
-  for (const TomlField& field : kSchema) {
-    if (field.table == "damping" && field.key != "model" && !keys.count(field.key) && table.has(field.key)) {
+  std::set<std::string_view> keys = {"model"};
+  for (const damping::LawParameter& parameter : recipe.damping->parameters()) {
+    recipe.damping_parameters.push_back(parameter.required ? table.number(parameter.name)
+                                                           : table.number(parameter.name, 0.0));
+    keys.insert(parameter.name);
+  }
+  for (const TomlField& field : recipe_schema()) {
+    if (field.table == "damping" && !keys.count(field.key) && table.has(field.key))
       throw InputError(table.place(field.key), "has no meaning in the model", model);
-    }
   }
 }
 
-mesh::ShapeSpec read_shape(const TomlTable& specimen, const std::filesystem::path& base) {
-  const TomlTable::FreeTable table = specimen.free_table("shape");
-  mesh::ShapeSpec shape;
-  shape.dims = table.numbers;
-  for (const auto& [name, text] : table.texts) {
-    if (name == "kind") {
-      shape.kind = text;
-    } else if (name == "profile_csv") {
-      shape.profile_csv = base / text;
-    } else {
-      throw InputError(specimen.place("shape") + "." + name, "must be a number", text);
-    }
-  }
-  located(specimen.place("shape"), [&] { mesh::validate(shape); });
-  return shape;
+solid::Material read_material(const TomlTable& table) {
+  const solid::MaterialInput input = solid::read_material(table);
+  if (!input.density_given) throw InputError(table.place("density_kg_m3"), "is missing", "", "a density, or a preset");
+  return input.material;
 }
 
 /// A list of tables that must not be empty.
@@ -200,9 +176,8 @@ RecipeSpecimen read_specimen(const TomlTable& table, const std::filesystem::path
   RecipeSpecimen specimen;
   specimen.name = table.text("name");
   check_name(specimen.name, table.place("name"));
-  specimen.shape = read_shape(table, base);
-  const std::string support = table.text("support", "free");
-  specimen.support = located(table.place("support"), [&] { return solid::parse_support(support); });
+  specimen.shape = mesh::read_shape(required_table(table, "shape"), base);
+  specimen.support = solid::read_support(table);
   for (const TomlTable& strike : some_tables(table, "strike", kMaxStrikes)) {
     specimen.strikes.push_back({strike.number("time_s", 0.1), strike.vector("at"), strike.vector("impulse_n_s"),
                                 strike.number("contact_s", 0.0)});
@@ -230,35 +205,11 @@ RecipeSpecimen read_specimen(const TomlTable& table, const std::filesystem::path
 
 }  // namespace
 
-double Recipe::decay_per_s(double omega) const {
-  switch (damping) {
-    case RecipeDamping::kRayleigh:
-      return 0.5 * (rayleigh_stiffness_s * omega * omega + rayleigh_mass_per_s);
-    case RecipeDamping::kLossFactor:
-      return 0.5 * loss_factor * omega;
-    case RecipeDamping::kZener: {
-      const double x = omega * zener_relaxation_time_s;
-      return 0.5 * zener_strength * omega * x / (1.0 + x * x);
-    }
-  }
-  return 0.0;
-}
-
-std::string Recipe::damping_model() const {
-  switch (damping) {
-    case RecipeDamping::kRayleigh:
-      return "rayleigh";
-    case RecipeDamping::kLossFactor:
-      return "loss_factor";
-    case RecipeDamping::kZener:
-      return "zener";
-  }
-  return "";
-}
+double Recipe::decay_per_s(double omega) const { return damping->decay_per_s(omega, damping_parameters.data()); }
 
 Recipe parse_recipe(std::string_view text, const std::string& name, const std::filesystem::path& base_folder) {
   if (text.size() > kMaxBytes) throw InputError(name, "is too long for a recipe", std::to_string(text.size()));
-  const TomlTable root = TomlTable::parse(text, name, kSchema);
+  const TomlTable root = TomlTable::parse(text, name, recipe_schema());
   Recipe recipe;
   recipe.name = root.text("name", name.c_str());
   recipe.material = read_material(required_table(root, "material"));
@@ -324,7 +275,7 @@ std::string recipe_schema_markdown() {
       "# Recipes of synthetic recordings\n\n"
       "`klang dataset RECIPE` makes recordings with known truth. Generated from the table in\n"
       "`datasets-synthetic/recipe_parser.cpp`; a test keeps the two equal. Unknown keys are errors.\n";
-  text += toml_schema_markdown(kSchema);
+  text += toml_schema_markdown(recipe_schema());
   text +=
       "\n## What is made, in this order\n"
       "1. True modes: boxes and tubes that are free by the Ritz method (`ritz_box.hpp`, `ritz_tube.hpp`: no "

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/geometry/shapes/shape.hpp"
+#include "core/physics/modal/damping/damping_law.hpp"
 #include "core/physics/solid/material.hpp"
 #include "core/physics/solid/support.hpp"
 
@@ -28,7 +29,7 @@ struct RecipePickup {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
 };
 
-/// A viscous damper (wire, foam) at a place: amplitude decays gain c |u|^2 / 2 a mode, of (d . u)^2 with a direction d.
+/// A viscous damper (wire, foam) at a place: amplitude decays gain c |u|^2 / 2 per mode, c (d . u)^2 / 2 with a direction d.
 struct RecipeMount {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();
   std::optional<Eigen::Vector3d> direction;
@@ -45,18 +46,14 @@ struct RecipeSpecimen {
   bool predict = false;  ///< passed on to specimen.toml
 };
 
-enum class RecipeDamping { kRayleigh, kLossFactor, kZener };
-
 /// What a recipe says (docs/recipes.md).
 struct Recipe {
   std::string name;
   std::vector<RecipeSpecimen> specimens;
   solid::Material material;
 
-  RecipeDamping damping = RecipeDamping::kRayleigh;
-  double rayleigh_stiffness_s = 0.0, rayleigh_mass_per_s = 0.0;
-  double loss_factor = 0.0;
-  double zener_strength = 0.0, zener_relaxation_time_s = 0.0;
+  const damping::DampingLaw* damping = nullptr;
+  std::vector<double> damping_parameters;  ///< of the law, in its order
 
   double sample_rate_hz = 48000.0, duration_s = 5.0, peak = 0.5, dc_offset = 0.0, highest_hz = 20000.0;
   std::optional<double> clip_level;
@@ -77,8 +74,7 @@ struct Recipe {
   std::optional<double> start_poissons_ratio;  ///< empty: the true one
   std::vector<std::string> fit_parameters;
 
-  double decay_per_s(double angular_frequency_rad_s) const;  ///< of the amplitude, by the damping model
-  std::string damping_model() const;                         ///< "rayleigh", "loss_factor", "zener"
+  double decay_per_s(double angular_frequency_rad_s) const;  ///< of the amplitude, by the damping law
 };
 
 /// Reads and checks a recipe. Unknown keys, wrong types and values out of range are InputErrors that name

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
@@ -65,7 +66,6 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
   const fit::FitProblem problem = fit::read_fit_problem(options.problem);
   OutputDirectory out(options.output);
   fit::FitOptions fit_options = options.fit;
-  fit_options.seed = common.seed;
   const fit::FitResult result = fit::run_fit(problem, fit_options, monitor);
   if (!result.usable()) throw NumericalError(options.problem + ": " + to_text(result.status) + ": " + result.message);
 
@@ -106,14 +106,7 @@ Subcommand add_fit(CLI::App& program, CommonOptions& common) {
       ->required();
   app->add_option("-o,--output", options->output, "Folder for fit.json, report.html, figures, sounds and mode shapes")
       ->required();
-  app->add_option("--gate-cents", options->fit.gate_cents,
-                  "Widest accepted deviation of a partial from its mode, 1 to 600")
-      ->capture_default_str();
-  app->add_option("--model-std-cents", options->fit.model_std_cents,
-                  "How far the model itself may be off (dimensions, homogeneity), as a standard deviation")
-      ->capture_default_str();
-  app->add_option("--modes", options->fit.n_modes, "Model modes of each specimen; 0: as the partials need")
-      ->capture_default_str();
+  add_fields(*app, common, options->fit, {{"gate_cents"}, {"model_std_cents"}, {"n_modes", "--modes"}});
   app->add_flag("!--least-squares", options->fit.robust, "Plain least squares instead of a robust loss");
   app->add_flag("--no-pictures", options->no_pictures, "Leave out the pictures of mode shapes");
   app->footer("Example:\n  klang fit specimen.toml -o result\n\n" + fit::specimen_schema_markdown());

@@ -22,15 +22,15 @@ namespace {
 
 struct ProxyFitCommand {
   std::string bank, target, transfer, output;
-  double rayleigh_mass_per_s = 10.0, rayleigh_stiffness_s = 1e-7;
+  damping::RayleighDamping damping{.stiffness_s = 1e-7, .mass_per_s = 10.0};
   fit::ProxyFitOptions fit;
 };
 
 nlohmann::json to_json(const fit::ProxyParameters& p) {
   return {{"axes", {p.axes[0], p.axes[1], p.axes[2]}},
           {"scale_m", p.scale_m},
-          {"rayleigh_mass_per_s", p.rayleigh_mass_per_s},
-          {"rayleigh_stiffness_s", p.rayleigh_stiffness_s},
+          {"rayleigh_mass_per_s", p.damping.mass_per_s},
+          {"rayleigh_stiffness_s", p.damping.stiffness_s},
           {"gain", p.gain}};
 }
 
@@ -52,11 +52,11 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
     const modal::ModalModel model = modal::read_modal_model(o.target);
     soundbank::check_poissons_ratio(bank, model.material.poissons_ratio(), o.target);
     if (o.transfer.empty()) {
-      target = fit::target_of_model(model, o.rayleigh_mass_per_s, o.rayleigh_stiffness_s);
+      target = fit::target_of_model(model, o.damping);
     } else {
       const acoustics::TransferModel transfer = acoustics::read_transfer_model(o.transfer);
       acoustics::check_belongs(transfer, model, o.transfer);
-      target = fit::target_of_model(model, transfer, o.rayleigh_mass_per_s, o.rayleigh_stiffness_s);
+      target = fit::target_of_model(model, transfer, o.damping);
     }
   } else {
     if (!o.transfer.empty()) throw InputError("--transfer", "is of a modal model, not of a recording", o.transfer);
@@ -75,8 +75,8 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
                      {"highest_hz", o.fit.highest_hz},
                      {"duration_s", o.fit.duration_s},
                      {"sample_rate_hz", o.fit.sample_rate_hz},
-                     {"rayleigh_mass_per_s", o.rayleigh_mass_per_s},
-                     {"rayleigh_stiffness_s", o.rayleigh_stiffness_s}},
+                     {"rayleigh_mass_per_s", o.damping.mass_per_s},
+                     {"rayleigh_stiffness_s", o.damping.stiffness_s}},
                     o.transfer.empty() ? std::vector<std::filesystem::path>{o.bank, o.target}
                                        : std::vector<std::filesystem::path>{o.bank, o.target, o.transfer});
   json["radiation"] = target.radiation.has_value();
@@ -106,8 +106,8 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   add("shape_a_over_c", a.axes[0] / a.axes[2], b.axes[0] / b.axes[2]);
   add("shape_b_over_c", a.axes[1] / a.axes[2], b.axes[1] / b.axes[2]);
   add("scale_m", a.scale_m, b.scale_m);
-  add("rayleigh_mass_per_s", a.rayleigh_mass_per_s, b.rayleigh_mass_per_s);
-  add("rayleigh_stiffness_s", a.rayleigh_stiffness_s, b.rayleigh_stiffness_s);
+  add("rayleigh_mass_per_s", a.damping.mass_per_s, b.damping.mass_per_s);
+  add("rayleigh_stiffness_s", a.damping.stiffness_s, b.damping.stiffness_s);
   add("gain", a.gain, b.gain);
   const auto n = std::min({result.target.size(), result.start_voice.size(), result.fitted_voice.size()});
   for (std::size_t k = 0; k < n; ++k) {
@@ -153,9 +153,9 @@ Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
   app->add_option("-o,--output", options->output, "Folder for fit.json, report.html and the three sounds")->required();
   add_fields(*app, common, options->fit,
              {{"n_partials", "--partials"}, {"highest_hz"}, {"search.n_generations", "--generations"}, {"duration_s"}});
-  app->add_option("--rayleigh-mass-per-s", options->rayleigh_mass_per_s, "Damping of a model: mass coefficient")
+  app->add_option("--rayleigh-mass-per-s", options->damping.mass_per_s, "Damping of a model: mass coefficient")
       ->capture_default_str();
-  app->add_option("--rayleigh-stiffness-s", options->rayleigh_stiffness_s, "Damping of a model: stiffness coefficient")
+  app->add_option("--rayleigh-stiffness-s", options->damping.stiffness_s, "Damping of a model: stiffness coefficient")
       ->capture_default_str();
   app->footer(
       "Examples:\n"

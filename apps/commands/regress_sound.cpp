@@ -21,8 +21,7 @@ audio::Signal sound_of_model(const std::string& path, const RegressSoundOptions&
   const modal::ModalModel model = modal::read_modal_model(path);
   const Eigen::VectorXd decays = decay_per_s(options.damping, model);
   if (!(decays.size() > 0 && decays.minCoeff() > 0.0)) {
-    throw InputError(path, "a model needs damping to be held against a sound", "",
-                     "--rayleigh-stiffness-s, --rayleigh-mass-per-s or --loss-factor");
+    throw InputError(path, "a model needs damping to be held against a sound", "", damping_option_names());
   }
   audio::Signal sound =
       stage::synthesise(model, decays, read_strikes(options.strikes, options.model_duration_s, model), synthesis);
@@ -52,14 +51,13 @@ validate::DescriptionOptions RegressSoundOptions::checked_description() const {
 }
 
 nlohmann::json RegressSoundOptions::used() const {
-  return {{"band_hz", band},
-          {"max_duration_s", description.max_duration_s},
-          {"min_snr_db", description.min_snr_db},
-          {"rayleigh_stiffness_s", damping.rayleigh_stiffness_s},
-          {"rayleigh_mass_per_s", damping.rayleigh_mass_per_s},
-          {"loss_factor", damping.loss_factor},
-          {"model_duration_s", model_duration_s},
-          {"model_rate_hz", model_rate_hz}};
+  nlohmann::json options = {{"band_hz", band},
+                            {"max_duration_s", description.max_duration_s},
+                            {"min_snr_db", description.min_snr_db},
+                            {"model_duration_s", model_duration_s},
+                            {"model_rate_hz", model_rate_hz}};
+  damping.write(options);
+  return options;
 }
 
 audio::Signal read_sound_or_model(const std::string& path, const RegressSoundOptions& options) {

@@ -115,14 +115,11 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   sound.samples *= gain;
   audio::write_sound(options.output, sound);
 
-  nlohmann::json json = result_header("synth", "done", common,
-                                      {{"rayleigh_stiffness_s", options.damping.rayleigh_stiffness_s},
-                                       {"rayleigh_mass_per_s", options.damping.rayleigh_mass_per_s},
-                                       {"loss_factor", options.damping.loss_factor},
-                                       {"duration_s", options.duration_s},
-                                       {"sample_rate_hz", options.sample_rate_hz},
-                                       {"radiation_damping", options.radiation_damping}},
-                                      inputs);
+  nlohmann::json used = {{"duration_s", options.duration_s},
+                         {"sample_rate_hz", options.sample_rate_hz},
+                         {"radiation_damping", options.radiation_damping}};
+  options.damping.write(used);
+  nlohmann::json json = result_header("synth", "done", common, used, inputs);
   json["gain"] = gain;
   if (!options.transfer.empty()) json["transfer"] = at_ears.json;
   const Eigen::VectorXd frequency_hz = model.frequency_hz();

@@ -4,6 +4,7 @@
 
 #include "apps/kit/body_options.hpp"
 #include "apps/kit/command.hpp"
+#include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "fit/run/fit_json.hpp"
@@ -81,9 +82,7 @@ Subcommand add_tune(CLI::App& program, CommonOptions& common) {
   app->add_option("--vary", options->vary, "Dimension that may change; may be repeated")->required();
   app->add_option("--target", options->targets, "MODE=HZ; MODE is an index from 0 or \"bending N\"; may be repeated")
       ->required();
-  app->add_option("--widest-change", options->tune.widest_change, "Share of its start that a dimension may change by")
-      ->capture_default_str();
-  app->add_option("--tolerance-cents", options->tune.tolerance_cents, "Accepted deviation")->capture_default_str();
+  add_fields(*app, common, options->tune, {{"widest_change"}, {"tolerance_cents"}});
   app->footer(
       "Example (a chime brought to D5):\n"
       "  klang tune --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 --material aluminium \\\n"

@@ -1,24 +1,65 @@
 #include "apps/kit/strike_options.hpp"
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "apps/kit/body_options.hpp"
 #include "core/foundation/base/errors.hpp"
-#include "core/sound/stage/oscillator_bank.hpp"
+#include "core/geometry/mesh/quality.hpp"
+#include "core/physics/modal/damping/damping_laws.hpp"
 
 namespace klang::apps {
 
+namespace {
+
+const auto& laws() { return damping::damping_laws(damping::LawUse::kOptions); }
+
+std::string option_of(const damping::LawParameter& parameter) {
+  std::string option = "--" + std::string(parameter.name);
+  std::replace(option.begin(), option.end(), '_', '-');
+  return option;
+}
+
+/// visit(parameter, value) of every law's parameters in order.
+template <class Options, class Visit>
+void for_each_parameter(Options& options, Visit&& visit) {
+  for (std::size_t i = 0; i < laws().size(); ++i) {
+    const auto parameters = laws()[i]->parameters();
+    for (std::size_t j = 0; j < parameters.size(); ++j) visit(parameters[j], options.parameters[i][j]);
+  }
+}
+
+}  // namespace
+
+DampingOptions::DampingOptions() {
+  for (const damping::DampingLaw* law : laws()) parameters.emplace_back(law->parameters().size(), 0.0);
+}
+
 void DampingOptions::validate() const {
-  checked("command line", "--rayleigh-stiffness-s", rayleigh_stiffness_s, 0.0, 1.0);
-  checked("command line", "--rayleigh-mass-per-s", rayleigh_mass_per_s, 0.0, 1e6);
-  checked("command line", "--loss-factor", loss_factor, 0.0, 1.0);
+  for_each_parameter(*this, [](const damping::LawParameter& p, double value) {
+    checked("command line", option_of(p), value, p.low, p.high);
+  });
+}
+
+void DampingOptions::write(nlohmann::json& options) const {
+  for_each_parameter(*this,
+                     [&](const damping::LawParameter& p, double value) { options[std::string(p.name)] = value; });
 }
 
 void add_damping_options(CLI::App& app, DampingOptions& damping) {
-  app.add_option("--rayleigh-stiffness-s", damping.rayleigh_stiffness_s, "Damping C = this K + rayleigh_mass_per_s M")
-      ->capture_default_str();
-  app.add_option("--rayleigh-mass-per-s", damping.rayleigh_mass_per_s, "Damping proportional to the mass")
-      ->capture_default_str();
-  app.add_option("--loss-factor", damping.loss_factor, "Constant loss factor: decay_per_s = loss_factor omega / 2")
-      ->capture_default_str();
+  for_each_parameter(damping, [&](const damping::LawParameter& p, double& value) {
+    app.add_option(option_of(p), value, std::string(p.option_meaning))->capture_default_str();
+  });
+}
+
+std::string damping_option_names() {
+  std::vector<std::string> names;
+  const DampingOptions all;
+  for_each_parameter(all, [&](const damping::LawParameter& p, double) { names.push_back(option_of(p)); });
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < names.size() ? ", " : " or ") + names[i];
+  return text;
 }
 
 void add_strike_option(CLI::App& app, std::vector<std::string>& strikes) {
@@ -28,9 +69,10 @@ void add_strike_option(CLI::App& app, std::vector<std::string>& strikes) {
 }
 
 Eigen::VectorXd decay_per_s(const DampingOptions& damping, const modal::ModalModel& model) {
-  return modal::rayleigh_decay_per_s(model.angular_frequency_rad_s, damping.rayleigh_stiffness_s,
-                                     damping.rayleigh_mass_per_s) +
-         0.5 * damping.loss_factor * model.angular_frequency_rad_s;
+  const Eigen::VectorXd& omega = model.angular_frequency_rad_s;
+  Eigen::VectorXd decay = laws()[0]->decay_per_s(omega, damping.parameters[0].data());
+  for (std::size_t i = 1; i < laws().size(); ++i) decay += laws()[i]->decay_per_s(omega, damping.parameters[i].data());
+  return decay;
 }
 
 std::vector<events::Strike> read_strikes(const std::vector<std::string>& texts, double duration_s,

@@ -62,7 +62,7 @@ struct ChirpFit {
   std::vector<Chirp> chirps;
   double chi_square = 0.0;  ///< of the window's residual
   Eigen::Index n_real_data = 0;
-  /// 7 x 7 a bubble, all others' uncertainty in it; not scaled by chi_square. Empty when it was not asked for.
+  /// 7 x 7 per bubble, all others' uncertainty in it; not scaled by chi_square. Empty when it was not asked for.
   std::vector<Eigen::MatrixXd> covariance;
 };
 

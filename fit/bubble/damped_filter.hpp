@@ -5,8 +5,8 @@
 namespace klang::fit::bubble {
 
 /// Correlations of white noise plus rings with decaying exponentials e^(-(beta + i omega) t) that begin at every sample, on
-/// a grid of frequencies: the matched filter of a ring whose frequency stands still. One recursion backwards in time a
-/// frequency.
+/// a grid of frequencies: the matched filter of a ring whose frequency stands still. One recursion backwards in time
+/// per frequency.
 class DampedFilterBank {
  public:
   struct Atom {

@@ -78,6 +78,174 @@ struct Joint {
   double cost = 1e300;
 };
 
+/// Which bubbles carry the joint fit, and by which laws all ring in it.
+struct JointProblem {
+  std::vector<std::shared_ptr<const PitchLaw>> along;  // of each bubble with a rise
+  std::shared_ptr<const PitchLaw> shared;              // any of them: units and limits are the same
+  std::vector<ChirpLaw> laws;                          // of each bubble
+  std::vector<RingGroup> groups;                       // that hold a bubble with a rise
+  std::size_t n_bubbles = 0;
+};
+
+/// The best joint fit so far.
+struct JointFit {
+  Joint joint;
+  Eigen::MatrixXd covariance;  // of ln P, ln q
+  double chi_square = 0.0;
+  Eigen::Index n_data = 0;
+  std::vector<double> ratios;  // chi square per datum of each group
+};
+
+/// Each bubble's rise: the nearest within reach of its onset.
+JointProblem joint_problem(const BubbleSearchResult& found, const std::vector<BubbleRise>& rises, double max_factor) {
+  JointProblem problem;
+  problem.along.resize(found.found.size());
+  for (std::size_t i = 0; i < found.found.size(); ++i) {
+    if (!found.found[i].is_bubble()) continue;
+    const BubbleRise* nearest = nullptr;
+    const auto off = [&](const BubbleRise& rise) { return std::abs(rise.onset_s - found.found[i].chirp.onset_s); };
+    for (const BubbleRise& rise : rises)
+      if (off(rise) <= kRiseMatchS && (!nearest || off(rise) < off(*nearest))) nearest = &rise;
+    if (!nearest) continue;
+    problem.shared = problem.along[i] = law_of(*nearest, max_factor);
+    ++problem.n_bubbles;
+  }
+  for (std::size_t i = 0; i < found.found.size(); ++i) {
+    problem.laws.push_back(found.found[i].law);
+    if (!problem.along[i]) continue;
+    problem.laws.back().pitch = problem.along[i];
+    problem.laws.back().rest_s.reset();  // the rise says when it rests
+  }
+  return problem;
+}
+
+/// What each bubble's own pitch leaves, for comparison.
+double free_chi_square(const BubbleSearchResult& found, const std::vector<RingGroup>& groups) {
+  double chi_square = 0.0;
+  for (const RingGroup& group : groups) {
+    std::vector<ChirpLaw> own_laws;
+    std::vector<Chirp> chirps;
+    for (const std::size_t i : group.members) {
+      own_laws.push_back(found.found[i].law);
+      chirps.push_back(found.found[i].chirp);
+    }
+    chi_square += fit_chirps(*group.window, own_laws, chirps, {}, 0, false).chi_square;
+  }
+  return chi_square;
+}
+
+/// All chirps as they were found, the shared numbers at (ln P, ln q).
+Joint joint_start(const BubbleSearchResult& found, const std::vector<ChirpLaw>& laws, std::array<double, 2> pitch) {
+  Joint joint;
+  joint.pitch = pitch;
+  for (std::size_t i = 0; i < found.found.size(); ++i) {
+    const Chirp& chirp = found.found[i].chirp;
+    const Eigen::Matrix<double, Chirp::kParameters, 1> x = chirp.vector().cwiseQuotient(chirp_scale(laws[i]));
+    joint.free_pitch[i] = {x[0], x[1]};
+    std::copy(x.data() + 2, x.data() + Chirp::kParameters, joint.own[i].begin());
+  }
+  return joint;
+}
+
+/// Adds a group's residuals and its bubbles' bounds. @return the residual block
+ceres::ResidualBlockId add_group(const BubbleSearchResult& found, const JointProblem& of, const RingGroup& group,
+                                 Joint& joint, ceres::Problem& problem) {
+  std::vector<ChirpLaw> group_laws;
+  std::vector<int> pitch_group;
+  std::vector<double*> blocks = {joint.pitch.data()};
+  for (const std::size_t i : group.members) {
+    group_laws.push_back(of.laws[i]);
+    pitch_group.push_back(of.along[i] ? 0 : static_cast<int>(blocks.size()));
+    if (!of.along[i]) blocks.push_back(joint.free_pitch[i].data());
+  }
+  for (const std::size_t i : group.members) blocks.push_back(joint.own[i].data());
+  const ceres::ResidualBlockId id =
+      problem.AddResidualBlock(make_chirp_cost(group.window, group_laws, pitch_group).release(), nullptr, blocks);
+  for (const std::size_t i : group.members) {
+    if (!of.laws[i].soft_attack())
+      problem.AddResidualBlock(make_onset_prior(of.laws[i], found.found[i].chirp).release(), nullptr,
+                               joint.own[i].data());
+    for (const auto& [index, reach] : {std::pair{0, 10.0}, {1, 0.2}, {2, 3.0}}) {
+      const double middle = joint.own[i][static_cast<std::size_t>(index)];
+      problem.SetParameterLowerBound(joint.own[i].data(), index, middle - reach);
+      problem.SetParameterUpperBound(joint.own[i].data(), index, middle + reach);
+    }
+  }
+  return id;
+}
+
+/// Shared numbers' covariance with all else free: their block of the inverse normal matrix.
+Eigen::MatrixXd shared_covariance(ceres::Problem& problem, Joint& joint) {
+  std::vector<double*> parameters = {joint.pitch.data()};
+  for (auto& [i, own] : joint.own)
+    if (problem.HasParameterBlock(own.data())) parameters.push_back(own.data());
+  for (auto& [i, free] : joint.free_pitch)
+    if (problem.HasParameterBlock(free.data())) parameters.push_back(free.data());
+  const Eigen::MatrixXd covariance = parameter_covariance(problem, parameters).topLeftCorner(2, 2);
+  // A direction that the data do not see at all has no place in a pseudo-inverse's small numbers.
+  const Eigen::Matrix2d information = covariance.inverse();
+  return information.allFinite() ? covariance : Eigen::MatrixXd(Eigen::Matrix2d::Identity() * 1e6);
+}
+
+/// The joint fit from a start, where it beats the best so far.
+void fit_from(const BubbleSearchResult& found, const JointProblem& of, Joint joint, JointFit& best) {
+  ceres::Problem problem;
+  std::vector<ceres::ResidualBlockId> ids;
+  for (const RingGroup& group : of.groups) ids.push_back(add_group(found, of, group, joint, problem));
+  for (int i = 0; i < 2; ++i) {
+    problem.SetParameterLowerBound(joint.pitch.data(), i, of.shared->low()[i]);
+    problem.SetParameterUpperBound(joint.pitch.data(), i, of.shared->high()[i]);
+  }
+  ceres::Solver::Options solver;
+  solver.max_num_iterations = 60;
+  solver.linear_solver_type = ceres::DENSE_QR;
+  solver.function_tolerance = 1e-9;
+  solver.logging_type = ceres::SILENT;
+  solver.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  if (!summary.IsSolutionUsable() || !(summary.final_cost < best.joint.cost)) return;
+  best.joint = joint;
+  best.joint.cost = summary.final_cost;
+  best.chi_square = 0.0;
+  best.n_data = 0;
+  best.ratios.clear();
+  for (const auto id : ids) {
+    double cost = 0.0;
+    problem.EvaluateResidualBlock(id, false, &cost, nullptr, nullptr);
+    const int n = problem.GetCostFunctionForResidualBlock(id)->num_residuals();
+    best.chi_square += 2.0 * cost;
+    best.n_data += n;
+    best.ratios.push_back(2.0 * cost / n);
+  }
+  best.covariance = shared_covariance(problem, joint);
+}
+
+/// What ln P and ln q say of the constants.
+void add_constants(const JointFit& fit, const std::optional<double>& phi0_m, PitchFitResult& result) {
+  const Eigen::MatrixXd covariance =
+      fit.covariance * std::max(1.0, fit.chi_square / static_cast<double>(std::max<Eigen::Index>(fit.n_data, 1)));
+  const double log_p = fit.joint.pitch[0], log_q = fit.joint.pitch[1], q = std::exp(log_q);
+  // ln(K e^eta) = ln P + ln q.
+  const Eigen::Vector2d of_q(0.0, 1.0), of_pq(1.0, 1.0);
+  result.identifiable = {
+      number("eta / |phi0| [1/m]", q, std::sqrt(of_q.dot(covariance * of_q))),
+      number("k_delta * exp(eta) [1/m]", std::exp(log_p + log_q), std::sqrt(of_pq.dot(covariance * of_pq)))};
+  std::erase_if(result.identifiable, [](const PitchNumber& n) { return !n.determined; });
+  if (phi0_m) {
+    const double eta = q * -*phi0_m;
+    // ln K = ln P + ln q - q |phi0|.
+    const Eigen::Vector2d of_k(1.0, 1.0 - eta);
+    result.parameters = {number("k_delta_per_m", std::exp(log_p + log_q - eta), std::sqrt(of_k.dot(covariance * of_k))),
+                         number("eta", eta, std::sqrt(of_q.dot(covariance * of_q))), unknown("phi0_m")};
+    result.parameters.back().value = *phi0_m;
+    result.message = "phi0 as given";
+  } else {
+    result.parameters = {unknown("k_delta_per_m"), unknown("eta"), unknown("phi0_m")};
+    result.message = "K, eta and phi0 enter as K e^eta and eta / |phi0| only; --phi0-m separates them";
+  }
+}
+
 }  // namespace
 
 std::vector<BubbleRise> read_rises(const std::filesystem::path& path) {
@@ -118,158 +286,40 @@ std::vector<BubbleRise> read_rises(const std::filesystem::path& path) {
 PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<BubbleRise>& rises,
                          const BubbleSearchOptions& search, const PitchFitOptions& options) {
   PitchFitResult result;
-  if (options.phi0_m) checked("pitch", "phi0_m", *options.phi0_m, -1.0, -1e-5);
-  std::vector<std::shared_ptr<const PitchLaw>> along(found.found.size());
-  std::shared_ptr<const PitchLaw> shared;  // any of them: units and limits are the same
-  for (std::size_t i = 0; i < found.found.size(); ++i) {
-    if (!found.found[i].is_bubble()) continue;
-    const BubbleRise* nearest = nullptr;
-    const auto off = [&](const BubbleRise& rise) { return std::abs(rise.onset_s - found.found[i].chirp.onset_s); };
-    for (const BubbleRise& rise : rises)
-      if (off(rise) <= kRiseMatchS && (!nearest || off(rise) < off(*nearest))) nearest = &rise;
-    if (!nearest) continue;
-    shared = along[i] = law_of(*nearest, options.max_factor);
-    ++result.n_bubbles;
-  }
+  validate_fields("pitch", options);
+  JointProblem problem = joint_problem(found, rises, options.max_factor);
+  result.n_bubbles = problem.n_bubbles;
   if (result.n_bubbles == 0) {
     sound_only(found, result);
     if (!rises.empty()) result.message = "no bubble was found near the rises' onsets; " + result.message;
     return result;
   }
-
-  const auto groups = ring_groups(found, search);
-  std::vector<ChirpLaw> laws;
-  for (std::size_t i = 0; i < found.found.size(); ++i) {
-    laws.push_back(found.found[i].law);
-    if (!along[i]) continue;
-    laws.back().pitch = along[i];
-    laws.back().rest_s.reset();  // the rise says when it rests
-  }
-  // What each bubble's own pitch leaves, for comparison.
-  double free_chi_square = 0.0;
-  for (const RingGroup& group : groups) {
-    if (std::none_of(group.members.begin(), group.members.end(), [&](std::size_t i) { return along[i] != nullptr; }))
-      continue;
-    std::vector<ChirpLaw> own_laws;
-    std::vector<Chirp> chirps;
-    for (const std::size_t i : group.members) {
-      own_laws.push_back(found.found[i].law);
-      chirps.push_back(found.found[i].chirp);
-    }
-    free_chi_square += fit_chirps(*group.window, own_laws, chirps, {}, 0, false).chi_square;
-  }
-  Joint best;
-  Eigen::MatrixXd covariance;
-  double chi_square = 0.0;
-  Eigen::Index n_data = 0;
-  std::vector<double> ratios;
+  problem.groups = ring_groups(found, search);
+  std::erase_if(problem.groups, [&](const RingGroup& group) {
+    return std::none_of(group.members.begin(), group.members.end(),
+                        [&](std::size_t i) { return problem.along[i] != nullptr; });
+  });
+  const double free = free_chi_square(found, problem.groups);
+  JointFit best;
   // The published constants, and others: the problem has valleys where the chirps are weak.
   for (const double start_q : {124.0, 50.0, 300.0}) {
-    Joint joint;
-    joint.pitch = {std::log(73.0 * std::exp(1.24) / 124.0), std::log(start_q)};
-    for (std::size_t i = 0; i < found.found.size(); ++i) {
-      const Chirp& chirp = found.found[i].chirp;
-      const Eigen::Matrix<double, Chirp::kParameters, 1> x = chirp.vector().cwiseQuotient(chirp_scale(laws[i]));
-      joint.free_pitch[i] = {x[0], x[1]};
-      std::copy(x.data() + 2, x.data() + Chirp::kParameters, joint.own[i].begin());
-    }
-    ceres::Problem problem;
-    std::vector<ceres::ResidualBlockId> ids;
-    for (const RingGroup& group : groups) {
-      if (std::none_of(group.members.begin(), group.members.end(), [&](std::size_t i) { return along[i] != nullptr; }))
-        continue;
-      std::vector<ChirpLaw> group_laws;
-      std::vector<int> pitch_group;
-      std::vector<double*> blocks = {joint.pitch.data()};
-      for (const std::size_t i : group.members) {
-        group_laws.push_back(laws[i]);
-        pitch_group.push_back(along[i] ? 0 : static_cast<int>(blocks.size()));
-        if (!along[i]) blocks.push_back(joint.free_pitch[i].data());
-      }
-      for (const std::size_t i : group.members) blocks.push_back(joint.own[i].data());
-      ids.push_back(
-          problem.AddResidualBlock(make_chirp_cost(group.window, group_laws, pitch_group).release(), nullptr, blocks));
-      for (const std::size_t i : group.members) {
-        if (!laws[i].soft_attack())
-          problem.AddResidualBlock(make_onset_prior(laws[i], found.found[i].chirp).release(), nullptr,
-                                   joint.own[i].data());
-        for (const auto& [index, reach] : {std::pair{0, 10.0}, {1, 0.2}, {2, 3.0}}) {
-          const double middle = joint.own[i][static_cast<std::size_t>(index)];
-          problem.SetParameterLowerBound(joint.own[i].data(), index, middle - reach);
-          problem.SetParameterUpperBound(joint.own[i].data(), index, middle + reach);
-        }
-      }
-    }
-    for (int i = 0; i < 2; ++i) {
-      problem.SetParameterLowerBound(joint.pitch.data(), i, shared->low()[i]);
-      problem.SetParameterUpperBound(joint.pitch.data(), i, shared->high()[i]);
-    }
-    ceres::Solver::Options solver;
-    solver.max_num_iterations = 60;
-    solver.linear_solver_type = ceres::DENSE_QR;
-    solver.function_tolerance = 1e-9;
-    solver.logging_type = ceres::SILENT;
-    solver.num_threads = 1;
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver, &problem, &summary);
-    if (!summary.IsSolutionUsable() || !(summary.final_cost < best.cost)) continue;
-    best = joint;
-    best.cost = summary.final_cost;
-    chi_square = 0.0;
-    n_data = 0;
-    ratios.clear();
-    for (const auto id : ids) {
-      double cost = 0.0;
-      problem.EvaluateResidualBlock(id, false, &cost, nullptr, nullptr);
-      const int n = problem.GetCostFunctionForResidualBlock(id)->num_residuals();
-      chi_square += 2.0 * cost;
-      n_data += n;
-      ratios.push_back(2.0 * cost / n);
-    }
-    // Shared numbers' covariance with all else free: their block of the inverse normal matrix.
-    std::vector<double*> parameters = {joint.pitch.data()};
-    for (auto& [i, own] : joint.own)
-      if (problem.HasParameterBlock(own.data())) parameters.push_back(own.data());
-    for (auto& [i, free] : joint.free_pitch)
-      if (problem.HasParameterBlock(free.data())) parameters.push_back(free.data());
-    covariance = parameter_covariance(problem, parameters).topLeftCorner(2, 2);
-    // A direction that the data do not see at all has no place in a pseudo-inverse's small numbers.
-    const Eigen::Matrix2d information = covariance.inverse();
-    if (!information.allFinite()) covariance = Eigen::Matrix2d::Identity() * 1e6;
+    const std::array<double, 2> start = {std::log(73.0 * std::exp(1.24) / 124.0), std::log(start_q)};
+    fit_from(found, problem, joint_start(found, problem.laws, start), best);
   }
-  if (best.cost >= 1e300) {
+  if (best.joint.cost >= 1e300) {
     result.status = PitchStatus::kFailed;
     result.message = "the joint fit of the pitch constants did not converge";
     return result;
   }
-  result.chi_square_per_datum = ratios;
-  if (const double grown = chi_square / std::max(free_chi_square, 1e-300); !(grown <= kLargestGrowth)) {
+  result.chi_square_per_datum = best.ratios;
+  if (const double grown = best.chi_square / std::max(free, 1e-300); !(grown <= kLargestGrowth)) {
     result.status = PitchStatus::kFailed;
     result.message = "the given rise does not describe these bubbles: chi square is " +
                      klang::to_text(std::round(10.0 * grown) / 10.0) + " times that of a free pitch";
     return result;
   }
   result.status = PitchStatus::kFitted;
-  covariance *= std::max(1.0, chi_square / static_cast<double>(std::max<Eigen::Index>(n_data, 1)));
-  const double log_p = best.pitch[0], log_q = best.pitch[1], q = std::exp(log_q);
-  // ln(K e^eta) = ln P + ln q.
-  const Eigen::Vector2d of_q(0.0, 1.0), of_pq(1.0, 1.0);
-  result.identifiable = {
-      number("eta / |phi0| [1/m]", q, std::sqrt(of_q.dot(covariance * of_q))),
-      number("k_delta * exp(eta) [1/m]", std::exp(log_p + log_q), std::sqrt(of_pq.dot(covariance * of_pq)))};
-  std::erase_if(result.identifiable, [](const PitchNumber& n) { return !n.determined; });
-  if (options.phi0_m) {
-    const double eta = q * -*options.phi0_m;
-    // ln K = ln P + ln q - q |phi0|.
-    const Eigen::Vector2d of_k(1.0, 1.0 - eta);
-    result.parameters = {number("k_delta_per_m", std::exp(log_p + log_q - eta), std::sqrt(of_k.dot(covariance * of_k))),
-                         number("eta", eta, std::sqrt(of_q.dot(covariance * of_q))), unknown("phi0_m")};
-    result.parameters.back().value = *options.phi0_m;
-    result.message = "phi0 as given";
-  } else {
-    result.parameters = {unknown("k_delta_per_m"), unknown("eta"), unknown("phi0_m")};
-    result.message = "K, eta and phi0 enter as K e^eta and eta / |phi0| only; --phi0-m separates them";
-  }
+  add_constants(best, options.phi0_m, result);
   return result;
 }
 

@@ -17,7 +17,7 @@ struct BubbleRise {
 };
 inline constexpr double kRiseMatchS = 0.02;
 
-/// CSV with columns onset_s,phi_m,speed_m_s (an even rise, a line a bubble) or onset_s,time_s,phi_m (a line a moment,
+/// CSV with columns onset_s,phi_m,speed_m_s (an even rise, one line per bubble) or onset_s,time_s,phi_m (one line per moment,
 /// time_s since the onset, lines of a bubble together). @throws InputError with file and line
 std::vector<BubbleRise> read_rises(const std::filesystem::path& path);
 
@@ -36,8 +36,16 @@ struct PitchNumber {
 };
 
 struct PitchFitOptions {
-  std::optional<double> phi0_m;  ///< negative; known: K and eta follow each by itself
+  std::optional<double> phi0_m;  ///< known: K and eta follow each by itself
   double max_factor = 3.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"phi0_m", "phi0 of the pitch model, where it is known: separates K_delta and eta", between(-1.0, -1e-5)},
+          self.phi0_m);
+    visit({"max_factor", "No bubble's pitch rises above this times that at its onset", between(1.0, 1000.0)},
+          self.max_factor);
+  }
 };
 
 struct PitchFitResult {

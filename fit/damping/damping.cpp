@@ -7,10 +7,10 @@
 #include <array>
 #include <cmath>
 
-#include "core/foundation/base/check.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/math/statistics.hpp"
 #include "core/geometry/mesh/surface_point.hpp"
+#include "core/physics/modal/damping/damping_laws.hpp"
 
 namespace klang::fit {
 namespace {
@@ -19,58 +19,37 @@ constexpr double kUnknownScatter = 0.2;   // relative, where one or two decays c
 constexpr double kLargestOwnStd = 0.7;    // relative; beyond it ln(decay) is no normal variable
 constexpr double kIdentifiableStd = 0.5;  // relative; beyond it the 95 % interval reaches zero
 
-constexpr std::size_t kMostParameters = 3;  // two of the material and the mounts
+constexpr std::size_t kMostParameters = damping::kMostLawParameters + 1;  // and the mounts'
+constexpr std::string_view kMountParameter = "mount_damping_n_s_per_m";
 
-struct KindFacts {
-  DampingKind kind;
-  const char* text;
-  std::vector<const char*> parameters;
-};
-
-const std::vector<KindFacts>& kinds() {
-  static const std::vector<KindFacts> facts = {
-      {DampingKind::kRayleigh, "rayleigh", {"rayleigh_stiffness_s", "rayleigh_mass_per_s"}},
-      {DampingKind::kLossFactor, "loss_factor", {"loss_factor"}},
-      {DampingKind::kMassOnly, "mass_only", {"rayleigh_mass_per_s"}},
-      {DampingKind::kStiffnessOnly, "stiffness_only", {"rayleigh_stiffness_s"}},
-      {DampingKind::kZener, "zener", {"zener_strength", "zener_relaxation_time_s"}},
-  };
-  return facts;
-}
-
-const KindFacts& facts_of(DampingKind kind) {
-  for (const KindFacts& facts : kinds()) {
-    if (facts.kind == kind) return facts;
-  }
-  KLANG_CHECK(false, "unknown damping kind");
-}
+using damping::DampingLaw;
+using Gradient = std::array<double, kMostParameters>;
 
 struct Data {
   Eigen::VectorXd omega, log_decay, sigma;  // sigma of ln decay, measurement only
   Eigen::VectorXd radiation;                // known part of each decay [1/s], zero where it is not asked for
   Eigen::VectorXd mount;                    // decay by unit dampers at the mounts [1/kg], the same
 
-  double log_total(DampingKind kind, const double* p, Eigen::Index i,
-                   std::array<double, kMostParameters>& gradient) const {
+  double log_total(const DampingLaw& law, const double* p, Eigen::Index i, Gradient& gradient) const {
     gradient.fill(0.0);
-    return log_total_decay(kind, p, omega[i], radiation[i], mount[i], gradient.data());
+    return log_total_decay(law, p, omega[i], {radiation[i], mount[i]}, gradient.data());
   }
 };
 
 /// Weighted residuals (ln decay_i - ln model_i) / total_i over x = ln(parameter / scale): positive without constraints.
 class DampingCost : public ceres::CostFunction {
  public:
-  DampingCost(DampingKind kind, const Data& data, Eigen::VectorXd total_sigma, Eigen::VectorXd scale)
-      : kind_(kind), data_(data), sigma_(std::move(total_sigma)), scale_(std::move(scale)) {
+  DampingCost(const DampingLaw& law, const Data& data, Eigen::VectorXd total_sigma, Eigen::VectorXd scale)
+      : law_(law), data_(data), sigma_(std::move(total_sigma)), scale_(std::move(scale)) {
     set_num_residuals(static_cast<int>(data.omega.size()));
     mutable_parameter_block_sizes()->push_back(static_cast<int>(scale_.size()));
   }
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     const Eigen::Index n = scale_.size();
-    std::array<double, kMostParameters> p{}, g{};
+    Gradient p{}, g{};
     for (Eigen::Index j = 0; j < n; ++j) p[static_cast<std::size_t>(j)] = scale_[j] * std::exp(blocks[0][j]);
     for (Eigen::Index i = 0; i < data_.omega.size(); ++i) {
-      const double model = data_.log_total(kind_, p.data(), i, g);
+      const double model = data_.log_total(law_, p.data(), i, g);
       if (!std::isfinite(model)) return false;
       residuals[i] = (data_.log_decay[i] - model) / sigma_[i];
       for (Eigen::Index j = 0; jacobians && jacobians[0] && j < n; ++j) {
@@ -82,7 +61,7 @@ class DampingCost : public ceres::CostFunction {
   }
 
  private:
-  DampingKind kind_;
+  const DampingLaw& law_;
   const Data& data_;
   Eigen::VectorXd sigma_, scale_;
 };
@@ -96,16 +75,16 @@ struct Solution {
   bool usable = false;
 };
 
-Eigen::VectorXd residuals_of(DampingKind kind, const Data& data, const Eigen::VectorXd& value) {
+Eigen::VectorXd residuals_of(const DampingLaw& law, const Data& data, const Eigen::VectorXd& value) {
   Eigen::VectorXd residual(data.omega.size());
-  std::array<double, kMostParameters> g{};
+  Gradient g{};
   for (Eigen::Index i = 0; i < residual.size(); ++i) {
-    residual[i] = data.log_decay[i] - data.log_total(kind, value.data(), i, g);
+    residual[i] = data.log_decay[i] - data.log_total(law, value.data(), i, g);
   }
   return residual;
 }
 
-Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& start) {
+Solution solve_from(const DampingLaw& law, const Data& data, const Eigen::VectorXd& start) {
   Solution solution;
   solution.value = start;
   solution.scale = start;
@@ -116,10 +95,11 @@ Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& s
     const Eigen::VectorXd total = (data.sigma.array().square() + solution.scatter * solution.scatter).sqrt();
     ceres::Problem problem;
     Eigen::VectorXd x = solution.value.cwiseQuotient(solution.scale).array().log();
-    problem.AddResidualBlock(new DampingCost(kind, data, total.cwiseMax(1e-9), solution.scale), nullptr, x.data());
+    problem.AddResidualBlock(new DampingCost(law, data, total.cwiseMax(1e-9), solution.scale), nullptr, x.data());
     for (int j = 0; j < static_cast<int>(x.size()); ++j) {
-      // Down to nothing (1e-9 of where it starts); a relaxation time stays within a thousandfold.
-      const double reach = kind == DampingKind::kZener && j == 1 ? std::log(1e3) : std::log(1e9);
+      const auto parameters = law.parameters();
+      const auto at = static_cast<std::size_t>(j);
+      const double reach = std::log(at < parameters.size() ? parameters[at].fit_reach : 1e9);
       problem.SetParameterLowerBound(x.data(), j, -reach);
       problem.SetParameterUpperBound(x.data(), j, reach);
     }
@@ -133,14 +113,14 @@ Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& s
     ceres::Solve(options, &problem, &summary);
     if (!summary.IsSolutionUsable()) return solution;
     solution.value = x.array().exp() * solution.scale.array();
-    const Eigen::VectorXd residual = residuals_of(kind, data, solution.value);
+    const Eigen::VectorXd residual = residuals_of(law, data, solution.value);
     const double scatter =
         scatter_estimate(residual, data.sigma, Eigen::VectorXd::Ones(n), n_parameters, kUnknownScatter, 0.0);
     const bool settled = std::abs(scatter - solution.scatter) <= 1e-6 * (1e-3 + scatter);
     solution.scatter = scatter;
     if (settled) break;
   }
-  const Eigen::VectorXd residual = residuals_of(kind, data, solution.value);
+  const Eigen::VectorXd residual = residuals_of(law, data, solution.value);
   const Eigen::ArrayXd variance = data.sigma.array().square() + solution.scatter * solution.scatter;
   solution.minus_two_log_likelihood =
       (residual.array().square() / variance.max(1e-18) + variance.max(1e-18).log() + std::log(2.0 * kPi)).sum();
@@ -149,38 +129,13 @@ Solution solve_from(DampingKind kind, const Data& data, const Eigen::VectorXd& s
   return solution;
 }
 
-/// Starts from moments of the data; where the surface has several valleys, from several places.
-std::vector<Eigen::VectorXd> material_starts(DampingKind kind, const Data& data) {
-  const Eigen::ArrayXd whole = data.log_decay.array().exp(), omega = data.omega.array();
-  const Eigen::ArrayXd decay = (whole - data.radiation.array()).max(0.05 * whole);
-  const auto log_mean = [](const Eigen::ArrayXd& values) { return std::exp(values.log().mean()); };
-  const auto one = [](double a) { return Eigen::VectorXd::Constant(1, a); };
-  const auto two = [](double a, double b) { return (Eigen::VectorXd(2) << a, b).finished(); };
-  const double stiffness = log_mean(2.0 * decay / omega.square()), mass = log_mean(2.0 * decay);
-  switch (kind) {
-    case DampingKind::kRayleigh:
-      return {two(0.5 * stiffness, 0.5 * mass), two(stiffness, 0.05 * mass), two(0.05 * stiffness, mass)};
-    case DampingKind::kLossFactor:
-      return {one(log_mean(2.0 * decay / omega))};
-    case DampingKind::kMassOnly:
-      return {one(mass)};
-    case DampingKind::kStiffnessOnly:
-      return {one(stiffness)};
-    case DampingKind::kZener: {
-      std::vector<Eigen::VectorXd> all;
-      for (const double factor : {0.03, 0.3, 1.0, 3.0, 30.0}) {
-        const double tau = factor / log_mean(omega);
-        const Eigen::ArrayXd x = omega * tau;
-        all.push_back(two(log_mean(2.0 * decay * (1.0 + x.square()) / (omega * x)), tau));
-      }
-      return all;
-    }
-  }
-  return {};
+std::vector<Eigen::VectorXd> material_starts(const DampingLaw& law, const Data& data) {
+  const Eigen::ArrayXd whole = data.log_decay.array().exp();
+  return law.starts(data.omega.array(), (whole - data.radiation.array()).max(0.05 * whole));
 }
 
-std::vector<Eigen::VectorXd> starts(DampingKind kind, const Data& data) {
-  const std::vector<Eigen::VectorXd> material = material_starts(kind, data);
+std::vector<Eigen::VectorXd> starts(const DampingLaw& law, const Data& data) {
+  const std::vector<Eigen::VectorXd> material = material_starts(law, data);
   if (!data.mount.any()) return material;
   const double all = data.log_decay.array().exp().mean() / data.mount.mean();
   std::vector<Eigen::VectorXd> both;
@@ -193,17 +148,17 @@ std::vector<Eigen::VectorXd> starts(DampingKind kind, const Data& data) {
   return both;
 }
 
-DampingCandidate candidate_of(DampingKind kind, const Data& data) {
+DampingCandidate candidate_of(const DampingLaw& law, const Data& data) {
   DampingCandidate candidate;
-  const KindFacts& facts = facts_of(kind);
-  candidate.kind = kind;
+  const auto law_parameters = law.parameters();
+  candidate.law = &law;
   candidate.with_radiation = data.radiation.any();
   candidate.with_mount = data.mount.any();
-  candidate.model = std::string(facts.text) + (candidate.with_radiation ? "_and_radiation" : "") +
+  candidate.model = std::string(law.name()) + (candidate.with_radiation ? "_and_radiation" : "") +
                     (candidate.with_mount ? "_and_mount" : "");
   Solution best;
-  for (const Eigen::VectorXd& start : starts(kind, data)) {
-    const Solution solution = solve_from(kind, data, start);
+  for (const Eigen::VectorXd& start : starts(law, data)) {
+    const Solution solution = solve_from(law, data, start);
     if (solution.usable && (!best.usable || solution.minus_two_log_likelihood < best.minus_two_log_likelihood)) {
       best = solution;
     }
@@ -220,8 +175,8 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
   const Eigen::ArrayXd total = (data.sigma.array().square() + best.scatter * best.scatter).sqrt().max(1e-9);
   Eigen::MatrixXd jacobian(n, n_parameters);
   for (Eigen::Index i = 0; i < n; ++i) {
-    std::array<double, kMostParameters> g{};
-    data.log_total(kind, best.value.data(), i, g);
+    Gradient g{};
+    data.log_total(law, best.value.data(), i, g);
     for (Eigen::Index j = 0; j < n_parameters; ++j) {
       jacobian(i, j) = g[static_cast<std::size_t>(j)] * best.scale[j] / total[i];
     }
@@ -232,7 +187,7 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
   for (Eigen::Index j = 0; j < n_parameters; ++j) {
     FitParameter parameter;
     const auto at = static_cast<std::size_t>(j);
-    parameter.name = at < facts.parameters.size() ? facts.parameters[at] : "mount_damping_n_s_per_m";
+    parameter.name = at < law_parameters.size() ? law_parameters[at].name : kMountParameter;
     parameter.value = best.value[j];
     parameter.start_value = best.scale[j];
     double variance = 0.0;
@@ -258,55 +213,23 @@ DampingCandidate candidate_of(DampingKind kind, const Data& data) {
 
 }  // namespace
 
-std::string to_text(DampingKind kind) { return facts_of(kind).text; }
-
-const DampingCandidate* find_candidate(const DampingResult& damping, DampingKind kind) {
+const DampingCandidate* find_candidate(const DampingResult& damping, const DampingLaw& law) {
   for (const DampingCandidate& candidate : damping.candidates) {
-    if (candidate.kind == kind) return &candidate;
+    if (candidate.law == &law) return &candidate;
   }
   return nullptr;
 }
 
-double log_decay(DampingKind kind, const double* p, double omega, double* gradient) {
-  double decay = 0.0;
-  switch (kind) {
-    case DampingKind::kRayleigh:
-      decay = 0.5 * (p[0] * omega * omega + p[1]);
-      gradient[0] = 0.5 * omega * omega / decay;
-      gradient[1] = 0.5 / decay;
-      break;
-    case DampingKind::kLossFactor:
-      decay = 0.5 * p[0] * omega;
-      gradient[0] = 1.0 / p[0];
-      break;
-    case DampingKind::kMassOnly:
-      decay = 0.5 * p[0];
-      gradient[0] = 1.0 / p[0];
-      break;
-    case DampingKind::kStiffnessOnly:
-      decay = 0.5 * p[0] * omega * omega;
-      gradient[0] = 1.0 / p[0];
-      break;
-    case DampingKind::kZener: {
-      const double x = omega * p[1];
-      decay = 0.5 * p[0] * omega * x / (1.0 + x * x);
-      gradient[0] = 1.0 / p[0];
-      gradient[1] = (1.0 - x * x) / (1.0 + x * x) / p[1];
-      break;
-    }
-  }
-  return std::log(decay);
-}
-
-double log_total_decay(DampingKind kind, const double* p, double omega, double radiation_per_s, double mount_per_kg,
+double log_total_decay(const DampingLaw& law, const double* p, double omega, const OtherDecay& other,
                        double* gradient) {
-  const double material = log_decay(kind, p, omega, gradient);
-  if (radiation_per_s == 0.0 && mount_per_kg == 0.0) return material;
-  const std::size_t n = facts_of(kind).parameters.size();
-  const double own = std::exp(material), mount = mount_per_kg == 0.0 ? 0.0 : p[n] * mount_per_kg;
-  const double total = own + radiation_per_s + mount;
+  law.log_gradient(omega, p, gradient);
+  const double material = std::log(law.decay_per_s(omega, p));
+  if (other.radiation_per_s == 0.0 && other.mount_per_kg == 0.0) return material;
+  const std::size_t n = law.parameters().size();
+  const double own = std::exp(material), mount = other.mount_per_kg == 0.0 ? 0.0 : p[n] * other.mount_per_kg;
+  const double total = own + other.radiation_per_s + mount;
   for (std::size_t j = 0; j < n; ++j) gradient[j] *= own / total;
-  if (mount_per_kg != 0.0) gradient[n] = mount_per_kg / total;
+  if (other.mount_per_kg != 0.0) gradient[n] = other.mount_per_kg / total;
   return std::log(total);
 }
 
@@ -331,10 +254,10 @@ Eigen::VectorXd mount_decay_per_kg(const modal::ModalModel& model, const std::ve
 double DampingCandidate::decay_per_s(double angular_frequency_rad_s, double radiation_per_s,
                                      double mount_per_kg) const {
   if (parameters.empty()) return 0.0;
-  std::array<double, kMostParameters> p{}, gradient{};
+  Gradient p{}, gradient{};
   for (std::size_t j = 0; j < parameters.size() && j < kMostParameters; ++j) p[j] = parameters[j].value;
-  return std::exp(log_total_decay(kind, p.data(), angular_frequency_rad_s, with_radiation ? radiation_per_s : 0.0,
-                                  with_mount ? mount_per_kg : 0.0, gradient.data()));
+  const OtherDecay other{with_radiation ? radiation_per_s : 0.0, with_mount ? mount_per_kg : 0.0};
+  return std::exp(log_total_decay(*law, p.data(), angular_frequency_rad_s, other, gradient.data()));
 }
 
 DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std::string>& warnings) {
@@ -364,14 +287,14 @@ DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std
     mount[i] = point.mount_per_kg;
   }
   double best = 0.0, sum = 0.0;
-  for (const KindFacts& facts : kinds()) {
+  for (const DampingLaw* law : damping::damping_laws()) {
     for (const bool radiates : {false, true}) {
       for (const bool mounted : {false, true}) {
         if ((radiates && !radiation.any()) || (mounted && !mount.any())) continue;
         Data with = data;
         if (radiates) with.radiation = radiation;
         if (mounted) with.mount = mount;
-        DampingCandidate candidate = candidate_of(facts.kind, with);
+        DampingCandidate candidate = candidate_of(*law, with);
         if (!candidate.parameters.empty()) result.candidates.push_back(std::move(candidate));
       }
     }

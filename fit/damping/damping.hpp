@@ -4,20 +4,17 @@
 #include <string>
 #include <vector>
 
+#include "core/physics/modal/damping/damping_law.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "fit/specimen/fit_parameter.hpp"
 #include "fit/specimen/specimen.hpp"
 
 namespace klang::fit {
 
-enum class DampingKind { kRayleigh, kLossFactor, kMassOnly, kStiffnessOnly, kZener };
-
-/// decay_per_s(omega) of a candidate: Rayleigh (a omega^2 + b)/2; loss factor eta omega/2; mass b/2; stiffness a omega^2/2;
-/// Zener (D/2) omega (omega tau)/(1 + (omega tau)^2).
+/// A damping law with its fitted parameters, and what acts beside the material.
 struct DampingCandidate {
-  DampingKind kind = DampingKind::kRayleigh;
-  std::string model;  ///< "rayleigh", "loss_factor", "mass_only", "stiffness_only", "zener";
-                      ///< "rayleigh_and_radiation", "..._and_mount" where these are added
+  const damping::DampingLaw* law = nullptr;
+  std::string model;  ///< the law's name; "rayleigh_and_radiation", "..._and_mount" where these are added
   bool with_radiation = false, with_mount = false;
   std::vector<FitParameter> parameters;
   std::optional<double> aicc, aicc_weight;  ///< empty when there are too few partials
@@ -46,7 +43,7 @@ struct DecayPoint {
 /// u_i^T C u_i = 2 decay_i of a free damped oscillator; right as long as it couples no neighbours.
 Eigen::VectorXd mount_decay_per_kg(const modal::ModalModel& model, const std::vector<Mount>& mounts);
 
-/// Fits the five damping models to decays, best first by AICc.
+/// Fits every damping law to decays, best first by AICc.
 ///   residual_i = ln(decay_i / model(omega_i)),  variance = (std_i / decay_i)^2 + scatter^2
 /// The scatter (support losses and whatever else no material model has) is estimated for each model so that the
 /// reduced chi-squared is one (Paule-Mandel), never below zero; it enters weights and intervals. Intervals are Student's,
@@ -59,20 +56,20 @@ Eigen::VectorXd mount_decay_per_kg(const modal::ModalModel& model, const std::ve
 /// @param warnings  what the caller should hear, appended
 DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std::string>& warnings);
 
-/// "rayleigh", "loss_factor", "mass_only", "stiffness_only", "zener".
-std::string to_text(DampingKind kind);
+/// The best candidate of a law, or nullptr.
+const DampingCandidate* find_candidate(const DampingResult& damping, const damping::DampingLaw& law);
 
-/// The candidate of a kind, or nullptr.
-const DampingCandidate* find_candidate(const DampingResult& damping, DampingKind kind);
+/// What acts on a mode beside the material.
+struct OtherDecay {
+  double radiation_per_s = 0.0;
+  double mount_per_kg = 0.0;  ///< times the mounts' coefficient, the parameter after the law's own
+};
 
-/// ln decay of a candidate and its derivatives by the solver's scaled parameters: what Ceres minimises over, exposed
-/// for the gradient checker. parameters: the candidate's parameters in the order of DampingCandidate::parameters.
-/// @return ln decay; gradient (n_parameters) by each parameter
-double log_decay(DampingKind kind, const double* parameters, double angular_frequency_rad_s, double* gradient);
-
-/// The same with what acts beside the material: ln(decay + radiation + c mount), c the parameter after the material's own
-/// (read, and its derivative written, only where mount_per_kg > 0).
-double log_total_decay(DampingKind kind, const double* parameters, double angular_frequency_rad_s,
-                       double radiation_per_s, double mount_per_kg, double* gradient);
+/// ln(decay + radiation + c mount) of a law, and its derivatives: what Ceres minimises over, exposed for the gradient
+/// checker.
+/// @param parameters  the law's, and c where mount_per_kg > 0
+/// @param gradient    by each of these
+double log_total_decay(const damping::DampingLaw& law, const double* parameters, double angular_frequency_rad_s,
+                       const OtherDecay& other, double* gradient);
 
 }  // namespace klang::fit

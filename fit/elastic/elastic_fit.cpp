@@ -51,12 +51,12 @@ Prediction predict(const ParameterSpace& space, const SpectrumModels& models, co
 class ElasticCost : public ceres::CostFunction {
  public:
   ElasticCost(const ParameterSpace& space, const SpectrumModels& models, const std::vector<ElasticDatum>& data,
-              Eigen::VectorXd total, Eigen::VectorXd leash, const std::map<std::string, Prior>& priors)
+              Eigen::VectorXd total, Eigen::VectorXd regularisation, const std::map<std::string, Prior>& priors)
       : space_(space),
         models_(models),
         data_(data),
         total_(std::move(total)),
-        leash_(std::move(leash)),
+        regularisation_(std::move(regularisation)),
         priors_(priors) {
     const auto n = data.size() + priors.size() + static_cast<std::size_t>(space.size());
     set_num_residuals(static_cast<int>(n));
@@ -81,7 +81,8 @@ class ElasticCost : public ceres::CostFunction {
       jacobian.row(row++) = quantity.gradient.transpose() / prior.std;
     }
     for (Eigen::Index j = 0; j < m; ++j, ++row) {
-      const double pull = space_.leash()[j] > 0.0 ? leash_[j] / space_.leash()[j] : 0.0;
+      const double pull =
+          space_.regularisation_std()[j] > 0.0 ? regularisation_[j] / space_.regularisation_std()[j] : 0.0;
       out[row] = pull * (x[j] - space_.start()[j]);
       jacobian(row, j) = pull;
     }
@@ -96,7 +97,7 @@ class ElasticCost : public ceres::CostFunction {
   const ParameterSpace& space_;
   const SpectrumModels& models_;
   const std::vector<ElasticDatum>& data_;
-  Eigen::VectorXd total_, leash_;
+  Eigen::VectorXd total_, regularisation_;
   const std::map<std::string, Prior>& priors_;
 };
 
@@ -104,13 +105,14 @@ class ElasticCost : public ceres::CostFunction {
 
 std::unique_ptr<ceres::CostFunction> elastic_cost(const ParameterSpace& space, const SpectrumModels& models,
                                                   const std::vector<ElasticDatum>& data, const Eigen::VectorXd& total,
-                                                  const Eigen::VectorXd& leash,
+                                                  const Eigen::VectorXd& regularisation,
                                                   const std::map<std::string, Prior>& priors) {
-  return std::make_unique<ElasticCost>(space, models, data, total, leash, priors);
+  return std::make_unique<ElasticCost>(space, models, data, total, regularisation, priors);
 }
 
 ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models, const std::vector<ElasticDatum>& data,
-                       const Eigen::VectorXd& x0, const Eigen::VectorXd& leash, const ElasticFitOptions& options) {
+                       const Eigen::VectorXd& x0, const Eigen::VectorXd& regularisation,
+                       const ElasticFitOptions& options) {
   const auto n = static_cast<Eigen::Index>(data.size());
   ElasticFit fit;
   fit.x = x0;
@@ -136,8 +138,8 @@ ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models
     total = (variance / fit.weight.array()).sqrt();
     if (space.size() > 0) {
       ceres::Problem problem;
-      problem.AddResidualBlock(elastic_cost(space, models, data, total, leash, options.priors).release(), nullptr,
-                               fit.x.data());
+      problem.AddResidualBlock(elastic_cost(space, models, data, total, regularisation, options.priors).release(),
+                               nullptr, fit.x.data());
       for (int j = 0; j < static_cast<int>(space.size()); ++j) {
         problem.SetParameterLowerBound(fit.x.data(), j, space.low()[j]);
         problem.SetParameterUpperBound(fit.x.data(), j, space.high()[j]);

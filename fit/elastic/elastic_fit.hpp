@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "fit/elastic/parameter_space.hpp"
 #include "fit/elastic/spectrum_model.hpp"
 
@@ -25,18 +26,26 @@ struct ElasticDatum {
 };
 
 struct ElasticFitOptions {
-  double model_std = 2.0 * 5.776e-4;  ///< median scatter of the model beforehand (relative frequency), > 0
-  double model_dof = 4.0;             ///< degrees of freedom of that belief (half-Student: flat towards no scatter)
-  bool robust = true;                 ///< Huber weights beyond 2 standard deviations
-  int max_rounds = 15;                ///< of reweighting
-  std::map<std::string, Prior> priors;
+  double model_std = 2.0 * 5.776e-4;
+  double model_dof = 4.0;  ///< half-Student: flat towards no scatter
+  bool robust = true;
+  int max_rounds = 15;
+  std::map<std::string, Prior> priors;  ///< by parameter name
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"model_std", "Median scatter of the model beforehand (relative frequency)", above(0.0)}, self.model_std);
+    visit({"model_dof", "Degrees of freedom of that belief", above(0.0)}, self.model_dof);
+    visit({"robust", "Huber weights beyond 2 standard deviations"}, self.robust);
+    visit({"max_rounds", "Of reweighting", at_least(1.0)}, self.max_rounds);
+  }
 };
 
 /// The result of fit_elastic at x. Covariances are of x, scaled to the estimated scatter.
 struct ElasticFit {
   bool converged = false;
   Eigen::VectorXd x;
-  Eigen::VectorXd residual;  ///< ln measured - ln model, a datum each
+  Eigen::VectorXd residual;  ///< ln measured - ln model, one per datum
   Eigen::VectorXd weight;    ///< robust weights, 0 to 1
   double scatter = 0.0;      ///< estimated model scatter (relative frequency)
   double degrees_of_freedom = 1.0;
@@ -52,15 +61,16 @@ struct ElasticFit {
 /// Least squares over all specimens:
 ///   sum_i w_i (ln f_i - ln f_model(x))^2 / (sigma_i^2 + s^2) + sum of priors
 /// with s the median model scatter given the residuals (scatter_median), and Huber weights w_i, both iterated.
-/// @param leash  scales the weak pull to the start: 1, or 0 a coordinate where the data determine it
+/// @param regularisation  scales the weak pull to the start: 1, or 0 for a coordinate that the data determine
 ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models, const std::vector<ElasticDatum>& data,
-                       const Eigen::VectorXd& x0, const Eigen::VectorXd& leash, const ElasticFitOptions& options);
+                       const Eigen::VectorXd& x0, const Eigen::VectorXd& regularisation,
+                       const ElasticFitOptions& options);
 
-/// The residuals that Ceres sees (data, then priors, then leashes), for the gradient checker. total: standard deviation
+/// The residuals that Ceres sees (data, then priors, then regularisation), for the gradient checker. total: standard deviation
 /// of each datum.
 std::unique_ptr<ceres::CostFunction> elastic_cost(const ParameterSpace& space, const SpectrumModels& models,
                                                   const std::vector<ElasticDatum>& data, const Eigen::VectorXd& total,
-                                                  const Eigen::VectorXd& leash,
+                                                  const Eigen::VectorXd& regularisation,
                                                   const std::map<std::string, Prior>& priors);
 
 }  // namespace klang::fit

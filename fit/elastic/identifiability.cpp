@@ -6,11 +6,10 @@
 #include <cstdio>
 
 #include "core/foundation/math/statistics.hpp"
+#include "core/physics/modal/damping/damping_laws.hpp"
 
 namespace klang::fit {
 namespace {
-
-bool is_rayleigh(const std::string& name) { return name.rfind("rayleigh_", 0) == 0; }
 
 /// Inverse of a symmetric positive semi-definite matrix; directions without information get a huge variance.
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& information) {
@@ -21,16 +20,17 @@ Eigen::MatrixXd inverse(const Eigen::MatrixXd& information) {
          eigen.eigenvectors().transpose();
 }
 
-Eigen::MatrixXd leash_information(const ParameterSpace& space, const Eigen::VectorXd& leash) {
+Eigen::MatrixXd regularisation_information(const ParameterSpace& space, const Eigen::VectorXd& regularisation) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(space.size(), space.size());
   for (Eigen::Index j = 0; j < space.size(); ++j) {
-    if (space.leash()[j] > 0.0) information(j, j) = std::pow(leash[j] / space.leash()[j], 2);
+    if (space.regularisation_std()[j] > 0.0)
+      information(j, j) = std::pow(regularisation[j] / space.regularisation_std()[j], 2);
   }
   return information;
 }
 
 struct Uncertainty {
-  double std = 0.0, assumed_std = 0.0;  // absolute; the second is the share that the leash leaves open
+  double std = 0.0, assumed_std = 0.0;  // absolute; the second is the share that the regularisation leaves open
   double relative = 0.0, assumed_relative = 0.0;
   double value = 0.0;
 };
@@ -120,7 +120,7 @@ std::string determined_instead(const ParameterSpace& space, const ElasticFit& fi
 
 }  // namespace
 
-Eigen::VectorXd leash_factors(const ParameterSpace& space, const ElasticFit& fit) {
+Eigen::VectorXd regularisation_factors(const ParameterSpace& space, const ElasticFit& fit) {
   Eigen::VectorXd factor = Eigen::VectorXd::Ones(space.size());
   const Eigen::MatrixXd covariance = inverse(fit.information + fit.prior_information);
   for (Eigen::Index j = 0; j < space.size(); ++j) {
@@ -134,9 +134,10 @@ Eigen::VectorXd leash_factors(const ParameterSpace& space, const ElasticFit& fit
 }
 
 Eigen::VectorXd prediction_std(const ParameterSpace& space, const SpectrumModels& models, std::size_t specimen,
-                               const ElasticFit& fit, const Eigen::VectorXd& leash) {
+                               const ElasticFit& fit, const Eigen::VectorXd& regularisation) {
   const SpectrumModel& model = *models[specimen];
-  const Eigen::MatrixXd posterior = inverse(fit.information + fit.prior_information + leash_information(space, leash));
+  const Eigen::MatrixXd posterior =
+      inverse(fit.information + fit.prior_information + regularisation_information(space, regularisation));
   const ParameterSpace::Local local = space.local(specimen, fit.x);
   const Eigen::MatrixXd gradient = 0.5 * model.spectrum(local.point).derivative * local.derivative;  // of ln f by x
   const Eigen::MatrixXd spread = gradient * posterior;
@@ -147,11 +148,11 @@ Eigen::VectorXd prediction_std(const ParameterSpace& space, const SpectrumModels
   return variance.cwiseMax(0.0).cwiseSqrt();
 }
 
-ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit, const Eigen::VectorXd& leash,
+ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit, const Eigen::VectorXd& regularisation,
                              const FitProblem& problem) {
   ElasticReport report;
   if (space.size() == 0) return report;
-  const Eigen::MatrixXd assumed = leash_information(space, leash);
+  const Eigen::MatrixXd assumed = regularisation_information(space, regularisation);
   const Eigen::MatrixXd data_only = inverse(fit.information + assumed);
   const Eigen::MatrixXd posterior = inverse(fit.information + fit.prior_information + assumed);
   const double quantile = student_t_975(fit.degrees_of_freedom);
@@ -159,7 +160,7 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
 
   std::vector<std::pair<std::string, bool>> names;  // name, derived
   for (const std::string& name : problem.parameters) {
-    if (!is_rayleigh(name)) names.emplace_back(name, false);
+    if (!damping::is_law_parameter(name)) names.emplace_back(name, false);
   }
   if (space.elastic_is_free()) {
     for (const char* name :
@@ -204,7 +205,6 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
       parameter.why = instead + ", not " + name + " alone";
     }
     if (parameter.identifiable && !derived) {
-      report.correlated.push_back(name);
       gradients.push_back(space.quantity(name, fit.x).gradient);
     }
     report.parameters.push_back(std::move(parameter));

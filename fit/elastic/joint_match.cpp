@@ -117,7 +117,7 @@ JointMatch refined(const ParameterSpace& space, const SpectrumModels& models, co
                    const JointMatchOptions& options, const Eigen::VectorXd& x0) {
   JointMatch joint;
   joint.fit.x = x0;
-  joint.leash = Eigen::VectorXd::Ones(space.size());
+  joint.regularisation = Eigen::VectorXd::Ones(space.size());
   const double model_cents = options.elastic.model_std * kCentsPerLog;
   double tolerance = std::max(25.0, 2.0 * model_cents), cluster = kClusterCents;
   std::vector<std::vector<int>> before;
@@ -143,12 +143,12 @@ JointMatch refined(const ParameterSpace& space, const SpectrumModels& models, co
     if (joint.n_matched == 0) return joint;
     const auto data = elastic_data(tables, joint.lines, joint.matches);
     const bool same = round > 2 && now == before;
-    joint.fit = fit_elastic(space, models, data, joint.fit.x, joint.leash, options.elastic);
+    joint.fit = fit_elastic(space, models, data, joint.fit.x, joint.regularisation, options.elastic);
     if (same && joint.settled) break;
     joint.settled = same;
     before = std::move(now);
-    const Eigen::VectorXd leash = leash_factors(space, joint.fit);
-    if (round >= 2 && leash != joint.leash && !joint.settled) joint.leash = leash;
+    const Eigen::VectorXd regularisation = regularisation_factors(space, joint.fit);
+    if (round >= 2 && regularisation != joint.regularisation && !joint.settled) joint.regularisation = regularisation;
     const double seen = joint.fit.scatter * kCentsPerLog;
     tolerance = round < 1 ? 15.0 : std::clamp(1.5 * seen, 3.0, 15.0);
     // Modes that only happen to lie close are told apart once the model is that good; equal ones stay together.
@@ -203,6 +203,7 @@ std::vector<ElasticDatum> elastic_data(const std::vector<PartialTable>& tables, 
 
 JointMatch match_and_fit(const ParameterSpace& space, const SpectrumModels& models,
                          const std::vector<PartialTable>& tables, const JointMatchOptions& options, Monitor& monitor) {
+  validate_fields("joint match", options);
   std::vector<Start> starts = {{space.start(), 0.0, 0.0, 0.0}};
   if (options.search) starts = ranked_starts(space, models, tables, options);
   JointMatch best;

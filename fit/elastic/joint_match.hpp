@@ -10,15 +10,22 @@ namespace klang::fit {
 struct JointMatchOptions {
   double gate_cents = 60.0;
   ElasticFitOptions elastic;
-  bool search = true;  ///< false: start at x0 alone
+  bool search = true;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"gate_cents", "Widest accepted deviation of a partial from its mode", above(0.0)}, self.gate_cents);
+    visit({"elastic", "The fit to each match"}, self.elastic);
+    visit({"search", "Look for starts far from the guess too"}, self.search);
+  }
 };
 
 /// Partials of all specimens on their modes, and the parameters that make them fit.
 struct JointMatch {
   ElasticFit fit;
-  Eigen::VectorXd leash;
-  std::vector<TableMatch> matches;            ///< a specimen each
-  std::vector<std::vector<ModelLine>> lines;  ///< a specimen each, at fit.x
+  Eigen::VectorXd regularisation;
+  std::vector<TableMatch> matches;            ///< one per specimen
+  std::vector<std::vector<ModelLine>> lines;  ///< one list per specimen, at fit.x
   double score = 0.0;
   int n_matched = 0;
   bool settled = false;  ///< match and fit agree

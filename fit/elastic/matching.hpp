@@ -35,7 +35,7 @@ struct TableMatch {
 ///   line k without a partial:            ln(1 - p_k), for lines up to the highest partial
 /// p_k is the probability that a line is heard: high for loud ones, low where the model has many more lines than the
 /// recording has partials, so that a coincidence in a dense spectrum is worth nothing. b_i is the density of partials that
-/// have no line (one an octave, more for weak ones). t3 is Student's t with 3 degrees of freedom.
+/// have no line (one per octave, more for weak ones). t3 is Student's t with 3 degrees of freedom.
 /// @param shift_cents  added to every line
 /// @param exact  optimal assignment (Hungarian) when true, otherwise greedy: for searches
 TableMatch match_partials(const PartialTable& table, const std::vector<ModelLine>& lines, double shift_cents,

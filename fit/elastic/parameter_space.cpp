@@ -10,7 +10,8 @@ namespace {
 
 // Beyond these no known solid lies; a start outside widens them.
 constexpr double kPoissonLow = -0.1, kPoissonHigh = 0.485;
-constexpr double kLeashPoisson = 0.1, kLeashDensity = 0.1, kLeashDimension = 0.02, kLeashSingle = 0.0;
+constexpr double kPoissonRegularisationStd = 0.1, kDensityRegularisationStd = 0.1, kDimensionRegularisationStd = 0.02,
+                 kSingleRegularisationStd = 0.0;
 
 void append(Eigen::VectorXd& vector, double value) {
   vector.conservativeResize(vector.size() + 1);
@@ -19,12 +20,12 @@ void append(Eigen::VectorXd& vector, double value) {
 
 }  // namespace
 
-void ParameterSpace::add(const std::string& name, double start, double low, double high, double leash) {
+void ParameterSpace::add(const std::string& name, double start, double low, double high, double regularisation_std) {
   names_.push_back(name);
   append(start_, start);
   append(low_, low);
   append(high_, high);
-  append(leash_, leash);
+  append(regularisation_std_, regularisation_std);
 }
 
 ParameterSpace::ParameterSpace(const FitProblem& problem) {
@@ -47,20 +48,20 @@ ParameterSpace::ParameterSpace(const FitProblem& problem) {
   const double poisson_high = std::max(kPoissonHigh, 0.5 * (poisson0_ + 0.5));
   if (n_elastic_ == 2) {
     add("youngs_modulus_pa", 0.0, -5.0, 5.0, 0.0);
-    add("poissons_ratio", poisson0_, poisson_low, poisson_high, kLeashPoisson);
+    add("poissons_ratio", poisson0_, poisson_low, poisson_high, kPoissonRegularisationStd);
   } else if (n_elastic_ == 1) {
     single_ = elastic.front();
     if (single_ == "poissons_ratio") {
-      add(single_, poisson0_, poisson_low, poisson_high, kLeashPoisson);
+      add(single_, poisson0_, poisson_low, poisson_high, kPoissonRegularisationStd);
     } else if (single_ == "lame_lambda_pa") {
       add(single_, lambda0_ / mu0_, -0.6, 60.0, 2.0);
     } else {
-      add(single_, 0.0, -5.0, 5.0, kLeashSingle);
+      add(single_, 0.0, -5.0, 5.0, kSingleRegularisationStd);
     }
   }
   if (std::count(problem.parameters.begin(), problem.parameters.end(), "density_kg_m3")) {
     density_at_ = size();
-    add("density_kg_m3", 0.0, -3.0, 3.0, kLeashDensity);
+    add("density_kg_m3", 0.0, -3.0, 3.0, kDensityRegularisationStd);
   }
   for (const Specimen& specimen : problem.specimens) {
     specimen_names_.push_back(specimen.name);
@@ -74,7 +75,7 @@ ParameterSpace::ParameterSpace(const FitProblem& problem) {
       dimensions_.back().push_back(dimension);
       dimension_at_.back().push_back(size());
       dimension0_.back().push_back(value);
-      add(name, 0.0, -0.3, 0.3, kLeashDimension);
+      add(name, 0.0, -0.3, 0.3, kDimensionRegularisationStd);
     }
   }
 }
@@ -176,6 +177,14 @@ Eigen::VectorXd ParameterSpace::shifted(const Eigen::VectorXd& x, double log_fac
     y[density_at_] -= 2.0 * log_factor;
   }
   return y.cwiseMax(low_).cwiseMin(high_);
+}
+
+double ParameterSpace::largest_dimension_step(const Eigen::VectorXd& x) const {
+  double step = 0.0;
+  for (const auto& coordinates : dimension_at_) {
+    for (const Eigen::Index j : coordinates) step = std::max(step, std::abs(x[j] - start_[j]));
+  }
+  return step;
 }
 
 Eigen::VectorXd ParameterSpace::with_poissons_ratio(const Eigen::VectorXd& x, double poissons_ratio) const {

@@ -20,7 +20,7 @@ class ParameterSpace {
   const Eigen::VectorXd& low() const { return low_; }
   const Eigen::VectorXd& high() const { return high_; }
   /// Standard deviation of the weak pull towards the start that keeps undetermined coordinates sane; 0: none.
-  const Eigen::VectorXd& leash() const { return leash_; }
+  const Eigen::VectorXd& regularisation_std() const { return regularisation_std_; }
   const std::vector<std::string>& coordinate_names() const { return names_; }
 
   /// The point of one specimen and its derivative by x (rows: lambda, mu, ln rho, the specimen's free dimensions).
@@ -46,6 +46,8 @@ class ParameterSpace {
   /// x with all frequencies multiplied by exp(log_factor), as far as a free stiffness or density can; otherwise x.
   Eigen::VectorXd shifted(const Eigen::VectorXd& x, double log_factor) const;
   bool can_shift() const { return n_elastic_ > 0 || density_at_ >= 0; }
+  /// Largest change of ln(dimension) between the start and x; 0 where no dimension is free.
+  double largest_dimension_step(const Eigen::VectorXd& x) const;
   Eigen::VectorXd with_poissons_ratio(const Eigen::VectorXd& x, double poissons_ratio) const;
   double start_poissons_ratio() const { return poisson0_; }
 
@@ -55,7 +57,7 @@ class ParameterSpace {
     Eigen::VectorXd d_young, d_poisson, d_lambda, d_mu;
   };
   Elastic elastic(const Eigen::VectorXd& x) const;
-  void add(const std::string& name, double start, double low, double high, double leash);
+  void add(const std::string& name, double start, double low, double high, double regularisation_std);
 
   int n_elastic_ = 0;
   std::string single_;  ///< the elastic name when only one is free
@@ -66,7 +68,7 @@ class ParameterSpace {
   std::vector<std::vector<double>> dimension0_;
   std::vector<std::string> specimen_names_;
   std::vector<std::string> names_;
-  Eigen::VectorXd start_, low_, high_, leash_;
+  Eigen::VectorXd start_, low_, high_, regularisation_std_;
 };
 
 }  // namespace klang::fit

@@ -79,6 +79,7 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
                                  const std::vector<std::string>& free_dimensions, const ReducedSpectrumOptions& options,
                                  Monitor& monitor)
     : mass_kg_(specimen.mass_kg) {
+  validate_fields("reduced spectrum", options);
   const auto system = detail::elastic_blocks(specimen, body, 0, monitor);
   // Where material ratio or shape change, the modes at the solution are solved for and proven then.
   auto lowest = system->lowest(body.material, options, !options.vary_ratio && free_dimensions.empty());
@@ -95,7 +96,7 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
     relative_error_ = lowest.relative_error.segment(n_skipped_, n_modes_);
   }
   visibility_ = mode_visibility(nominal_.model);
-  std::vector<std::vector<Eigen::MatrixXd>> vectors;  // of each material or shape, by block
+  BlockVectors vectors;
   vectors.push_back(std::move(lowest.vectors));
   std::vector<int> counts;
   for (const auto& block : vectors.front()) counts.push_back(static_cast<int>(block.cols()));
@@ -134,49 +135,59 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
     block.n_modes = counts[b];
     if (block.n_modes == 0) {
       for (Axis& axis : axes_) axis.slope.emplace_back(), axis.curvature.emplace_back();
-      blocks_.push_back(std::move(block));
-      continue;
-    }
-    Eigen::MatrixXd collected(vectors.front()[b].rows(), counts[b] * static_cast<int>(vectors.size()));
-    for (std::size_t v = 0; v < vectors.size(); ++v)
-      collected.middleCols(static_cast<Eigen::Index>(v) * counts[b], counts[b]) = vectors[v][b];
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(system->projected_mass(b, collected));
-    const auto& weight = gram.eigenvalues();
-    const Eigen::Index rank = (weight.array() > kBasisCut * kBasisCut * weight[weight.size() - 1]).count();
-    const Eigen::MatrixXd basis =
-        collected * (gram.eigenvectors().rightCols(rank) * weight.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
-    // Known mesh errors are taken out of both stiffnesses mode by mode: T^T K T with T = 1 - sum error u u^T M.
-    Eigen::MatrixXd softer = Eigen::MatrixXd::Identity(rank, rank);
-    if (!lowest.correction.empty()) {
-      // The basis is orthonormal with unit density: coordinates of the collected vectors are roots of their Gram matrix.
-      Eigen::MatrixXd u = weight.tail(rank).cwiseSqrt().asDiagonal() *
-                          gram.eigenvectors().rightCols(rank).transpose().leftCols(counts[b]);
-      u.colwise().normalize();
-      softer -= u * lowest.correction[b].asDiagonal() * u.transpose();
-    }
-    const auto matrices = [&](const detail::ElasticBlocks& from) {
-      auto p = from.projected(b, basis);
-      return Matrices{softer.transpose() * p.stiffness_lambda * softer, softer.transpose() * p.stiffness_mu * softer,
-                      std::move(p.mass)};
-    };
-    block.centre = matrices(*system);
-    for (std::size_t a = 0; a < axes_.size(); ++a) {
-      const Matrices low = matrices(*changed[2 * a]), high = matrices(*changed[2 * a + 1]);
-      const double h = axes_[a].step;
-      const auto slope = [&](const auto& l, const auto& u) { return ((u - l) / (2.0 * h)).eval(); };
-      const auto bend = [&](const auto& l, const auto& c, const auto& u) {
-        return ((u - 2.0 * c + l) / (2.0 * h * h)).eval();
-      };
-      const Matrices& c = block.centre;
-      axes_[a].slope.push_back({slope(low.stiffness_lambda, high.stiffness_lambda),
-                                slope(low.stiffness_mu, high.stiffness_mu), slope(low.mass, high.mass)});
-      axes_[a].curvature.push_back({bend(low.stiffness_lambda, c.stiffness_lambda, high.stiffness_lambda),
-                                    bend(low.stiffness_mu, c.stiffness_mu, high.stiffness_mu),
-                                    bend(low.mass, c.mass, high.mass)});
+    } else {
+      const Projection onto = projection(*system, b, counts[b], vectors, lowest.correction);
+      block.centre = onto.matrices(*system, b);
+      for (std::size_t a = 0; a < axes_.size(); ++a)
+        axes_[a].add_block(onto.matrices(*changed[2 * a], b), block.centre, onto.matrices(*changed[2 * a + 1], b));
     }
     blocks_.push_back(std::move(block));
   }
   order_ = order_at_start(body.material);
+}
+
+ReducedSpectrum::Matrices ReducedSpectrum::Projection::matrices(const detail::ElasticBlocks& from,
+                                                                std::size_t block) const {
+  auto p = from.projected(block, basis);
+  return {softer.transpose() * p.stiffness_lambda * softer, softer.transpose() * p.stiffness_mu * softer,
+          std::move(p.mass)};
+}
+
+ReducedSpectrum::Projection ReducedSpectrum::projection(const detail::ElasticBlocks& system, std::size_t block,
+                                                        Eigen::Index n_modes, const BlockVectors& vectors,
+                                                        const std::vector<Eigen::VectorXd>& correction) {
+  Eigen::MatrixXd collected(vectors.front()[block].rows(), n_modes * static_cast<Eigen::Index>(vectors.size()));
+  for (std::size_t v = 0; v < vectors.size(); ++v)
+    collected.middleCols(static_cast<Eigen::Index>(v) * n_modes, n_modes) = vectors[v][block];
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(system.projected_mass(block, collected));
+  const auto& weight = gram.eigenvalues();
+  const Eigen::Index rank = (weight.array() > kBasisCut * kBasisCut * weight[weight.size() - 1]).count();
+  Projection onto;
+  onto.basis =
+      collected * (gram.eigenvectors().rightCols(rank) * weight.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
+  // Known mesh errors are taken out of both stiffnesses mode by mode: T^T K T with T = 1 - sum error u u^T M.
+  onto.softer = Eigen::MatrixXd::Identity(rank, rank);
+  if (!correction.empty()) {
+    // The basis is orthonormal with unit density: coordinates of the collected vectors are roots of their Gram matrix.
+    Eigen::MatrixXd u =
+        weight.tail(rank).cwiseSqrt().asDiagonal() * gram.eigenvectors().rightCols(rank).transpose().leftCols(n_modes);
+    u.colwise().normalize();
+    onto.softer -= u * correction[block].asDiagonal() * u.transpose();
+  }
+  return onto;
+}
+
+void ReducedSpectrum::Axis::add_block(const Matrices& low, const Matrices& centre, const Matrices& high) {
+  const double h = step;
+  const auto by_step = [&](const auto& l, const auto& u) { return ((u - l) / (2.0 * h)).eval(); };
+  const auto bend = [&](const auto& l, const auto& c, const auto& u) {
+    return ((u - 2.0 * c + l) / (2.0 * h * h)).eval();
+  };
+  slope.push_back({by_step(low.stiffness_lambda, high.stiffness_lambda), by_step(low.stiffness_mu, high.stiffness_mu),
+                   by_step(low.mass, high.mass)});
+  curvature.push_back({bend(low.stiffness_lambda, centre.stiffness_lambda, high.stiffness_lambda),
+                       bend(low.stiffness_mu, centre.stiffness_mu, high.stiffness_mu),
+                       bend(low.mass, centre.mass, high.mass)});
 }
 
 std::vector<Eigen::Index> ReducedSpectrum::order_at_start(const solid::Material& material) const {

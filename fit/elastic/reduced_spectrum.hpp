@@ -5,12 +5,17 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/shapes/section.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "fit/elastic/spectrum_model.hpp"
 #include "fit/specimen/specimen.hpp"
 
 namespace klang::fit {
+
+namespace detail {
+class ElasticBlocks;
+}
 
 /// A specimen as finite elements.
 struct SpecimenBody {
@@ -36,11 +41,21 @@ SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& mat
 /// eigenvalues those of its mean. Harmonics of a body of revolution are projected one by one, so that their modes keep
 /// their numbers where they cross.
 struct ReducedSpectrumOptions {
-  Band band;                    ///< low_hz: modes below are left out; high_hz: modes are wanted up to here
-  int count = 0;                ///< modes; 0: as many as reach band.high_hz, at most max_count
-  int max_count = 80;           ///< of tetrahedra's modes; a section gives four times as many
-  double relative_step = 0.01;  ///< of dimensions
-  bool vary_ratio = true;       ///< false: Poisson's ratio stays as it is, and a solve is saved
+  Band band;
+  int count = 0;
+  int max_count = 80;
+  double relative_step = 0.01;
+  bool vary_ratio = true;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"band.low_hz", "Modes below are left out", at_least(0.0)}, self.band.low_hz);
+    visit({"band.high_hz", "Modes are wanted up to here", above(0.0)}, self.band.high_hz);
+    visit({"count", "Modes; 0: as many as reach band.high_hz, at most max_count", at_least(0.0)}, self.count);
+    visit({"max_count", "Of tetrahedra's modes; a section gives four times as many", at_least(1.0)}, self.max_count);
+    visit({"relative_step", "Of dimensions, for their derivatives", inside(0.0, 0.1)}, self.relative_step);
+    visit({"vary_ratio", "Poisson's ratio may change; otherwise a solve is saved"}, self.vary_ratio);
+  }
 };
 
 class ReducedSpectrum : public SpectrumModel {
@@ -51,7 +66,6 @@ class ReducedSpectrum : public SpectrumModel {
   Spectrum spectrum(const SpectrumPoint& point) const override;
   Eigen::VectorXd visibility() const override { return visibility_; }
   Eigen::VectorXd relative_error() const override { return relative_error_; }
-  double density_kg_m3(const SpectrumPoint& point) const override;
   /// The full solve at the start, modes below the band left out.
   const modal::EigenResult& nominal() const { return nominal_; }
   int n_skipped() const { return n_skipped_; }  ///< elastic modes below the band
@@ -64,7 +78,16 @@ class ReducedSpectrum : public SpectrumModel {
     double start_m = 0.0, step = 0.0;                   // step of ln(dimension)
     std::vector<Matrices> slope, curvature;             // of each block by ln(dimension), halves included
     double volume_slope = 0.0, volume_curvature = 0.0;  // of ln(volume)
+    void add_block(const Matrices& low, const Matrices& centre, const Matrices& high);
   };
+  /// What a block's matrices are projected onto, and the correction of its mesh errors there.
+  struct Projection {
+    Eigen::MatrixXd basis, softer;
+    Matrices matrices(const detail::ElasticBlocks& from, std::size_t block) const;
+  };
+  using BlockVectors = std::vector<std::vector<Eigen::MatrixXd>>;  // of each material or shape, by block
+  static Projection projection(const detail::ElasticBlocks& system, std::size_t block, Eigen::Index n_modes,
+                               const BlockVectors& vectors, const std::vector<Eigen::VectorXd>& correction);
   struct Block {
     int multiplicity = 1;
     Eigen::Index n_modes = 0;
@@ -72,6 +95,7 @@ class ReducedSpectrum : public SpectrumModel {
   };
   std::vector<Eigen::Index> order_at_start(const solid::Material& material) const;
   double log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const;
+  double density_kg_m3(const SpectrumPoint& point) const;  // the material's, or mass over volume
 
   int n_modes_ = 0, n_skipped_ = 0;
   std::optional<double> mass_kg_;

@@ -29,8 +29,6 @@ class SpectrumModel {
   /// How far each mode's own frequency may be off (relative, >= 0; mesh): such errors go together, so that no scatter shows
   /// them, and are added to intervals apart. Empty: nothing.
   virtual Eigen::VectorXd relative_error() const { return {}; }
-  /// Density at a point: the material's, or mass over volume.
-  virtual double density_kg_m3(const SpectrumPoint& point) const { return point.density_kg_m3; }
 };
 
 }  // namespace klang::fit

@@ -33,8 +33,7 @@ ProxyPoint nearest_sample(const soundbank::Soundbank& bank, const ProxyModel& mo
 
 ProxyParameters parameters(const soundbank::Soundbank& bank, const ProxyPoint& p, const RayleighDamping& damping,
                            double gain) {
-  return {soundbank::unit_axes(shape_of_square(bank, p.s, p.t)), std::exp(p.ln_scale), damping.mass_per_s,
-          damping.stiffness_s, gain};
+  return {soundbank::unit_axes(shape_of_square(bank, p.s, p.t)), std::exp(p.ln_scale), damping, gain};
 }
 
 /// Of the first partials those that can be heard, but three: two shape numbers and a scale want as many.
@@ -77,7 +76,7 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
   if (!std::isfinite(model.rms_cents(start)))
     throw InputError("target", "has more partials than the bank's shapes", std::to_string(model.n_partials()),
                      "fewer partials");
-  RayleighDamping damping{target.rayleigh_mass_per_s, target.rayleigh_stiffness_s};
+  RayleighDamping damping = target.damping;
   if (!(damping.mass_per_s + damping.stiffness_s > 0.0)) damping = model.measured_damping(start);
   // A model's own amplitudes hold for the proxy of its own mass; a recording's level is arbitrary, so both are equally loud.
   const Voice unit = model.voice(start, damping);
@@ -88,7 +87,7 @@ ProxyFitResult fit_proxy(const soundbank::Soundbank& bank, const ProxyTarget& ta
   result.start_voice = with_gain(unit, gain);
   result.before = sound.errors(result.start_voice);
 
-  const ProxySearchResult found = search_proxy(model, sound, damping, gain, result.before, options.search, monitor);
+  const ProxySearchResult found = search_proxy(model, sound, {damping, gain, result.before}, options.search, monitor);
   result.n_candidates = found.n_heard;
   result.n_refused = found.n_heard - found.n_admissible;
   result.n_worse = found.n_worse;

@@ -29,7 +29,9 @@ struct ProxyFitOptions {
 
 struct ProxyParameters {
   Eigen::Vector3d axes;  ///< |axes| = 1
-  double scale_m = 0.0, rayleigh_mass_per_s = 0.0, rayleigh_stiffness_s = 0.0, gain = 1.0;
+  double scale_m = 0.0;
+  damping::RayleighDamping damping;
+  double gain = 1.0;
 };
 
 enum class ProxyFitStatus { kNotRun, kImproved, kKept };

@@ -107,11 +107,14 @@ RayleighDamping ProxyModel::damping(const ProxyPoint& point, const RayleighDampi
   }
   const double determinant = xx * yy - xy * xy;
   RayleighDamping best;
-  if (determinant > 1e-12 * xx * yy) best = {(x1 * yy - y1 * xy) / determinant, (y1 * xx - x1 * xy) / determinant};
-  if (!(best.mass_per_s > 0.0)) best = {0.0, std::max(y1 / yy, 0.0)};
-  if (!(best.stiffness_s > 0.0)) best = {std::max(x1 / xx, 0.0), 0.0};
-  return {std::max(kept.mass_per_s + point.refitted_mass * (best.mass_per_s - kept.mass_per_s), 0.0),
-          std::max(kept.stiffness_s + point.refitted_stiffness * (best.stiffness_s - kept.stiffness_s), 0.0)};
+  if (determinant > 1e-12 * xx * yy) {
+    best = {.stiffness_s = (y1 * xx - x1 * xy) / determinant, .mass_per_s = (x1 * yy - y1 * xy) / determinant};
+  }
+  if (!(best.mass_per_s > 0.0)) best = {.stiffness_s = std::max(y1 / yy, 0.0), .mass_per_s = 0.0};
+  if (!(best.stiffness_s > 0.0)) best = {.stiffness_s = 0.0, .mass_per_s = std::max(x1 / xx, 0.0)};
+  return {
+      .stiffness_s = std::max(kept.stiffness_s + point.refitted_stiffness * (best.stiffness_s - kept.stiffness_s), 0.0),
+      .mass_per_s = std::max(kept.mass_per_s + point.refitted_mass * (best.mass_per_s - kept.mass_per_s), 0.0)};
 }
 
 RayleighDamping ProxyModel::measured_damping(const ProxyPoint& point) const {
@@ -121,9 +124,9 @@ RayleighDamping ProxyModel::measured_damping(const ProxyPoint& point) const {
     decays.push_back({proxy[k].frequency_hz, target_.voice[k].decay_per_s, 0.0, 0.0, 0.0});
   std::vector<std::string> unheard;
   const DampingResult damping = fit_damping(decays, unheard);
-  const DampingCandidate* rayleigh = find_candidate(damping, DampingKind::kRayleigh);
+  const DampingCandidate* rayleigh = find_candidate(damping, damping::rayleigh_law());
   if (!rayleigh) return {};
-  return {rayleigh->parameters[1].value, rayleigh->parameters[0].value};
+  return {.stiffness_s = rayleigh->parameters[0].value, .mass_per_s = rayleigh->parameters[1].value};
 }
 
 Voice ProxyModel::voice(const ProxyPoint& point, const RayleighDamping& damping) const {
@@ -138,7 +141,7 @@ Voice ProxyModel::voice(const ProxyPoint& point, const RayleighDamping& damping)
   Voice voice;
   for (const ProxyFrequencies::Line& line : lines) {
     const double hz = std::exp(line.ln_frequency + ln_speed_ - point.ln_scale), omega = 2.0 * kPi * hz;
-    VoicePartial partial{hz, 0.5 * (damping.mass_per_s + damping.stiffness_s * omega * omega), 1.0 / omega};
+    VoicePartial partial{hz, damping.decay_per_s(omega), 1.0 / omega};
     if (cell) {
       const double power =
           power_factor_ *

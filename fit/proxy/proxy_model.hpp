@@ -19,10 +19,7 @@ struct ProxyPoint {
   std::optional<double> level;
 };
 
-/// Rayleigh's two: decay = (mass + stiffness omega^2) / 2.
-struct RayleighDamping {
-  double mass_per_s = 0.0, stiffness_s = 0.0;
-};
+using damping::RayleighDamping;
 
 /// What a proxy of a target sounds like, by its parameters. Constant after construction, so one object serves all threads.
 class ProxyModel {

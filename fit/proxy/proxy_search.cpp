@@ -21,15 +21,9 @@ constexpr std::size_t kParents = 8;  // of each kind
 
 class Search {
  public:
-  Search(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept, double start_gain,
-         const ProxyErrors& before, const ProxySearchOptions& options, Monitor& monitor)
-      : model_(model),
-        target_(target),
-        kept_(kept),
-        start_gain_(start_gain),
-        before_(before),
-        options_(options),
-        monitor_(monitor) {}
+  Search(const ProxyModel& model, const TargetSound& target, const ProxyStart& start, const ProxySearchOptions& options,
+         Monitor& monitor)
+      : model_(model), target_(target), start_(start), options_(options), monitor_(monitor) {}
   ProxySearchResult run();
 
  private:
@@ -41,13 +35,11 @@ class Search {
   ProxyPoint refined(ProxyPoint point, bool keep_lowest) const;
   void hear(const std::vector<Guess>& guesses);
   std::vector<Guess> children(int generation) const;
-  double limit_cents() const { return result_.best ? result_.best->cents : before_.partial_rms_cents; }
+  double limit_cents() const { return result_.best ? result_.best->cents : start_.errors.partial_rms_cents; }
 
   const ProxyModel& model_;
   const TargetSound& target_;
-  const RayleighDamping& kept_;
-  double start_gain_;
-  const ProxyErrors& before_;
+  const ProxyStart& start_;
   const ProxySearchOptions& options_;
   Monitor& monitor_;
   std::vector<ProxyCandidate> heard_;
@@ -131,7 +123,7 @@ std::vector<Search::Guess> Search::scan() const {
   });
   guesses = fine;
   const auto add = [&](const Guess& guess) {
-    if (!(guess.cents < before_.partial_rms_cents)) return;
+    if (!(guess.cents < start_.errors.partial_rms_cents)) return;
     guesses.push_back(guess);
     // Kept damping and the best fit to all: each has bodies where only it is admissible.
     guesses.push_back(guess);
@@ -147,7 +139,7 @@ std::vector<Search::Guess> Search::scan() const {
             if (at(i, j, kind).cents < best.cents) best = at(i, j, kind);
         add(best);
       }
-  std::erase_if(guesses, [&](const Guess& g) { return !(g.cents < before_.partial_rms_cents); });
+  std::erase_if(guesses, [&](const Guess& g) { return !(g.cents < start_.errors.partial_rms_cents); });
   std::stable_sort(guesses.begin(), guesses.end(), by_cents);
   const std::size_t n_scan = std::min(guesses.size(), static_cast<std::size_t>(options_.n_scan));
   // All the way up to the start's cents, the lowest ones more densely.
@@ -166,9 +158,9 @@ void Search::hear(const std::vector<Guess>& guesses) {
     for (std::size_t i = begin; i < end; ++i) {
       found[i].point = guesses[i].point;
       found[i].cents = guesses[i].cents;
-      found[i].damping = model_.damping(guesses[i].point, kept_);
-      found[i].level = target_.at_level(model_.voice(guesses[i].point, found[i].damping), before_,
-                                        guesses[i].point.level, start_gain_);
+      found[i].damping = model_.damping(guesses[i].point, start_.damping);
+      found[i].level = target_.at_level(model_.voice(guesses[i].point, found[i].damping), start_.errors,
+                                        guesses[i].point.level, start_.gain);
       found[i].point.level = found[i].level.level;
     }
   });
@@ -176,7 +168,7 @@ void Search::hear(const std::vector<Guess>& guesses) {
     ++result_.n_heard;
     if (!std::isfinite(candidate.level.excess)) continue;
     if (!candidate.level.rough) {
-      const std::array<bool, 5> worse = worse_measures(candidate.level.errors, before_);
+      const std::array<bool, 5> worse = worse_measures(candidate.level.errors, start_.errors);
       for (std::size_t m = 0; m < worse.size(); ++m) result_.n_worse[m] += worse[m] ? 1 : 0;
     }
     if (candidate.admissible()) {
@@ -249,7 +241,7 @@ std::vector<Search::Guess> Search::children(int generation) const {
 
 ProxySearchResult Search::run() {
   std::vector<Guess> guesses = scan();
-  result_.least_cents = guesses.empty() ? before_.partial_rms_cents : guesses.front().cents;
+  result_.least_cents = guesses.empty() ? start_.errors.partial_rms_cents : guesses.front().cents;
   const std::size_t batch = static_cast<std::size_t>(options_.n_children);
   for (std::size_t begin = 0; begin < guesses.size(); begin += batch) {
     monitor_.throw_if_stopped();
@@ -259,7 +251,7 @@ ProxySearchResult Search::run() {
   }
   // Bodies with few admissible proxies get more.
   const auto n_generations = [&] {
-    return options_.n_generations * (limit_cents() > kHard * before_.partial_rms_cents ? 3 : 1);
+    return options_.n_generations * (limit_cents() > kHard * start_.errors.partial_rms_cents ? 3 : 1);
   };
   for (int generation = 0; generation < n_generations() && !heard_.empty(); ++generation) {
     monitor_.throw_if_stopped();
@@ -279,11 +271,10 @@ void ProxySearchOptions::validate() const {
   throw_violations("proxy search", std::move(violations));
 }
 
-ProxySearchResult search_proxy(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept,
-                               double start_gain, const ProxyErrors& before, const ProxySearchOptions& options,
-                               Monitor& monitor) {
+ProxySearchResult search_proxy(const ProxyModel& model, const TargetSound& target, const ProxyStart& start,
+                               const ProxySearchOptions& options, Monitor& monitor) {
   options.validate();
-  return Search(model, target, kept, start_gain, before, options, monitor).run();
+  return Search(model, target, start, options, monitor).run();
 }
 
 }  // namespace klang::fit

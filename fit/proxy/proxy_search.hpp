@@ -49,16 +49,22 @@ struct ProxySearchResult {
       n_worse{};  ///< of those heard to the end, in order: log-spectral, mel, third octaves, loudness, decays
 };
 
-/// Minimises the rms error of the partials over shape, scale and damping under the condition that no other measure is worse than
-/// `before`.
+/// The proxy that the search starts from.
+struct ProxyStart {
+  RayleighDamping damping;
+  double gain = 1.0;
+  ProxyErrors errors;  ///< no measure may become worse than here
+};
+
+/// Minimises the rms error of the partials over shape, scale and damping under the condition that no other measure is worse than at
+/// the start.
 /// 1. The error of the partials (microseconds) on a grid of the shape square, at the best scale, at those that keep one of the lowest
 ///    partials, and half-way; the grid's local minima are refined by Ceres.
 /// 2. Of each part of the square and each kind of scale the best is heard: all other measures at the best gain.
 /// 3. Normally distributed children around the best of ln(error) + penalty * excess and around the best admissible ones; only
 ///    children with fewer cents than the best admissible one are heard.
 /// The measures are not smooth (lines pass bins of the spectrum), hence no slopes in 3. Same bits for any number of threads.
-ProxySearchResult search_proxy(const ProxyModel& model, const TargetSound& target, const RayleighDamping& kept,
-                               double start_gain, const ProxyErrors& before, const ProxySearchOptions& options = {},
-                               Monitor& monitor = silent_monitor());
+ProxySearchResult search_proxy(const ProxyModel& model, const TargetSound& target, const ProxyStart& start,
+                               const ProxySearchOptions& options = {}, Monitor& monitor = silent_monitor());
 
 }  // namespace klang::fit

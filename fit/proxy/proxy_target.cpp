@@ -8,22 +8,20 @@
 
 namespace klang::fit {
 
-ProxyTarget target_of_model(const modal::ModalModel& model, double rayleigh_mass_per_s, double rayleigh_stiffness_s) {
+ProxyTarget target_of_model(const modal::ModalModel& model, const damping::RayleighDamping& damping) {
   if (model.n_modes() < 3)
     throw InputError("target", "a proxy needs at least 3 modes", std::to_string(model.n_modes()));
-  checked("target", "rayleigh_mass_per_s", rayleigh_mass_per_s, 0.0, 1e6);
-  checked("target", "rayleigh_stiffness_s", rayleigh_stiffness_s, 0.0, 1.0);
-  if (!(rayleigh_mass_per_s + rayleigh_stiffness_s > 0.0))
+  checked("target", "rayleigh_mass_per_s", damping.mass_per_s, 0.0, 1e6);
+  checked("target", "rayleigh_stiffness_s", damping.stiffness_s, 0.0, 1.0);
+  if (!(damping.mass_per_s + damping.stiffness_s > 0.0))
     throw InputError("target", "a model needs damping to sound", {}, "Rayleigh's two, not both 0");
   ProxyTarget target;
   target.moments = mesh::principal_moments(mesh::mass_properties(model.mesh));
   target.shear_speed_m_s = model.material.shear_speed_m_s();
-  target.rayleigh_mass_per_s = rayleigh_mass_per_s;
-  target.rayleigh_stiffness_s = rayleigh_stiffness_s;
+  target.damping = damping;
   const double lowest = model.angular_frequency_rad_s[0];
   for (const double omega : model.angular_frequency_rad_s)
-    target.voice.push_back(
-        {omega / (2.0 * kPi), 0.5 * (rayleigh_mass_per_s + rayleigh_stiffness_s * omega * omega), lowest / omega});
+    target.voice.push_back({omega / (2.0 * kPi), damping.decay_per_s(omega), lowest / omega});
   return target;
 }
 
@@ -32,8 +30,8 @@ double far_amplitude_pa(double radiated_power_w, const acoustics::Medium& medium
 }
 
 ProxyTarget target_of_model(const modal::ModalModel& model, const acoustics::TransferModel& transfer,
-                            double rayleigh_mass_per_s, double rayleigh_stiffness_s) {
-  ProxyTarget target = target_of_model(model, rayleigh_mass_per_s, rayleigh_stiffness_s);
+                            const damping::RayleighDamping& damping) {
+  ProxyTarget target = target_of_model(model, damping);
   std::size_t n = 0;
   while (n < transfer.modes.size() && n < target.voice.size() && transfer.modes[n].mode == static_cast<int>(n)) {
     target.voice[n].amplitude = far_amplitude_pa(transfer.modes[n].radiated_power_w, transfer.medium);

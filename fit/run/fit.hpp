@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "fit/damping/damping.hpp"
 #include "fit/ringdown/ringdown.hpp"
@@ -15,6 +16,11 @@
 namespace klang::fit {
 
 enum class FitStatus { kNotRun, kConverged, kNotConverged, kNoPartials, kNoMatch };
+constexpr auto words_of(FitStatus) {
+  return std::array{Word{FitStatus::kNotRun, "not_run"}, Word{FitStatus::kConverged, "converged"},
+                    Word{FitStatus::kNotConverged, "not_converged"}, Word{FitStatus::kNoPartials, "no_partials"},
+                    Word{FitStatus::kNoMatch, "no_match"}};
+}
 
 struct PartialMatch {
   int specimen = 0;
@@ -45,12 +51,21 @@ struct SpecimenResult {
 };
 
 struct FitOptions {
-  int n_modes = 0;               ///< model modes a specimen; 0: as many as the partials' range needs
-  double gate_cents = 60.0;      ///< widest accepted deviation after the fit, 1 to 600
-  double model_std_cents = 2.0;  ///< how far the model itself may be off (mesh, dimensions), added to the partials' own
+  int n_modes = 0;
+  double gate_cents = 60.0;
+  double model_std_cents = 2.0;  ///< added to the partials' own
   bool robust = true;
-  std::uint64_t seed = 1;
-  void validate() const;
+  void validate() const;  ///< @throws InputError listing every violation
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n_modes", "Model modes of each specimen; 0: as the partials need", between(0.0, 2000.0)}, self.n_modes);
+    visit({"gate_cents", "Widest accepted deviation of a partial from its mode", between(1.0, 600.0)}, self.gate_cents);
+    visit({"model_std_cents", "How far the model itself may be off (dimensions, homogeneity), as a standard deviation",
+           between(1e-3, 100.0)},
+          self.model_std_cents);
+    visit({"robust", "A robust loss instead of plain least squares"}, self.robust);
+  }
 };
 
 struct FitResult {
@@ -70,8 +85,5 @@ struct FitResult {
 
 /// The main job: partials of each specimen, matched to its modes, and the parameters that explain them all.
 FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor& monitor = silent_monitor());
-
-/// Text of an enum for JSON: "converged", "no_partials", ...
-std::string to_text(FitStatus status);
 
 }  // namespace klang::fit

@@ -6,6 +6,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/geometry/mesh/quality.hpp"
+#include "core/physics/modal/damping/damping_laws.hpp"
 
 namespace klang::fit {
 namespace {
@@ -102,7 +103,7 @@ json fit_json(const FitProblem& problem, const FitResult& result, const Provenan
   json names = json::array();
   for (const FitParameter& parameter : result.parameters) {
     parameters.push_back(of(parameter));
-    const bool elastic = parameter.name.rfind("rayleigh_", 0) != 0;
+    const bool elastic = !damping::is_law_parameter(parameter.name);
     if (parameter.identifiable && !parameter.derived && elastic) names.push_back(parameter.name);
   }
   root["correlation"] = {{"names", names}, {"matrix", result.correlation}};

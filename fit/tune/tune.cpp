@@ -91,10 +91,6 @@ FitProblem problem_at(const Specimen& specimen, const solid::Material& material,
 
 }  // namespace
 
-std::string to_text(TuneStatus status) {
-  return status == TuneStatus::kReached ? "reached" : status == TuneStatus::kNotReached ? "not_reached" : "not_run";
-}
-
 void TuneOptions::validate(const Specimen& specimen) const {
   if (!specimen.shape) throw InputError(kPlace, "only a body given by shape and dimensions can be tuned");
   if (dimensions.empty()) throw InputError(kPlace, "no dimension is free");
@@ -106,10 +102,7 @@ void TuneOptions::validate(const Specimen& specimen) const {
     if (std::count(dimensions.begin(), dimensions.end(), name) > 1)
       throw InputError(kPlace, "dimension named twice", name);
   }
-  for (const TuneTarget& target : targets) checked_open(kPlace, "frequency_hz", target.frequency_hz, 0.0, 1e6);
-  checked(kPlace, "widest_change", widest_change, 0.001, 0.5);
-  checked(kPlace, "tolerance_cents", tolerance_cents, 1e-4, 100.0);
-  checked(kPlace, "max_rounds", max_rounds, 1, 50);
+  validate_fields(kPlace, *this);
 }
 
 std::vector<std::vector<int>> bending_modes(const mesh::ShapeSpec& shape, const modal::ModalModel& model) {
@@ -198,7 +191,7 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     solver.model_std = 1e-6;
     solver.robust = false;
     solver.max_rounds = 1;
-    // With a dimension to spare the leash picks the smallest change; it is too weak to spoil a target.
+    // With a dimension to spare the regularisation picks the smallest change; it is too weak to spoil a target.
     const bool spare = options.dimensions.size() > options.targets.size();
     const ElasticFit fit = fit_elastic(space, {spectrum}, data, space.start(),
                                        Eigen::VectorXd::Constant(space.size(), spare ? 1.0 : 0.0), solver);

@@ -1,9 +1,11 @@
 #pragma once
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "fit/specimen/specimen.hpp"
 
@@ -13,19 +15,38 @@ namespace klang::fit {
 struct TuneTarget {
   std::string mode = "0";  ///< elastic mode index from 0, or "bending 1" (tube, rod, box: n-th flexural frequency)
   double frequency_hz = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"mode", "Index of the elastic mode from 0, or \"bending N\""}, self.mode);
+    visit({"frequency_hz", "What it is to sound at", inside(0.0, 1e6)}, self.frequency_hz);
+  }
 };
 
 struct TuneOptions {
   std::vector<std::string> dimensions;  ///< of the shape, e.g. {"length_m"}
   std::vector<TuneTarget> targets;
-  double widest_change = 0.2;     ///< dimensions stay within this share of their start, 0.001 to 0.5
-  double tolerance_cents = 0.05;  ///< of the full model, 1e-4 to 100
-  int max_rounds = 8;             ///< of meshing anew, 1 to 50
-  void validate(const Specimen& specimen) const;
+  double widest_change = 0.2;
+  double tolerance_cents = 0.05;  ///< of the full model
+  int max_rounds = 8;
+  void validate(const Specimen& specimen) const;  ///< @throws InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"dimensions", "Dimensions that may change"}, self.dimensions);
+    visit({"targets", "Modes and what they are to sound at"}, self.targets);
+    visit({"widest_change", "Share of its start that a dimension may change by", between(0.001, 0.5)},
+          self.widest_change);
+    visit({"tolerance_cents", "Accepted deviation", between(1e-4, 100.0)}, self.tolerance_cents);
+    visit({"max_rounds", "Rounds of meshing anew", between(1.0, 50.0)}, self.max_rounds);
+  }
 };
 
 enum class TuneStatus { kNotRun, kReached, kNotReached };
-std::string to_text(TuneStatus status);
+constexpr auto words_of(TuneStatus) {
+  return std::array{Word{TuneStatus::kNotRun, "not_run"}, Word{TuneStatus::kReached, "reached"},
+                    Word{TuneStatus::kNotReached, "not_reached"}};
+}
 
 struct TunedDimension {
   std::string name;
@@ -38,7 +59,7 @@ struct TunedTarget {
   int mode_index = -1;
   double wanted_hz = 0.0, start_hz = 0.0, reached_hz = 0.0;
   double residual_cents = 0.0;             ///< reached against wanted
-  std::vector<double> hz_per_mm;           ///< a dimension each
+  std::vector<double> hz_per_mm;           ///< one per dimension
   std::vector<double> cents_per_tenth_mm;  ///< what a cut 0.1 mm off costs
 };
 

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/physics/modal/damping/damping_laws.hpp"
+
 namespace klang::reports::detail {
 namespace {
 
@@ -56,16 +58,11 @@ constexpr Known kKnown[] = {
     {"poissons_ratio", "Poisson’s ratio", "ν"},
     {"density_kg_m3", "density", "ρ"},
     {"mass_kg", "mass", "m"},
-    {"rayleigh_stiffness_s", "stiffness damping", "α"},
-    {"rayleigh_mass_per_s", "mass damping", "β"},
-    {"loss_factor", "loss factor", "η"},
     {"mount_damping_n_s_per_m", "damping of each mount", "c"},
     {"relaxation_strength", "relaxation strength", "Δ"},
-    {"zener_strength", "relaxation strength", "Δ"},
     {"zener_time_s", "relaxation time", "τ"},
     {"relaxation_time_s", "relaxation time", "τ"},
     {"zener_relaxation_strength", "relaxation strength", "Δ"},
-    {"zener_relaxation_time_s", "relaxation time", "τ"},
 };
 
 struct Suffix {
@@ -185,6 +182,13 @@ Quantity quantity(std::string_view name, double magnitude) {
       result.symbol = known.symbol;
     }
   }
+  for (const damping::DampingLaw* law : damping::damping_laws()) {
+    for (const damping::LawParameter& parameter : law->parameters()) {
+      if (parameter.name != bare) continue;
+      result.words = parameter.words;
+      result.symbol = parameter.symbol;
+    }
+  }
   std::string_view stem = bare;
   for (const Suffix& suffix : kSuffixes) {
     if (bare.size() > suffix.suffix.size() && bare.ends_with(suffix.suffix)) {
@@ -249,11 +253,7 @@ std::string signed_cents(double value) {
 }
 
 std::string damping_words(std::string_view model) {
-  if (model == "rayleigh") return "Rayleigh";
-  if (model == "loss_factor") return "constant loss factor";
-  if (model == "mass_only") return "mass only";
-  if (model == "stiffness_only") return "stiffness only";
-  if (model == "zener") return "Zener";
+  if (const damping::DampingLaw* law = damping::find_law(model)) return std::string(law->words());
   for (const auto& [suffix, words] :
        {std::pair<std::string_view, const char*>{"_and_mount", " and mounts"},
         std::pair<std::string_view, const char*>{"_and_radiation", " beside radiation"}}) {

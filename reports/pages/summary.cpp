@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/physics/modal/damping/damping_laws.hpp"
 #include "reports/kit/text.hpp"
 #include "reports/pages/bubble_page.hpp"
 #include "reports/pages/page.hpp"
@@ -50,8 +51,7 @@ bool elastic(const std::string& name) {
          name == "shear_modulus_pa" || name == "bulk_modulus_pa";
 }
 bool damping(const std::string& name) {
-  return name.starts_with("rayleigh_") || name == "loss_factor" || name.starts_with("zener_") ||
-         name.starts_with("relaxation_");
+  return damping::is_law_parameter(name) || name.starts_with("zener_") || name.starts_with("relaxation_");
 }
 
 /// Those that were fitted.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/foundation/base/parallel.hpp"
+#include "core/physics/modal/damping/rayleigh.hpp"
 #include "datasets-synthetic/recipe.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
 #include "fit/damping/damping.hpp"
@@ -75,18 +76,18 @@ Coverage interval_coverage(const std::string& recipe_toml, int n_seeds, std::uin
   const std::vector<Truth> truths = {{"youngs_modulus_pa", recipe.material.youngs_modulus_pa()},
                                      {"lame_lambda_pa", recipe.material.lame_lambda_pa},
                                      {"lame_mu_pa", recipe.material.lame_mu_pa},
-                                     {"rayleigh_stiffness_s", recipe.rayleigh_stiffness_s},
-                                     {"rayleigh_mass_per_s", recipe.rayleigh_mass_per_s}};
+                                     {"rayleigh_stiffness_s", recipe.damping_parameters[0]},
+                                     {"rayleigh_mass_per_s", recipe.damping_parameters[1]}};
   std::vector<Held> each(static_cast<std::size_t>(n_seeds), Held{std::vector<int>(truths.size(), 0)});
   for_each_job(each.size(), [&](std::size_t i) {
     const auto dataset = datasets::make_dataset_from_text(recipe_toml, "recipe", first_seed + i);
     std::vector<PartialTable> tables;
     for (const auto& recording : dataset.recordings) tables.push_back(identify_ringdown(recording.signal, {}).partials);
     const JointMatch joint = match_and_fit(space, models, tables, {});
-    judge(elastic_report(space, joint.fit, joint.leash, problem).parameters, truths, each[i]);
+    judge(elastic_report(space, joint.fit, joint.regularisation, problem).parameters, truths, each[i]);
     std::vector<std::string> warnings;
     for (const auto& candidate : fit_damping(decays_of(tables, joint), warnings).candidates) {
-      if (candidate.kind == DampingKind::kRayleigh) judge(candidate.parameters, truths, each[i]);
+      if (candidate.law == &damping::rayleigh_law()) judge(candidate.parameters, truths, each[i]);
     }
   });
   Coverage coverage;

@@ -91,8 +91,9 @@ TEST(ElasticFit, DerivativesOfTheResidualsMatchDifferences) {
     const SpectrumModels models = {std::make_shared<BeamSpectrum>(kLengths[0], 0.0085, true, 1.0, length)};
     std::vector<ElasticDatum> data = {
         {0, {0, 1}, std::log(590.0), 0}, {0, {4}, std::log(3000.0), 0}, {0, {6}, std::log(3100.0), 0}};
-    const Eigen::VectorXd total = Eigen::VectorXd::Constant(3, 1e-3), leash = Eigen::VectorXd::Ones(space.size());
-    const auto cost = elastic_cost(space, models, data, total, leash, problem.priors);
+    const Eigen::VectorXd total = Eigen::VectorXd::Constant(3, 1e-3),
+                          regularisation = Eigen::VectorXd::Ones(space.size());
+    const auto cost = elastic_cost(space, models, data, total, regularisation, problem.priors);
     tests::expect_gradient(*cost, {c.x}, 1e-6);
   }
 }
@@ -129,7 +130,7 @@ TEST(ElasticFit, BendingAndTorsionOfABarGiveBothModuliFromAGuessThirtyPercentOff
       const auto table = partials_of(*models[0], kTruth, 0.5, random, 12000, true, 0.1);
       const FitProblem problem = problem_of(scaled(stiffness, poisson), {"lame_lambda_pa", "lame_mu_pa"}, 1);
       const JointMatch joint = solve(problem, models, {table});
-      const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.leash, problem);
+      const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.regularisation, problem);
       const auto& young = named(report, "youngs_modulus_pa");
       const auto& mu = named(report, "lame_mu_pa");
       EXPECT_EQ(joint.n_matched, static_cast<int>(table.partials.size())) << stiffness << " " << poisson;
@@ -148,7 +149,7 @@ TEST(ElasticFit, LambdaFromBendingAloneIsReportedAsUndetermined) {
   ASSERT_EQ(table.partials.size(), 2u);
   const FitProblem problem = problem_of(scaled(0.8, 0.30), {"lame_lambda_pa", "lame_mu_pa"}, 1);
   const JointMatch joint = solve(problem, models, {table});
-  const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.leash, problem);
+  const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.regularisation, problem);
   const auto& lambda = named(report, "lame_lambda_pa");
   EXPECT_FALSE(lambda.identifiable);
   EXPECT_FALSE(lambda.std.has_value());
@@ -171,7 +172,7 @@ TEST(ElasticFit, StiffnessAndDensityTogetherAreReportedAsTheirRatio) {
   for (const auto& model : models) tables.push_back(partials_of(*model, kTruth, 0.5, random, 9000, false, 0.1));
   FitProblem problem = problem_of(scaled(0.9, 0.33), {"youngs_modulus_pa", "density_kg_m3"}, 2);
   const JointMatch joint = solve(problem, models, tables);
-  const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.leash, problem);
+  const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.regularisation, problem);
   EXPECT_FALSE(named(report, "youngs_modulus_pa").identifiable);
   EXPECT_FALSE(named(report, "density_kg_m3").identifiable);
   EXPECT_NE(named(report, "density_kg_m3").why.find("E / rho"), std::string::npos)
@@ -179,7 +180,7 @@ TEST(ElasticFit, StiffnessAndDensityTogetherAreReportedAsTheirRatio) {
   // A prior on the density makes E a number, and says whose merit that is.
   problem.priors["density_kg_m3"] = {2700.0, 10.0};
   const JointMatch known = solve(problem, models, tables);
-  const auto with_prior = elastic_report(ParameterSpace(problem), known.fit, known.leash, problem);
+  const auto with_prior = elastic_report(ParameterSpace(problem), known.fit, known.regularisation, problem);
   const auto& young = named(with_prior, "youngs_modulus_pa");
   EXPECT_FALSE(young.identifiable);
   ASSERT_TRUE(young.std.has_value());
@@ -194,7 +195,7 @@ TEST(ElasticFit, LengthIsFoundWhereTheStiffnessIsKnown) {
   const SpectrumModels models = {std::make_shared<BeamSpectrum>(kLengths[0], 0.0085, true, 0.0, true)};
   const FitProblem problem = problem_of(kTruth, {"T0.length_m"}, 1);
   const JointMatch joint = solve(problem, models, {table});
-  const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.leash, problem);
+  const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.regularisation, problem);
   const auto& length = named(report, "T0.length_m");
   EXPECT_TRUE(length.identifiable);
   EXPECT_NEAR(length.value, 0.5075, 1e-4);
@@ -223,7 +224,7 @@ TEST(ElasticFit, StrangersAndSplitPairsDoNotMoveTheResult) {
   }
   const FitProblem problem = problem_of(scaled(1.3, 0.28), {"youngs_modulus_pa", "poissons_ratio"}, 3);
   const JointMatch joint = solve(problem, models, tables);
-  const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.leash, problem);
+  const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.regularisation, problem);
   EXPECT_LE(std::abs(named(report, "youngs_modulus_pa").value / kTruth.youngs_modulus_pa() - 1.0), 0.002);
   for (std::size_t s = 0; s < tables.size(); ++s) {
     EXPECT_EQ(joint.matches[s].n_matched, static_cast<int>(tables[s].partials.size()) - 3);
@@ -239,7 +240,7 @@ TEST(ElasticFit, OnePartialIsTheLowestModeAndGivesE) {
     const FitProblem problem = problem_of(scaled(stiffness, 0.33), {"youngs_modulus_pa"}, 1);
     const JointMatch joint = solve(problem, models, {table});
     ASSERT_EQ(joint.n_matched, 1);
-    const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.leash, problem);
+    const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.regularisation, problem);
     EXPECT_LE(std::abs(named(report, "youngs_modulus_pa").value / kTruth.youngs_modulus_pa() - 1.0), 0.002);
     EXPECT_TRUE(named(report, "youngs_modulus_pa").identifiable);
   }
@@ -256,7 +257,7 @@ TEST(ElasticFit, IntervalsCoverTheTruthInNinetyToNinetyNineOfHundredSeeds) {
     for (const auto& model : models) tables.push_back(partials_of(*model, kTruth, 2.0, random, 9000, false, 0.02));
     const FitProblem problem = problem_of(scaled(0.95, 0.30), {"youngs_modulus_pa", "poissons_ratio"}, 6);
     const JointMatch joint = solve(problem, models, tables);
-    const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.leash, problem);
+    const auto report = elastic_report(ParameterSpace(problem), joint.fit, joint.regularisation, problem);
     const auto covers = [](const FitParameter& p, double truth) {
       return p.ci95 && (*p.ci95)[0] <= truth && truth <= (*p.ci95)[1];
     };

@@ -25,8 +25,7 @@ fit::ProxyTarget ellipsoid_target(const Eigen::Vector3d& axes, double scale_m, i
   proxy.place = soundbank::locate(bank, soundbank::shape_point(axes));
   proxy.scale = scale_m;
   fit::ProxyTarget target;
-  target.rayleigh_mass_per_s = 8.0;
-  target.rayleigh_stiffness_s = 2e-8;
+  target.damping = {.stiffness_s = 2e-8, .mass_per_s = 8.0};
   for (const double hz : soundbank::proxy_frequencies_hz(bank, proxy, count)) {
     const double omega = 2.0 * kPi * hz;
     target.voice.push_back({hz, 0.5 * (8.0 + 2e-8 * omega * omega), 1e4 / omega});
@@ -64,7 +63,7 @@ TEST(ProxyFrequencies, AreThoseOfTheBank) {
 TEST(ProxyFit, FindsAnEllipsoidFromItsPartialsAlone) {
   const Eigen::Vector3d axes = soundbank::unit_axes({-0.47, -0.21});
   fit::ProxyTarget target = ellipsoid_target(axes, 0.12, 8);
-  target.rayleigh_mass_per_s = target.rayleigh_stiffness_s = 0.0;  // not given, as of a recording
+  target.damping = {};  // not given, as of a recording
   fit::ProxyFitOptions options;
   options.duration_s = 0.2;
   options.search.n_scan = 32;
@@ -93,8 +92,8 @@ TEST(ProxyFit, OfThreeBoxesNoMeasureIsWorseAndThePartialsAreNearer) {
     options.n_partials = 8;
     options.search.n_scan = 200;
     options.search.n_generations = 3;
-    const fit::ProxyFitResult result =
-        fit::fit_proxy(test::small_bank(), fit::target_of_model(modes.model, 10.0, 1e-7), options);
+    const fit::ProxyFitResult result = fit::fit_proxy(
+        test::small_bank(), fit::target_of_model(modes.model, {.stiffness_s = 1e-7, .mass_per_s = 10.0}), options);
     SCOPED_TRACE(edges[0]);
     EXPECT_TRUE(fit::no_worse(result.after, result.before));
     EXPECT_EQ(result.status, fit::ProxyFitStatus::kImproved);

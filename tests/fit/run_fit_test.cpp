@@ -142,16 +142,16 @@ TEST(RunFit, WholeTileGivesEAndGAndForetellsItsHalfWithinThreeTenthsOfAPercent) 
   EXPECT_LE(std::abs(named(result, "youngs_modulus_pa").value / 70.5e9 - 1.0), 0.002);
   EXPECT_LE(std::abs(named(result, "shear_modulus_pa").value / 29.375e9 - 1.0), 0.003);
   EXPECT_TRUE(result.specimens[1].predicted);
-  int n_foretold = 0;
+  int n_predicted = 0;
   for (const PartialMatch& match : result.matches) {
     EXPECT_EQ(match.model_frequency_std_hz.has_value(), match.specimen == 1);
     if (match.specimen != 1) continue;
-    ++n_foretold;
+    ++n_predicted;
     const double off_hz = std::abs(match.frequency_hz - match.model_frequency_hz);
     EXPECT_LE(off_hz, 0.003 * match.frequency_hz);
     EXPECT_LE(off_hz, 3.0 * *match.model_frequency_std_hz);
   }
-  EXPECT_GE(n_foretold, 6);
+  EXPECT_GE(n_predicted, 6);
   EXPECT_TRUE(result.specimens[1].unmatched_partials.empty());
   // Loss factor and the foam's dampers, apart: broken_tile.toml.
   ASSERT_EQ(result.damping.model, "loss_factor_and_mount");

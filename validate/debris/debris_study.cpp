@@ -196,7 +196,7 @@ PieceSound Study::direct(const datasets::DebrisPiece& piece, const Scene& scene,
   {
     const StageClock clock(result.direct.audio_s);
     ringing.omega = model.angular_frequency_rad_s;
-    ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
+    ringing.decay = o_.damping.decay_per_s(ringing.omega);
     const mesh::SurfacePoint place = mesh::nearest_surface_point(model.mesh, scene.strike.point_m);
     Eigen::VectorXd push = Eigen::VectorXd::Zero(model.n_modes());
     for (std::size_t k = 0; k < place.nodes.size(); ++k)
@@ -274,7 +274,7 @@ PieceSound Study::proxy(const datasets::DebrisPiece& piece, const Scene& scene, 
   {
     const StageClock clock(result.proxy.audio_s);
     ringing.omega = Eigen::Map<const Eigen::VectorXd>(omega.data(), static_cast<Eigen::Index>(omega.size()));
-    ringing.decay = modal::rayleigh_decay_per_s(ringing.omega, o_.rayleigh_stiffness_s, o_.rayleigh_mass_per_s);
+    ringing.decay = o_.damping.decay_per_s(ringing.omega);
     const soundbank::EllipsoidModes modes = soundbank::cell_modes(bank_, found.cell, scale);
     const Eigen::Vector3d force = frame.rotation * scene.strike.impulse_n_s;
     const Eigen::Vector3d contact =
@@ -400,7 +400,7 @@ void DebrisStudyOptions::validate() const {
   if (highest_hz > audio::highest_compared_hz(sample_rate_hz))
     violations.push_back(
         out_of_range("highest_hz", highest_hz, between(1000.0, audio::highest_compared_hz(sample_rate_hz))));
-  if (rayleigh_mass_per_s == 0.0 && rayleigh_stiffness_s == 0.0)
+  if (damping.mass_per_s == 0.0 && damping.stiffness_s == 0.0)
     violations.push_back({"rayleigh_mass_per_s", "and rayleigh_stiffness_s must not both be 0", ""});
   throw_violations("debris study", std::move(violations));
   debris.validate();

@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/monitor.hpp"
 #include "core/foundation/config/fields.hpp"
+#include "core/physics/modal/damping/rayleigh.hpp"
 #include "core/physics/solid/material.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/soundbank/soundbank.hpp"
@@ -31,9 +32,8 @@ struct DebrisStudyOptions {
   /// Quadratic elements to the shortest shear wave or thin plate's bending wave (in thick pieces real ones are up to a quarter
   /// shorter).
   double elements_per_wavelength = 6.0;
-  int polynomial_degree = 6;  ///< of the single-frequency calculation
-  double rayleigh_mass_per_s = 10.0,
-         rayleigh_stiffness_s = 1e-7;  ///< decay = (mass + stiffness omega^2) / 2, not both 0
+  int polynomial_degree = 6;                                                  ///< of the single-frequency calculation
+  damping::RayleighDamping damping{.stiffness_s = 1e-7, .mass_per_s = 10.0};  ///< not both 0
   double impulse_n_s = 0.01;
   double contact_duration_s = 1e-5;              ///< standard deviation of the Gaussian pulse
   double friction_deg = 20.0;                    ///< to the inward normal
@@ -55,8 +55,8 @@ struct DebrisStudyOptions {
           self.elements_per_wavelength);
     visit({"polynomial_degree", "Of the polynomials that give the lowest frequency", between(2.0, 10.0)},
           self.polynomial_degree);
-    visit({"rayleigh_mass_per_s", "Damping: mass coefficient", between(0.0, 1e4)}, self.rayleigh_mass_per_s);
-    visit({"rayleigh_stiffness_s", "Damping: stiffness coefficient", between(0.0, 1e-4)}, self.rayleigh_stiffness_s);
+    visit({"rayleigh_mass_per_s", "Damping: mass coefficient", between(0.0, 1e4)}, self.damping.mass_per_s);
+    visit({"rayleigh_stiffness_s", "Damping: stiffness coefficient", between(0.0, 1e-4)}, self.damping.stiffness_s);
     visit({"impulse_n_s", "Impulse of each strike", between(1e-6, 100.0)}, self.impulse_n_s);
     visit({"contact_duration_s", "Duration of each strike", between(0.0, 0.01)}, self.contact_duration_s);
     visit({"friction_deg", "Largest angle of a strike's force to the normal", between(0.0, 80.0)}, self.friction_deg);

@@ -16,6 +16,12 @@ constexpr std::size_t kMaxBytes = std::size_t{64} << 20, kMaxTextBytes = 4096;
 const toml::table& table_of(const void* node) { return *static_cast<const toml::table*>(node); }
 
 std::string range_text(const TomlField& field) {
+  if (field.open) {
+    std::string text;
+    if (std::isfinite(field.low)) text = "above " + to_text(field.low);
+    if (std::isfinite(field.high)) text += (text.empty() ? "below " : ", below ") + to_text(field.high);
+    return text;
+  }
   return std::isfinite(field.low) ? to_text(field.low) + " to " + to_text(field.high) : "";
 }
 
@@ -30,18 +36,26 @@ std::string shown_value(const toml::node& node) {
   if (node.is_number()) return to_text(value_of(node));
   if (node.is_table()) return "a table";
   if (node.is_array()) return "a list";
-  return "another type";
+  if (const auto* flag = node.as_boolean()) return flag->get() ? "true" : "false";
+  return "a date or time";
 }
 
 double number_of(const toml::node& node, const TomlField& field, const std::string& place) {
   if (!node.is_number()) throw InputError(place, "must be a number", shown_value(node), range_text(field));
+  if (field.open) {
+    const double value = value_of(node);
+    if (!(value > field.low && value < field.high))
+      throw InputError(place, "is out of range", to_text(value), range_text(field));
+    return value;
+  }
   return checked(place, "value", value_of(node), field.low, field.high);
 }
 
 std::string text_of(const toml::node& node, const std::string& place) {
   const auto* value = node.as_string();
-  if (!value || value->get().size() > kMaxTextBytes || value->get().find('\0') != std::string::npos)
-    throw InputError(place, "must be a text", shown_value(node));
+  if (!value) throw InputError(place, "must be a text", shown_value(node));
+  if (value->get().size() > kMaxTextBytes || value->get().find('\0') != std::string::npos)
+    throw InputError(place, "is no usable text (a NUL byte, or over 4096 bytes)");
   return value->get();
 }
 
@@ -108,6 +122,43 @@ std::string TomlTable::place(std::string_view key) const {
   return text.append(key);
 }
 
+std::string TomlTable::place() const {
+  const auto line = table_of(node_).source().begin.line;
+  return document_->name + (line > 0 ? ":" + std::to_string(line) : "") + ": " + shown_;
+}
+
+std::vector<std::string> TomlTable::keys() const {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : table_of(node_)) keys.emplace_back(key.str());
+  return keys;
+}
+
+bool TomlTable::is_text(std::string_view key) const {
+  field(key);
+  const toml::node* node = table_of(node_).get(key);
+  return node && node->is_string();
+}
+
+std::optional<std::string> TomlTable::optional_text(std::string_view key) const {
+  field(key);
+  if (!has(key)) return std::nullopt;
+  return text(key);
+}
+
+std::vector<double> TomlTable::numbers(std::string_view key) const {
+  const toml::node* node = table_of(node_).get(key);
+  if (!node) throw InputError(place(key), "is missing", "", field(key).meaning);
+  const toml::array* array = node->as_array();
+  if (!array) throw InputError(place(key), "must be a list", shown_value(*node));
+  const auto n_wanted = static_cast<std::size_t>(field(key).length);
+  if (n_wanted > 0 && array->size() != n_wanted)
+    throw InputError(place(key), "has a wrong number of entries", std::to_string(array->size()),
+                     std::to_string(n_wanted));
+  std::vector<double> values;
+  for (const toml::node& element : *array) values.push_back(number_of(element, field(key), place(key)));
+  return values;
+}
+
 std::string TomlTable::text(std::string_view key) const {
   const toml::node* node = table_of(node_).get(key);
   if (!node) throw InputError(place(key), "is missing");
@@ -125,21 +176,35 @@ std::vector<std::string> TomlTable::texts(std::string_view key) const {
   return values;
 }
 
-TomlTable::FreeTable TomlTable::free_table(std::string_view key) const {
+void TomlTable::add_named(const void* node, const std::string& prefix, const std::string& schema_table,
+                          std::vector<std::pair<std::string, TomlTable>>& found) const {
+  for (const auto& [key, value] : table_of(node)) {
+    const std::string name = prefix + std::string(key.str());
+    const toml::table* table = value.as_table();
+    const auto known = [&](const auto& entry) { return document_->find(schema_table, entry.first.str()) != nullptr; };
+    if (table && prefix.empty() && std::none_of(table->begin(), table->end(), known)) {
+      add_named(table, name + ".", schema_table, found);
+      continue;
+    }
+    const std::string shown = shown_.empty() ? name : shown_ + "." + name;
+    if (!table) {
+      throw InputError(document_->name + ":" + std::to_string(value.source().begin.line) + ": " + shown,
+                       "must be a table", shown_value(value), "a table of " + document_->known_keys(schema_table));
+    }
+    found.emplace_back(name, TomlTable(document_, table, schema_table, shown));
+  }
+}
+
+std::vector<std::pair<std::string, TomlTable>> TomlTable::named_tables(std::string_view key) const {
   field(key);
+  std::vector<std::pair<std::string, TomlTable>> found;
   const toml::node* node = table_of(node_).get(key);
-  if (!node) throw InputError(place(key), "is missing");
+  if (!node) return found;
   const toml::table* table = node->as_table();
   if (!table) throw InputError(place(key), "must be a table", shown_value(*node));
-  FreeTable found;
-  for (const auto& [name, value] : *table) {
-    const std::string at = place(key) + "." + std::string(name.str());
-    if (value.is_number()) {
-      found.numbers[std::string(name.str())] = checked(at, "value", value_of(value), -1e300, 1e300);
-    } else {
-      found.texts[std::string(name.str())] = text_of(value, at);
-    }
-  }
+  const std::string inner = (schema_table_.empty() ? "" : schema_table_ + ".") + std::string(key);
+  const TomlTable of_names(document_, node_, schema_table_, (shown_.empty() ? "" : shown_ + ".") + std::string(key));
+  of_names.add_named(table, "", inner + ".*", found);
   return found;
 }
 
@@ -220,16 +285,38 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t most)
   }
   const std::string dot = schema_table_.empty() ? "" : schema_table_ + ".", shown = shown_.empty() ? "" : shown_ + ".";
   for (const toml::node& element : *array) {
-    if (!element.is_table()) throw InputError(place(key), "must be a list of tables", shown_value(element));
+    if (!element.is_table()) throw InputError(place(key), "must be a table", shown_value(element));
     list.push_back(TomlTable(document_, element.as_table(), dot + std::string(key),
                              shown + std::string(key) + "[" + std::to_string(list.size() + 1) + "]"));
   }
   return list;
 }
 
+std::vector<TomlTable> TomlTable::tables(std::string_view key, std::size_t fewest, std::size_t most) const {
+  const toml::node* node = table_of(node_).get(key);
+  const toml::array* array = node ? node->as_array() : nullptr;
+  if (!array || array->size() < fewest || array->size() > most) {
+    throw InputError(
+        place(key),
+        node ? "must be a list of " + std::to_string(fewest) + " to " + std::to_string(most) + " tables" : "is missing",
+        node ? shown_value(*node) : "",
+        node ? "" : std::to_string(fewest) + " to " + std::to_string(most) + " of them");
+  }
+  return tables(key, most);
+}
+
+std::filesystem::path existing_file(const std::string& text, const std::string& place,
+                                    const std::filesystem::path& folder) {
+  const std::filesystem::path path = (folder / text).lexically_normal();
+  std::error_code error;
+  if (text.empty() || !std::filesystem::is_regular_file(path, error))
+    throw InputError(place, "no such file", path.string());
+  return path;
+}
+
 std::string toml_schema_markdown(std::span<const TomlField> schema) {
-  constexpr const char* kTypes[] = {"text",          "number", "true or false", "3 numbers",
-                                    "list of texts", "table",  "list of tables"};
+  constexpr const char* kTypes[] = {"text",          "number", "true or false",  "3 numbers",
+                                    "list of texts", "table",  "list of tables", "list of numbers"};
   std::string text;
   std::string_view table = "?";
   for (const TomlField& field : schema) {
@@ -238,7 +325,9 @@ std::string toml_schema_markdown(std::span<const TomlField> schema) {
       text.append("\n## ").append(table.empty() ? "top level" : "`" + std::string(table) + "`");
       text += "\n| key | type | range | default | meaning |\n| --- | --- | --- | --- | --- |\n";
     }
-    text.append("| `").append(field.key).append("` | ").append(kTypes[static_cast<int>(field.type)]).append(" | ");
+    text.append("| `").append(field.key).append("` | ").append(kTypes[static_cast<int>(field.type)]);
+    if (field.length > 0) text += " (" + std::to_string(field.length) + ")";
+    text.append(" | ");
     text.append(range_text(field)).append(" | ").append(field.presence).append(" | ").append(field.meaning) += " |\n";
   }
   return text;

@@ -209,12 +209,3 @@ Eigen::VectorXd oscillation(const std::vector<Oscillator>& oscillators, const st
 }
 
 }  // namespace klang::stage
-
-namespace klang::modal {
-
-Eigen::VectorXd rayleigh_decay_per_s(const Eigen::VectorXd& angular_frequency_rad_s, double rayleigh_stiffness_s,
-                                     double rayleigh_mass_per_s) {
-  return 0.5 * (rayleigh_stiffness_s * angular_frequency_rad_s.array().square() + rayleigh_mass_per_s);
-}
-
-}  // namespace klang::modal

@@ -2,14 +2,6 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace klang::modal {
-
-/// Decay of each mode, amplitude(t) ~ exp(-decay_per_s t); C = rayleigh_stiffness_s K + rayleigh_mass_per_s M.
-Eigen::VectorXd rayleigh_decay_per_s(const Eigen::VectorXd& angular_frequency_rad_s, double rayleigh_stiffness_s,
-                                     double rayleigh_mass_per_s);
-
-}  // namespace klang::modal
-
 namespace klang::stage {
 
 /// One damped oscillator: z'' + 2 decay z' + omega^2 z = g(t).

@@ -5,6 +5,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/shapes/section.hpp"
 #include "core/physics/modal/axisymmetric_modes.hpp"
+#include "core/physics/modal/damping/rayleigh.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 #include "core/physics/solid/assembly.hpp"
@@ -31,11 +32,9 @@ double tube_hz(double length_m, const solid::Material& material) {
 /// S02's decay is that of the amplitude, its frequency the damped one: undamped omega from omega_d^2 = omega0^2 - decay^2.
 double decay_of(double damped_hz, double stiffness_s, double mass_per_s) {
   const double omega_d = 2 * kPi * damped_hz;
+  const damping::RayleighDamping damping{.stiffness_s = stiffness_s, .mass_per_s = mass_per_s};
   double decay = 0.0;
-  for (int i = 0; i < 60; ++i) {
-    decay = modal::rayleigh_decay_per_s(Eigen::VectorXd::Constant(1, std::hypot(omega_d, decay)), stiffness_s,
-                                        mass_per_s)[0];
-  }
+  for (int i = 0; i < 60; ++i) decay = damping.decay_per_s(Eigen::VectorXd::Constant(1, std::hypot(omega_d, decay)))[0];
   return decay;
 }
 

@@ -262,13 +262,5 @@ TEST(OscillatorBank, NothingInGivesSilence) {
   EXPECT_EQ(oscillation({{100.0, 1.0, 1.0}}, {impulse_of(0.0, {1.0})}, kRate, 0).size(), 0);
 }
 
-TEST(Rayleigh, DecayIsHalfOfStiffnessTimesOmegaSquaredPlusMass) {
-  Eigen::VectorXd omega(2);
-  omega << 1000.0, 2000.0;
-  const Eigen::VectorXd decay = modal::rayleigh_decay_per_s(omega, 2e-6, 3.0);
-  EXPECT_DOUBLE_EQ(decay[0], 2.5);
-  EXPECT_DOUBLE_EQ(decay[1], 5.5);
-}
-
 }  // namespace
 }  // namespace klang::stage

@@ -1,0 +1,65 @@
+#include "core/physics/solid/material_reader.hpp"
+
+#include <limits>
+
+#include "core/foundation/base/errors.hpp"
+
+namespace klang::solid {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::string_view kAllowed =
+    "preset, or lame_lambda_pa with lame_mu_pa, or youngs_modulus_pa with poissons_ratio";
+
+}  // namespace
+
+std::vector<TomlField> material_fields(std::string_view table, std::string_view density_presence) {
+  using enum TomlType;
+  return {
+      {table, "preset", kText, "none", -kInf, kInf,
+       "a labelled material (`klang doctor` lists them); elastic constants must then be left out"},
+      {table, "lame_lambda_pa", kNumber, "with lame_mu_pa", -1e14, 1e14, "Lamé's first parameter λ", true},
+      {table, "lame_mu_pa", kNumber, "with lame_lambda_pa", 0, 1e14, "Lamé's second parameter μ (shear modulus)", true},
+      {table, "youngs_modulus_pa", kNumber, "with poissons_ratio", 0, 1e14, "Young's modulus E", true},
+      {table, "poissons_ratio", kNumber, "with youngs_modulus_pa", -1, 0.5, "Poisson's ratio ν", true},
+      {table, "density_kg_m3", kNumber, density_presence, 0, 1e6, "density ρ", true},
+  };
+}
+
+MaterialInput read_material(const TomlTable& table) {
+  const auto preset = table.optional_text("preset");
+  const auto lambda = table.optional_number("lame_lambda_pa"), mu = table.optional_number("lame_mu_pa");
+  const auto young = table.optional_number("youngs_modulus_pa"), poisson = table.optional_number("poissons_ratio");
+  const auto density = table.optional_number("density_kg_m3");
+  const bool lame = lambda || mu, engineering = young || poisson;
+  if (int(preset.has_value()) + int(lame) + int(engineering) != 1) {
+    const char* problem = preset || lame || engineering ? "says the elasticity twice" : "says no elasticity";
+    const char* key = preset ? "preset" : lame ? "lame_mu_pa" : "youngs_modulus_pa";
+    throw InputError(table.place(key), problem, "", kAllowed);
+  }
+  if (lame && !(lambda && mu))
+    throw InputError(table.place(lambda ? "lame_lambda_pa" : "lame_mu_pa"), "stands alone", "", kAllowed);
+  if (engineering && !(young && poisson))
+    throw InputError(table.place(young ? "youngs_modulus_pa" : "poissons_ratio"), "stands alone", "", kAllowed);
+  MaterialInput input;
+  Material& material = input.material;
+  if (preset) {
+    material = located(table.place("preset"), [&] { return material_preset(*preset); });
+  } else if (lame) {
+    material.lame_lambda_pa = *lambda;
+    material.lame_mu_pa = *mu;
+  } else {
+    material = located(table.place("poissons_ratio"),
+                       [&] { return from_youngs_modulus(*young, *poisson, density.value_or(1000.0)); });
+  }
+  input.density_given = density || preset;
+  input.density_named = density.has_value();
+  if (density) material.density_kg_m3 = *density;
+  if (!input.density_given) material.density_kg_m3 = 0.0;
+  Material trial = material;
+  if (!input.density_given) trial.density_kg_m3 = 1000.0;
+  located(table.place(lame ? "lame_lambda_pa" : preset ? "preset" : "poissons_ratio"), [&] { validate(trial); });
+  return input;
+}
+
+}  // namespace klang::solid

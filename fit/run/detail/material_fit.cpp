@@ -1,0 +1,124 @@
+#include "fit/run/detail/material_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+
+namespace klang::fit::detail {
+namespace {
+
+// Modes are wanted this far above the highest partial: a guess 30 % too soft in stiffness lies 20 % low in frequency.
+constexpr double kModeMargin = 1.25;
+constexpr double kRelinearise = 0.025;  // step of a dimension after which its meshes are made anew
+constexpr int kMaxRounds = 3;
+
+SpecimenModel specimen_model(const FitProblem& problem, const ParameterSpace& space, std::size_t index,
+                             const SpecimenData& data, const FitOptions& options) {
+  const Specimen& specimen = problem.specimens[index];
+  const double highest = kModeMargin * data.highest_partial_hz();
+  SpecimenModel model;
+  model.body = make_body(specimen, problem.material, highest);
+  ReducedSpectrumOptions reduced;
+  reduced.band = {problem.band.low_hz, highest};
+  reduced.count = options.n_modes;
+  reduced.vary_ratio = space.elastic_is_free();
+  model.spectrum =
+      std::make_shared<ReducedSpectrum>(specimen, model.body, space.free_dimensions(index), reduced, silent_monitor());
+  return model;
+}
+
+/// A specimen without partials takes no part: an empty model would have no modes.
+SpectrumModels spectra_of(const std::vector<SpecimenModel>& specimens) {
+  std::shared_ptr<const SpectrumModel> any;
+  for (const SpecimenModel& model : specimens)
+    any = any ? any : std::static_pointer_cast<const SpectrumModel>(model.spectrum);
+  SpectrumModels spectra;
+  for (const SpecimenModel& model : specimens) spectra.push_back(model.spectrum ? model.spectrum : any);
+  return spectra;
+}
+
+/// The problem with its material and dimensions at x.
+FitProblem at_solution(const FitProblem& problem, const ParameterSpace& space, const Eigen::VectorXd& x) {
+  FitProblem moved = problem;
+  moved.material.lame_lambda_pa = space.quantity("lame_lambda_pa", x).value;
+  moved.material.lame_mu_pa = space.quantity("lame_mu_pa", x).value;
+  moved.material.density_kg_m3 = space.quantity("density_kg_m3", x).value;
+  for (std::size_t s = 0; s < problem.specimens.size(); ++s) {
+    const auto local = space.local(s, x);
+    const auto& names = space.free_dimensions(s);
+    for (std::size_t d = 0; d < names.size(); ++d) {
+      moved.specimens[s].shape->dims[names[d]] = local.point.dimensions[d];
+    }
+  }
+  return moved;
+}
+
+JointMatchOptions match_options(const FitProblem& problem, const FitOptions& options) {
+  JointMatchOptions match;
+  match.gate_cents = options.gate_cents;
+  match.elastic.model_std = options.model_std_cents * kLogPerCent;
+  match.elastic.robust = options.robust;
+  match.elastic.priors = problem.priors;
+  return match;
+}
+
+/// Partials of a specimen that took no part in the fit, on the modes that the fit predicts.
+void match_prediction(std::size_t specimen, const PartialTable& table, const FitOptions& options, MaterialFit& fit) {
+  constexpr double kToleranceCents = 10.0;  // scale of an honest prediction's errors; heavy tails beyond
+  fit.joint.lines[specimen] = model_lines(model_frequencies(*fit.space, fit.spectra, specimen, fit.joint.fit.x),
+                                          fit.spectra[specimen]->visibility());
+  fit.joint.matches[specimen] =
+      match_partials(table, fit.joint.lines[specimen], 0.0, {kToleranceCents, options.gate_cents, 40.0});
+}
+
+}  // namespace
+
+FitProblem MaterialFit::fitted() const { return at_solution(start, *space, joint.fit.x); }
+
+MaterialFit fit_material(const FitProblem& problem, const MeasuredData& data, const FitOptions& options,
+                         Monitor& monitor) {
+  const std::size_t n = problem.specimens.size();
+  MaterialFit fit;
+  fit.start = problem;
+  fit.specimens.resize(n);
+  std::vector<PartialTable> tables;
+  for (std::size_t s = 0; s < n; ++s)
+    tables.push_back(problem.specimens[s].predict ? PartialTable{} : data.specimens[s].partials);
+  JointMatchOptions match = match_options(problem, options);
+  Stopwatch watch;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    fit.space.emplace(fit.start);
+    for_each_job(
+        n,
+        [&](std::size_t s) {
+          if (data.specimens[s].partials.partials.empty()) return;
+          fit.specimens[s] = specimen_model(fit.start, *fit.space, s, data.specimens[s], options);
+        },
+        "models", monitor);
+    fit.models_wall_time_s += watch.lap();
+    fit.spectra = spectra_of(fit.specimens);
+    fit.joint = match_and_fit(*fit.space, fit.spectra, tables, match, monitor);
+    fit.match_wall_time_s += watch.lap();
+    if (fit.joint.n_matched == 0 || fit.space->largest_dimension_step(fit.joint.fit.x) <= kRelinearise) break;
+    fit.start = fit.fitted();
+    match.search = false;
+  }
+  if (fit.joint.n_matched == 0) return fit;
+  for (std::size_t s = 0; s < n; ++s) {
+    if (problem.specimens[s].predict && fit.specimens[s].spectrum)
+      match_prediction(s, data.specimens[s].partials, options, fit);
+  }
+  return fit;
+}
+
+ElasticReport material_report(const FitProblem& problem, const MaterialFit& fit) {
+  ElasticReport report = elastic_report(*fit.space, fit.joint.fit, fit.joint.regularisation, fit.start);
+  const ParameterSpace asked(problem);
+  for (FitParameter& parameter : report.parameters)
+    parameter.start_value = asked.quantity(parameter.name, asked.start()).value;
+  return report;
+}
+
+}  // namespace klang::fit::detail

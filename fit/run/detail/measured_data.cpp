@@ -1,0 +1,72 @@
+#include "fit/run/detail/measured_data.hpp"
+
+#include <algorithm>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "fit/ringdown/merge_partials.hpp"
+
+namespace klang::fit::detail {
+namespace {
+
+PartialTable within(const PartialTable& table, const Band& band) {
+  PartialTable kept{{}, table.origin};
+  for (const Partial& partial : table.partials) {
+    if (partial.frequency_hz >= band.low_hz && partial.frequency_hz <= band.high_hz) kept.partials.push_back(partial);
+  }
+  return kept;
+}
+
+SpecimenData read_specimen_data(const Specimen& specimen, const Band& band) {
+  SpecimenData data;
+  if (specimen.partials) {
+    data.partials = within(read_partial_table(*specimen.partials), band);
+    return data;
+  }
+  std::vector<PartialTable> tables;
+  for (const auto& path : specimen.recordings) {
+    data.signals.push_back(audio::read_sound(path));
+    RingdownOptions options;
+    options.band = band;
+    data.ringdowns.push_back(identify_ringdown(data.signals.back(), options, silent_monitor()));
+    if (data.ringdowns.back().usable()) tables.push_back(data.ringdowns.back().partials);
+  }
+  if (tables.size() == 1) data.partials = within(tables.front(), band);
+  if (tables.size() > 1) data.partials = within(merge_partials(tables), band);
+  return data;
+}
+
+}  // namespace
+
+double SpecimenData::highest_partial_hz() const {
+  double highest = 0.0;
+  for (const Partial& partial : partials.partials) highest = std::max(highest, partial.frequency_hz);
+  return highest;
+}
+
+MeasuredData read_measured_data(const FitProblem& problem, Monitor& monitor) {
+  const std::size_t n = problem.specimens.size();
+  for (const Specimen& specimen : problem.specimens) {
+    if (specimen.recordings.empty() && !specimen.partials)
+      throw InputError("specimen " + specimen.name, "has neither recordings nor partials");
+  }
+  MeasuredData data;
+  data.specimens.resize(n);
+  for_each_job(
+      n, [&](std::size_t s) { data.specimens[s] = read_specimen_data(problem.specimens[s], problem.band); }, "partials",
+      monitor);
+  for (std::size_t s = 0; s < n; ++s) {
+    const std::string& name = problem.specimens[s].name;
+    for (const RingdownResult& ringdown : data.specimens[s].ringdowns) {
+      for (const std::string& warning : ringdown.warnings) data.warnings.push_back(name + ": " + warning);
+      if (!ringdown.usable()) data.warnings.push_back(name + ": " + ringdown.message);
+    }
+    const std::size_t n_partials = data.specimens[s].partials.partials.size();
+    if (!problem.specimens[s].predict) data.n_fitted_partials += n_partials;
+    if (n_partials == 0) data.warnings.push_back(name + ": no partials");
+  }
+  return data;
+}
+
+}  // namespace klang::fit::detail

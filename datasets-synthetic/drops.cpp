@@ -7,7 +7,8 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/parallel.hpp"
-#include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "core/foundation/config/result_header.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/bubble/ringdown_formulas.hpp"
 #include "datasets-synthetic/disturbances.hpp"
@@ -213,17 +214,14 @@ Dataset make_drops(std::string_view toml, const std::string& name, std::uint64_t
   std::vector<RecordedDrops> made(recipe.recordings.size());
   for_each_job(
       made.size(), [&](std::size_t i) { made[i] = make_recording(recipe, i, seed); }, "synthetic drops", monitor);
-  Provenance provenance;
-  provenance.command = "dataset " + recipe.name;
-  provenance.seed = seed;
-  provenance.options_json = json{{"recipe_toml", toml}}.dump();
+  const Provenance provenance = make_provenance("dataset " + recipe.name, seed, {{"recipe_toml", toml}}, {});
   const bubble::PitchModel pitch = recipe.recordings.front().drops.front().pitch;
   json truth = {
       {"schema_version", 1},
       {"kind", "drops"},
       {"status", "made"},
       {"name", recipe.name},
-      {"provenance", to_json(provenance)},
+      {"provenance", json_of(provenance)},
       {"method", "implicit Gauss-Legendre, order 8, of q'' + 2 beta q' + omega0^2 q = 0; pressure ~ r^2 q''"},
       {"sample_rate_hz", recipe.sample_rate_hz},
       {"duration_s", recipe.duration_s},

@@ -11,7 +11,8 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parallel.hpp"
-#include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "core/foundation/config/result_header.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
 #include "core/sound/audio/nyquist.hpp"
 #include "core/sound/stage/modal_voice.hpp"
@@ -309,10 +310,7 @@ SpecimenRecording make_recording(const Recipe& recipe, std::size_t index, std::u
 
 json truth_header(const Recipe& recipe, std::string_view toml, std::uint64_t seed) {
   const solid::Material& m = recipe.material;
-  Provenance provenance;
-  provenance.command = "dataset " + recipe.name;
-  provenance.seed = seed;
-  provenance.options_json = json{{"recipe_toml", toml}}.dump();
+  const Provenance provenance = make_provenance("dataset " + recipe.name, seed, {{"recipe_toml", toml}}, {});
   json damping = {{"model", recipe.damping->name()}};
   const auto parameters = recipe.damping->parameters();
   for (std::size_t i = 0; i < parameters.size(); ++i)
@@ -321,7 +319,7 @@ json truth_header(const Recipe& recipe, std::string_view toml, std::uint64_t see
           {"kind", "dataset"},
           {"status", "made"},
           {"name", recipe.name},
-          {"provenance", to_json(provenance)},
+          {"provenance", json_of(provenance)},
           {"material",
            {{"lame_lambda_pa", m.lame_lambda_pa},
             {"lame_mu_pa", m.lame_mu_pa},

@@ -7,8 +7,9 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
-#include "fit/ringdown/ringdown.hpp"
+#include "fit/ringdown/analysis_document.hpp"
 #include "reports/report/report.hpp"
 
 namespace klang::apps {
@@ -21,28 +22,6 @@ struct AnalyzeOptions {
   std::string output;
   std::string csv;
 };
-
-nlohmann::json ringdown_json(const fit::RingdownResult& result) {
-  nlohmann::json partials = nlohmann::json::array();
-  for (const fit::Partial& p : result.partials.partials) {
-    partials.push_back({{"frequency_hz", json_number(p.frequency_hz)},
-                        {"frequency_std_hz", json_number(p.frequency_std_hz)},
-                        {"decay_per_s", json_number(p.decay_per_s)},
-                        {"decay_std_per_s", json_number(p.decay_std_per_s)},
-                        {"amplitude", json_number(p.amplitude)},
-                        {"amplitude_std", json_number(p.amplitude_std)},
-                        {"phase_rad", json_number(p.phase_rad)},
-                        {"phase_std_rad", json_number(p.phase_std_rad)}});
-  }
-  return {{"sample_rate_hz", result.sample_rate_hz},
-          {"strikes_s", result.strikes_s},
-          {"strike_amplitudes", result.strike_amplitudes},
-          {"explained_energy", json_number(result.explained_energy)},
-          {"noise_rms", json_number(result.noise_rms)},
-          {"warnings", result.warnings},
-          {"wall_time_s", result.wall_time_s},
-          {"partials", std::move(partials)}};
-}
 
 void print_partials(const fit::RingdownResult& result, const CommonOptions& common) {
   say(common, "%14s %10s %12s %10s %11s %9s\n", "frequency_hz", "std_hz", "decay_per_s", "std_per_s", "amplitude_db",
@@ -70,13 +49,14 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& common) {
   const nlohmann::json used = {{"band_hz", {ringdown.band.low_hz, ringdown.band.high_hz}},
                                {"max_partials", ringdown.max_partials},
                                {"min_snr_db", ringdown.min_snr_db}};
-  nlohmann::json json = result_header("analysis", "ok", common, used, {options.recording});
-  json.update(ringdown_json(result));
-  json["name"] = std::filesystem::path(options.recording).stem().string();
-  json["duration_s"] = recording.duration_s();
-  json["n_channels"] = recording.n_channels();
+  fit::AnalysisDocument document =
+      fit::analysis_document(make_header("analysis", "ok", common, used, {options.recording}), result);
+  document.name = std::filesystem::path(options.recording).stem().string();
+  document.duration_s = recording.duration_s();
+  document.n_channels = static_cast<int>(recording.n_channels());
+  if (out) document.files = {"recording.wav", "resynthesis.wav"};
+  const nlohmann::json json = json_of(document);
   if (out) {
-    json["files"] = {{"recording", "recording.wav"}, {"resynthesis", "resynthesis.wav"}};
     audio::write_sound(out->staging() / "recording.wav", recording);
     audio::write_sound(out->staging() / "resynthesis.wav", fit::resynthesise(result, recording.n_frames()));
     write_file(out->staging() / "analysis.json", json_text(json));
@@ -111,7 +91,9 @@ Subcommand add_analyze(CLI::App& program, CommonOptions& common) {
       "Examples:\n"
       "  klang analyze tap.wav --json tap.json\n"
       "  klang analyze bell.flac --band-hz 100:8000 -o bell-report");
-  return {app, [options, &common] { return run_analyze(*options, common); }};
+  return {app,
+          [options, &common] { return run_analyze(*options, common); },
+          {result_kind<fit::AnalysisDocument>("analysis", "analysis.json of `klang analyze`")}};
 }
 
 }  // namespace klang::apps

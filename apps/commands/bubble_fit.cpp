@@ -10,9 +10,10 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/sound/audio/sound_file.hpp"
-#include "fit/bubble/pitch_fit.hpp"
+#include "fit/bubble/bubble_document.hpp"
 #include "reports/report/report.hpp"
 
 namespace klang::apps {
@@ -25,64 +26,6 @@ struct FitOptions {
   std::optional<double> phi0_m;
   drops::BubbleSearchOptions search;
 };
-
-nlohmann::json bubble_json(const drops::FoundBubble& b) {
-  const double f = std::exp(b.chirp.log_frequency), beta = std::exp(b.chirp.log_decay);
-  const double life_s = b.end_s - b.chirp.onset_s;
-  std::vector<double> times;
-  for (int i = 0; i <= 24; ++i) times.push_back(life_s * i / 24.0);
-  nlohmann::json track_s = nlohmann::json::array(), track_hz = nlohmann::json::array();
-  double end_hz = f;
-  for (const drops::ChirpPoint& point : drops::chirp_track(b.law, b.chirp, times)) {
-    track_s.push_back(b.chirp.onset_s + point.time_s);
-    track_hz.push_back(point.frequency_hz);
-    end_hz = point.frequency_hz;
-  }
-  const auto spread = [&](int i, double unit = 1.0) {
-    return b.covariance ? std::optional(unit * std::sqrt((*b.covariance)(i, i))) : std::nullopt;
-  };
-  return {{"onset_s", b.chirp.onset_s},
-          {"onset_std_s", json_number(spread(2))},
-          {"end_s", b.end_s},
-          {"rest_s", b.law.rest_s ? json_number(b.chirp.onset_s + *b.law.rest_s) : nlohmann::json(nullptr)},
-          {"frequency_start_hz", f},
-          {"frequency_start_std_hz", json_number(spread(3, f))},
-          {"frequency_end_hz", end_hz},
-          {"chirp_rate_per_s", b.chirp.pitch[0]},
-          {"chirp_rate_std_per_s", json_number(spread(0))},
-          {"chirp_growth_per_s", b.chirp.pitch[1]},
-          {"chirp_growth_std_per_s", json_number(spread(1))},
-          {"decay_per_s", beta},
-          {"decay_std_per_s", json_number(spread(4, beta))},
-          {"theory_decay_per_s", b.theory_decay_per_s},
-          {"radius_m", b.radius_m},
-          {"radius_std_m", json_number(b.radius_std_m)},
-          {"amplitude", std::hypot(b.chirp.cosine, b.chirp.sine)},
-          {"snr_db", json_number(b.snr_db)},
-          {"attack", b.law.soft_attack() ? "soft" : "quick"},
-          {"verdict", drops::words(b.verdict)},
-          {"track", {{"time_s", track_s}, {"frequency_hz", track_hz}}}};
-}
-
-nlohmann::json number_json(const drops::PitchNumber& n, const char* key) {
-  nlohmann::json json = {{key, n.name},
-                         {"value", json_number(n.value)},
-                         {"std", json_number(n.standard_deviation)},
-                         {"identifiable", n.determined}};
-  json["ci95"] = n.low95 ? nlohmann::json{*n.low95, *n.high95} : nlohmann::json(nullptr);
-  return json;
-}
-
-/// Damping of bubbles by pitch: what every measured decay is held against.
-nlohmann::json theory_json(const drops::BubbleSearchOptions& search) {
-  nlohmann::json hz = nlohmann::json::array(), decay = nlohmann::json::array();
-  for (double radius_m = 2e-4; radius_m < 0.016; radius_m *= 1.12) {
-    const auto at = bubble::bubble_oscillation(radius_m, search.medium, search.theory);
-    hz.push_back(at.damped_frequency_hz);
-    decay.push_back(at.decay_per_s);
-  }
-  return {{"frequency_hz", hz}, {"decay_per_s", decay}};
-}
 
 int run_fit(FitOptions options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
@@ -108,30 +51,15 @@ int run_fit(FitOptions options, const CommonOptions& common) {
                                {"amplitude_exponent", options.search.amplitude_exponent},
                                {"thermal", options.thermal},
                                {"phi0_m", json_number(pitch_options.phi0_m)}};
-  nlohmann::json bubbles = nlohmann::json::array(), rejected = nlohmann::json::array();
-  for (const drops::FoundBubble& b : found.found) (b.is_bubble() ? bubbles : rejected).push_back(bubble_json(b));
-  nlohmann::json json = result_header("bubbles", bubbles.empty() ? "nothing_found" : "ok", common, used, inputs);
-  json["name"] = std::filesystem::path(options.recording).stem().string();
-  json["duration_s"] = recording.duration_s();
-  json["sample_rate_hz"] = recording.sample_rate_hz;
-  json["n_channels"] = recording.n_channels();
-  json["explained_energy"] = json_number(found.explained_energy);
-  json["bubbles"] = bubbles;
-  json["rejected"] = rejected;
-  json["theory"] = theory_json(options.search);
-  json["pitch"] = {{"status", pitch.status == drops::PitchStatus::kFitted      ? "fitted"
-                              : pitch.status == drops::PitchStatus::kSoundOnly ? "sound_only"
-                                                                               : "failed"},
-                   {"message", pitch.message},
-                   {"n_bubbles", pitch.n_bubbles},
-                   {"parameters", nlohmann::json::array()},
-                   {"identifiable", nlohmann::json::array()},
-                   {"chi_square_per_datum", pitch.chi_square_per_datum}};
-  for (const drops::PitchNumber& n : pitch.parameters) json["pitch"]["parameters"].push_back(number_json(n, "name"));
-  for (const drops::PitchNumber& n : pitch.identifiable)
-    json["pitch"]["identifiable"].push_back(number_json(n, "combination"));
+  drops::BubblesDocument document =
+      drops::bubbles_document(make_header("bubbles", "", common, used, inputs), found, pitch, options.search);
+  document.name = std::filesystem::path(options.recording).stem().string();
+  document.duration_s = recording.duration_s();
+  document.sample_rate_hz = recording.sample_rate_hz;
+  document.n_channels = static_cast<int>(recording.n_channels());
+  if (out) document.files = {"recording.wav", "resynthesis.wav"};
+  const nlohmann::json json = json_of(document);
   if (out) {
-    json["files"] = {{"recording", "recording.wav"}, {"resynthesis", "resynthesis.wav"}};
     audio::Signal fitted = found.mono;
     fitted.samples = drops::render(found.found, found.mono.n_frames(), found.mono.sample_rate_hz);
     audio::write_sound(out->staging() / "recording.wav", found.mono);
@@ -144,15 +72,16 @@ int run_fit(FitOptions options, const CommonOptions& common) {
   write_json(common, json);
 
   say(common, "%s: %.2f s at %g Hz, %zu bubble(s), %zu other ring(s)\n", options.recording.c_str(),
-      recording.duration_s(), recording.sample_rate_hz, bubbles.size(), rejected.size());
+      recording.duration_s(), recording.sample_rate_hz, document.bubbles.size(), document.rejected.size());
   say(common, "%9s %11s %11s %9s %11s %11s %9s %7s\n", "onset_s", "start_hz", "end_hz", "decay/s", "theory/s",
       "radius_mm", "std_um", "snr_db");
+  std::size_t n_bubbles = 0, n_rejected = 0;  // in order of onset, whatever they are
   for (const drops::FoundBubble& b : found.found) {
-    const nlohmann::json row = bubble_json(b);
-    say(common, "%9.4f %11.1f %11.1f %9.1f %11.1f %11.4f %9.2g %7.1f  %s\n", b.chirp.onset_s,
-        row["frequency_start_hz"].get<double>(), row["frequency_end_hz"].get<double>(),
-        row["decay_per_s"].get<double>(), b.theory_decay_per_s, 1e3 * b.radius_m, 1e6 * b.radius_std_m.value_or(0.0),
-        b.snr_db, b.verdict == drops::BubbleVerdict::kBubble ? "" : drops::words(b.verdict));
+    const drops::BubbleRecord& row = b.is_bubble() ? document.bubbles[n_bubbles++] : document.rejected[n_rejected++];
+    say(common, "%9.4f %11.1f %11.1f %9.1f %11.1f %11.4f %9.2g %7.1f  %s\n", row.onset_s, row.frequency_start_hz,
+        row.frequency_end_hz, row.decay_per_s, b.theory_decay_per_s, 1e3 * b.radius_m,
+        1e6 * b.radius_std_m.value_or(0.0), b.snr_db,
+        b.verdict == drops::BubbleVerdict::kBubble ? "" : row.verdict.c_str());
   }
   if (!pitch.message.empty()) say(common, "pitch: %s\n", pitch.message.c_str());
   for (const auto* list : {&pitch.parameters, &pitch.identifiable})
@@ -183,7 +112,9 @@ Subcommand add_bubble_fit(CLI::App& group, CommonOptions& common) {
       "Examples:\n"
       "  klang bubble fit drops.wav --json d.json -o drops-report\n"
       "  klang bubble fit drops.wav --rise rise.csv --phi0-m -0.01");
-  return {app, [options, &common] { return run_fit(*options, common); }};
+  return {app,
+          [options, &common] { return run_fit(*options, common); },
+          {result_kind<fit::bubble::BubblesDocument>("bubbles", "bubbles.json of `klang bubble fit`")}};
 }
 
 }  // namespace klang::apps

@@ -6,9 +6,10 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
 #include "reports/scenes/field_files.hpp"
-#include "validate/studies/study.hpp"
+#include "validate/studies/study_document.hpp"
 
 namespace klang::apps {
 namespace {
@@ -42,8 +43,8 @@ int run_converge(const ConvergeCommand& command, const CommonOptions& common) {
   const validate::Study study = validate::run_study(command.study, options, monitor);
 
   const nlohmann::json used = {{"levels", options.levels}, {"only", options.only}, {"pictures", !command.no_pictures}};
-  nlohmann::json json = result_header("study", study.passed() ? "passed" : "not_passed", common, used, {});
-  json.update(validate::to_json(study));
+  const nlohmann::json json = json_of(validate::study_document(
+      make_header("study", study.passed() ? "passed" : "not_passed", common, used, {}), study));
   reports::write_fields(study.fields, out.staging());
   write_file(out.staging() / "study.json", json_text(json));
   write_file(out.staging() / "levels.csv", validate::levels_csv(study));
@@ -82,7 +83,9 @@ Subcommand add_converge(CLI::App& program, CommonOptions& common) {
       "  klang converge synthesis -o synthesis --json -\n"
       "  klang converge fem --only block --levels 3 -o block\n"
       "Exit code 1: an observed order or an error is outside its band; the page says which.");
-  return {app, [command, &common] { return run_converge(*command, common); }};
+  return {app,
+          [command, &common] { return run_converge(*command, common); },
+          {result_kind<validate::StudyDocument>("study", "study.json of `klang converge`")}};
 }
 
 }  // namespace klang::apps

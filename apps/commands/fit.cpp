@@ -6,9 +6,10 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "fit/run/fit.hpp"
-#include "fit/run/fit_json.hpp"
+#include "fit/run/fit_document.hpp"
 #include "reports/report/report.hpp"
 
 namespace klang::apps {
@@ -73,8 +74,8 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
                                {"model_std_cents", fit_options.model_std_cents},
                                {"robust", fit_options.robust},
                                {"n_modes", fit_options.n_modes}};
-  const Provenance provenance = make_provenance(common, used, input_files(options, problem));
-  const nlohmann::json json = fit::fit_json(problem, result, provenance);
+  const nlohmann::json json = json_of(fit::fit_document(
+      problem, result, make_provenance(common.command_line, common.seed, used, input_files(options, problem))));
   write_specimen_files(out, result, json["provenance"].dump());
   write_file(out.staging() / "fit.json", json_text(json));
   reports::ReportOptions report_options;
@@ -110,7 +111,9 @@ Subcommand add_fit(CLI::App& program, CommonOptions& common) {
   app->add_flag("!--least-squares", options->fit.robust, "Plain least squares instead of a robust loss");
   app->add_flag("--no-pictures", options->no_pictures, "Leave out the pictures of mode shapes");
   app->footer("Example:\n  klang fit specimen.toml -o result\n\n" + fit::specimen_schema_markdown());
-  return {app, [options, &common] { return run_fit_command(*options, common); }};
+  return {app,
+          [options, &common] { return run_fit_command(*options, common); },
+          {result_kind<fit::FitDocument>("fit", "fit.json of `klang fit`")}};
 }
 
 }  // namespace klang::apps

@@ -9,6 +9,8 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "core/physics/modal/modes_document.hpp"
 #include "core/physics/modal/modes_of.hpp"
 
 namespace klang::apps {
@@ -70,34 +72,29 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
                                {"method", harmonics ? "harmonics" : "tetrahedra"},
                                {"max_edge_m", options.body.max_edge_m},
                                {"refinement", options.body.refinement}};
-  nlohmann::json json = result_header("modes", "converged", common, used, options.body.inputs());
-  if (!result.message.empty()) json["warnings"].push_back(result.message);
-  json["n_nodes"] = mesh.n_nodes();
-  json["n_elements"] = mesh.n_elements();
-  json["element"] = mesh.order() == 2 ? "p2" : "p1";
-  json["method"] = harmonics ? "harmonics" : "tetrahedra";
-  json["n_rigid_modes"] = result.n_rigid_modes;
-  json["none_missing"] = result.none_missing ? nlohmann::json(*result.none_missing) : nlohmann::json(nullptr);
-  json["modes"] = nlohmann::json::array();
+  modal::ModesDocument document;
+  document.header = make_header("modes", "converged", common, used, options.body.inputs());
+  if (!result.message.empty()) document.header.warnings.push_back(result.message);
+  document.n_nodes = mesh.n_nodes();
+  document.n_elements = mesh.n_elements();
+  document.element = mesh.order() == 2 ? "p2" : "p1";
+  document.method = harmonics ? "harmonics" : "tetrahedra";
+  document.n_rigid_modes = result.n_rigid_modes;
+  document.none_missing = result.none_missing;
   const Eigen::VectorXd frequency_hz = result.model.frequency_hz();
-  const auto mesh_error = [&](Eigen::Index i) {
-    return result.mesh_relative_error ? std::optional<double>((*result.mesh_relative_error)[i]) : std::nullopt;
-  };
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
-    json["modes"].push_back({{"index", i},
-                             {"frequency_hz", json_number(frequency_hz[i])},
-                             {"relative_residual", json_number(result.relative_residual[i])},
-                             {"mesh_relative_error", json_number(mesh_error(i))}});
+    document.modes.push_back({static_cast<int>(i), frequency_hz[i], result.relative_residual[i], {}});
+    if (result.mesh_relative_error) document.modes.back().mesh_relative_error = (*result.mesh_relative_error)[i];
   }
-  if (!options.output.empty()) {
-    modal::write_modal_model(options.output, result.model, json["provenance"].dump());
-  }
-  json["wall_time_s"] = {{"mesh", mesh_s}, {"assembly", 0.0}};
-  for (const auto& [stage, seconds] : result.wall_time_s) json["wall_time_s"][stage] = seconds;
-  json["wall_time_s"]["solve"] = json["wall_time_s"]["total"];
-  json["wall_time_s"]["total"] = watch.seconds();
-  json["peak_memory_bytes"] = modal::peak_memory_bytes();
-  write_json(common, json);
+  if (!options.output.empty())
+    modal::write_modal_model(options.output, result.model, json_of(document.header.provenance).dump());
+  document.header.wall_time_s = result.wall_time_s;
+  document.header.wall_time_s.emplace("mesh", mesh_s);
+  document.header.wall_time_s.emplace("assembly", 0.0);
+  document.header.wall_time_s["solve"] = result.wall_time_s.at("total");
+  document.header.wall_time_s["total"] = watch.seconds();
+  document.peak_memory_bytes = modal::peak_memory_bytes();
+  write_json(common, json_of(document));
 
   say(common, "%d nodes, %d %s elements%s; %d rigid modes; ", mesh.n_nodes(), mesh.n_elements(),
       mesh.order() == 2 ? "quadratic" : "linear", harmonics ? ", frequencies by harmonics of the section" : "",
@@ -107,11 +104,11 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
       : *result.none_missing ? "none missing (proven)"
                              : "MODES ARE MISSING");
   say(common, "%6s %14s %14s %10s %10s\n", "index", "frequency_hz", "period_s", "residual", "mesh_error");
-  for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
+  for (const modal::ModeRecord& mode : document.modes) {
     char error[16] = "-";
-    if (mesh_error(i)) std::snprintf(error, sizeof error, "%.1e", *mesh_error(i));
-    say(common, "%6d %14.4f %14.6g %10.1e %10s\n", static_cast<int>(i), frequency_hz[i], 1.0 / frequency_hz[i],
-        result.relative_residual[i], error);
+    if (mode.mesh_relative_error) std::snprintf(error, sizeof error, "%.1e", *mode.mesh_relative_error);
+    say(common, "%6d %14.4f %14.6g %10.1e %10s\n", mode.index, mode.frequency_hz, 1.0 / mode.frequency_hz,
+        *mode.relative_residual, error);
   }
   if (frequency_hz.size() == 0) say(common, "no mode in the band\n");
   say(common, "%.2f s\n", watch.seconds());
@@ -152,7 +149,9 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
       "bowl.vtu\n"
       "  klang modes --shape box --dims length_m=0.2,width_m=0.02,height_m=0.003 --material steel --support "
       "clamped:x=-0.1");
-  return {app, [options, &common] { return run_modes(*options, common); }};
+  return {app,
+          [options, &common] { return run_modes(*options, common); },
+          {result_kind<modal::ModesDocument>("modes", "the result of `klang modes`")}};
 }
 
 }  // namespace klang::apps

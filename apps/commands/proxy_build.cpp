@@ -7,6 +7,7 @@
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/base/provenance.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
 
 namespace klang::apps {

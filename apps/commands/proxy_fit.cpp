@@ -1,19 +1,19 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <memory>
 
-#include "apps/commands/proxy_errors_json.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "core/foundation/config/named_numbers.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
-#include "fit/proxy/proxy_fit.hpp"
+#include "fit/proxy/proxy_fit_document.hpp"
 #include "fit/ringdown/ringdown.hpp"
 #include "reports/report/report.hpp"
 
@@ -25,14 +25,6 @@ struct ProxyFitCommand {
   damping::RayleighDamping damping{.stiffness_s = 1e-7, .mass_per_s = 10.0};
   fit::ProxyFitOptions fit;
 };
-
-nlohmann::json to_json(const fit::ProxyParameters& p) {
-  return {{"axes", {p.axes[0], p.axes[1], p.axes[2]}},
-          {"scale_m", p.scale_m},
-          {"rayleigh_mass_per_s", p.damping.mass_per_s},
-          {"rayleigh_stiffness_s", p.damping.stiffness_s},
-          {"gain", p.gain}};
-}
 
 void write_voice(const std::filesystem::path& path, const fit::Voice& voice, const fit::ProxyFitOptions& options) {
   audio::Signal sound = fit::voice_sound(voice, options.duration_s, options.sample_rate_hz);
@@ -69,59 +61,24 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   if (result.start_clamped)
     warn("the body is thinner than the bank's thinnest shape, 1:" + to_text(1.0 / bank.thinnest) +
          ": the start lies on the border");
-  nlohmann::json json =
-      result_header("proxy_fit", "done", common,
-                    {{"partials", o.fit.n_partials},
-                     {"highest_hz", o.fit.highest_hz},
-                     {"duration_s", o.fit.duration_s},
-                     {"sample_rate_hz", o.fit.sample_rate_hz},
-                     {"rayleigh_mass_per_s", o.damping.mass_per_s},
-                     {"rayleigh_stiffness_s", o.damping.stiffness_s}},
-                    o.transfer.empty() ? std::vector<std::filesystem::path>{o.bank, o.target}
-                                       : std::vector<std::filesystem::path>{o.bank, o.target, o.transfer});
-  json["radiation"] = target.radiation.has_value();
-  json["sound"] =
+  fit::ProxyFitDocument document = fit::proxy_fit_document(
+      make_header("proxy_fit", "done", common,
+                  {{"partials", o.fit.n_partials},
+                   {"highest_hz", o.fit.highest_hz},
+                   {"duration_s", o.fit.duration_s},
+                   {"sample_rate_hz", o.fit.sample_rate_hz},
+                   {"rayleigh_mass_per_s", o.damping.mass_per_s},
+                   {"rayleigh_stiffness_s", o.damping.stiffness_s}},
+                  o.transfer.empty() ? std::vector<std::filesystem::path>{o.bank, o.target}
+                                     : std::vector<std::filesystem::path>{o.bank, o.target, o.transfer}),
+      result);
+  document.radiation = target.radiation.has_value();
+  document.sound =
       target.radiation ? "far away, rms over directions: amplitudes from the radiated power, decays with the radiation"
       : is_model ? "strike and microphone on the body, averaged over all places: amplitudes 1 / omega, no radiation"
                  : "the recording's partials; the proxy's amplitudes 1 / omega, no radiation";
-  json["target_kind"] = is_model ? "model" : "recording";
-  json["loudness"] = "A-weighted energy (IEC 61672-1), absolute difference";
-  json["before"] = proxy_errors_json(result.before);
-  json["after"] = proxy_errors_json(result.after);
-  json["start"] = to_json(result.start);
-  json["fitted"] = to_json(result.fitted);
-  json["improved"] = result.status == fit::ProxyFitStatus::kImproved;
-  json["message"] = result.message;
-  json["n_candidates"] = result.n_candidates;
-  json["n_refused"] = result.n_refused;
-  json["least_partial_rms_cents"] = result.least_cents;
-  json["n_fitted"] = result.n_partials;
-  static constexpr std::array<const char*, 5> kOthers{"log_spectral_distance_db", "mel_distance_db", "third_octave_db",
-                                                      "loudness_difference_db", "decay_rms_percent"};
-  for (std::size_t i = 0; i < kOthers.size(); ++i) json["n_worse"][kOthers[i]] = result.n_worse[i];
-  const auto add = [&](const char* name, double start, double value) {
-    json["parameters"].push_back({{"name", name}, {"start", start}, {"value", value}});
-  };
-  const fit::ProxyParameters &a = result.start, &b = result.fitted;
-  add("shape_a_over_c", a.axes[0] / a.axes[2], b.axes[0] / b.axes[2]);
-  add("shape_b_over_c", a.axes[1] / a.axes[2], b.axes[1] / b.axes[2]);
-  add("scale_m", a.scale_m, b.scale_m);
-  add("rayleigh_mass_per_s", a.damping.mass_per_s, b.damping.mass_per_s);
-  add("rayleigh_stiffness_s", a.damping.stiffness_s, b.damping.stiffness_s);
-  add("gain", a.gain, b.gain);
-  const auto n = std::min({result.target.size(), result.start_voice.size(), result.fitted_voice.size()});
-  for (std::size_t k = 0; k < n; ++k) {
-    nlohmann::json partial;
-    for (const auto& [who, voice] :
-         {std::pair{"target", &result.target}, {"before", &result.start_voice}, {"after", &result.fitted_voice}}) {
-      const std::string prefix = std::string(who) + "_";
-      const fit::VoicePartial& p = (*voice)[k];
-      partial.update({{prefix + "hz", p.frequency_hz},
-                      {prefix + "decay_per_s", p.decay_per_s},
-                      {prefix + "amplitude", p.amplitude}});
-    }
-    json["partials"].push_back(partial);
-  }
+  document.target_kind = is_model ? "model" : "recording";
+  const nlohmann::json json = json_of(document);
   write_file(folder.staging() / "fit.json", json_text(json));
   write_voice(folder.staging() / "target.wav", result.target, o.fit);
   write_voice(folder.staging() / "before.wav", result.start_voice, o.fit);
@@ -132,9 +89,9 @@ int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
   folder.commit();
   write_json(common, json);
   say(common, "%-28s %12s %12s\n", "", "before", "after");
-  const nlohmann::json before = proxy_errors_json(result.before), after = proxy_errors_json(result.after);
-  for (const auto& [name, value] : before.items())
-    say(common, "%-28s %12.4g %12.4g\n", name.c_str(), value.get<double>(), after[name].get<double>());
+  const auto after = numbers_of(result.after);
+  for (const auto& [name, before] : numbers_of(result.before))
+    say(common, "%-28s %12.4g %12.4g\n", name.c_str(), before, after.at(name));
   if (!result.message.empty()) say(common, "%s\n", result.message.c_str());
   say(common, "report: %s\n", (std::filesystem::path(o.output) / "report.html").c_str());
   return kDone;
@@ -163,7 +120,9 @@ Subcommand add_proxy_fit(CLI::App& group, CommonOptions& common) {
       "youngs_modulus_pa=6.2e10,poissons_ratio=0.2,density_kg_m3=2600 --count 20 -o shard.vtu\n"
       "  klang proxy fit glass.bank shard.vtu -o shard-proxy\n"
       "  klang proxy fit glass.bank strike.wav -o strike-proxy");
-  return {app, [options, &common] { return run_proxy_fit(*options, common); }};
+  return {app,
+          [options, &common] { return run_proxy_fit(*options, common); },
+          {result_kind<fit::ProxyFitDocument>("proxy_fit", "fit.json of `klang proxy fit`")}};
 }
 
 }  // namespace klang::apps

@@ -3,17 +3,17 @@
 #include <filesystem>
 #include <memory>
 
-#include "apps/commands/proxy_errors_json.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/field_options.hpp"
 #include "apps/kit/number_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
 #include "reports/report/report.hpp"
-#include "validate/debris/debris_study.hpp"
+#include "validate/debris/debris_document.hpp"
 
 namespace klang::apps {
 namespace {
@@ -51,87 +51,6 @@ nlohmann::json options_json(const ProxyStudyCommand& o) {
           {"repeats", s.proxy_repeats}};
 }
 
-nlohmann::json to_json(const validate::DebrisPieceResult& p) {
-  return {{"name", p.name},
-          {"volume_m3", p.volume_m3},
-          {"elements", p.n_elements},
-          {"lowest_direct_hz", p.n_modes > 0 ? nlohmann::json(p.lowest_direct_hz) : nlohmann::json()},
-          {"lowest_hz", p.lowest_hz},
-          {"modes", p.n_modes},
-          {"proxy_modes", p.n_proxy_modes},
-          {"bank_too_short", p.bank_too_short},
-          {"clamped", p.clamped},
-          {"axes", {p.axes[0], p.axes[1], p.axes[2]}},
-          {"scale_m", p.scale_m},
-          {"cell_distance", p.cell_distance},
-          {"onset_s", p.onset_s},
-          {"errors", p.errors ? proxy_errors_json(*p.errors) : nlohmann::json()}};
-}
-
-nlohmann::json to_json(const validate::DebrisThreshold& t) {
-  return {{"threshold_hz", t.threshold_hz},
-          {"replaced", t.n_replaced},
-          {"modes_replaced_percent", t.modes_replaced_percent},
-          {"log_spectral_distance_db", t.log_spectral_distance_db},
-          {"mel_distance_db", t.mel_distance_db},
-          {"third_octave_db", t.third_octave_db},
-          {"loudness_difference_db", t.loudness_difference_db}};
-}
-
-nlohmann::json to_json(const validate::DirectTimes& t) {
-  return {{"mesh_s", t.mesh_s}, {"modes_s", t.modes_s}, {"transfer_s", t.transfer_s}, {"audio_s", t.audio_s}};
-}
-
-nlohmann::json to_json(const validate::ProxyTimes& t) {
-  return {
-      {"lowest_s", t.lowest_s}, {"retrieval_s", t.retrieval_s}, {"transfer_s", t.transfer_s}, {"audio_s", t.audio_s}};
-}
-
-/// All that does not come out the same again.
-nlohmann::json timings_json(const validate::DebrisStudyResult& result) {
-  nlohmann::json json{{"what", "processor time of all threads"}};
-  validate::DirectTimes direct;
-  validate::ProxyTimes proxy;
-  for (const validate::DebrisPieceResult& p : result.pieces) {
-    nlohmann::json row{{"name", p.name},
-                       {"direct_s", p.direct.total_s()},
-                       {"proxy_s", p.proxy.total_s()},
-                       {"direct_stages", to_json(p.direct)},
-                       {"proxy_stages", to_json(p.proxy)}};
-    json["pieces"].push_back(std::move(row));
-    direct.mesh_s += p.direct.mesh_s, direct.modes_s += p.direct.modes_s, direct.transfer_s += p.direct.transfer_s,
-        direct.audio_s += p.direct.audio_s;
-    proxy.lowest_s += p.proxy.lowest_s, proxy.retrieval_s += p.proxy.retrieval_s,
-        proxy.transfer_s += p.proxy.transfer_s, proxy.audio_s += p.proxy.audio_s;
-  }
-  for (const validate::DebrisThreshold& t : result.thresholds)
-    json["thresholds"].push_back(
-        {{"threshold_hz", t.threshold_hz}, {"direct_s", t.direct_s}, {"with_proxies_s", t.with_proxies_s}});
-  json.update({{"direct_stages", to_json(direct)},
-               {"proxy_stages", to_json(proxy)},
-               {"preparation_s", result.preparation_s},
-               {"direct_s", result.direct_s},
-               {"proxy_s", result.proxy_s},
-               {"proxy_without_lowest_s", result.proxy_without_lowest_s},
-               {"speedup", result.direct_s / result.proxy_s},
-               {"speedup_without_lowest", result.direct_s / result.proxy_without_lowest_s}});
-  return json;
-}
-
-std::string study_csv(const validate::DebrisStudyResult& result) {
-  std::string text =
-      "threshold_hz,replaced,modes_replaced_percent,direct_s,with_proxies_s,log_spectral_distance_db,mel_distance_db,"
-      "third_octave_db,loudness_difference_db\n";
-  for (const validate::DebrisThreshold& t : result.thresholds) {
-    text += to_text(t.threshold_hz) + "," + std::to_string(t.n_replaced);
-    for (const double value : {t.modes_replaced_percent, t.direct_s, t.with_proxies_s, t.log_spectral_distance_db,
-                               t.mel_distance_db, t.third_octave_db, t.loudness_difference_db})
-      text += "," + to_text(value);
-    text += "\n";
-  }
-  return text;
-}
-
 /// Both mixes at one gain.
 void write_mixes(const std::filesystem::path& folder, const validate::DebrisStudyResult& result) {
   const double peak =
@@ -163,16 +82,11 @@ int run_proxy_study(ProxyStudyCommand o, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   OutputDirectory folder(o.output);
   const validate::DebrisStudyResult result = validate::debris_study(bank, study, monitor);
-  nlohmann::json json = result_header("proxy_study", "done", common, options_json(o), {o.bank});
-  json["loudness"] =
-      "A-weighted energy (IEC 61672-1); pieces: absolute difference, thresholds: with proxies minus direct";
-  for (const validate::DebrisPieceResult& piece : result.pieces) json["pieces"].push_back(to_json(piece));
-  for (const validate::DebrisThreshold& row : result.thresholds) json["thresholds"].push_back(to_json(row));
-  json["timings"] = timings_json(result);
-  json["direct_sound"] = "direct.wav";
-  json["proxy_sound"] = "proxy.wav";
+  const validate::DebrisDocument document =
+      validate::debris_document(make_header("proxy_study", "done", common, options_json(o), {o.bank}), result);
+  const nlohmann::json json = json_of(document);
   write_file(folder.staging() / "study.json", json_text(json));
-  write_file(folder.staging() / "study.csv", study_csv(result));
+  write_file(folder.staging() / "study.csv", validate::thresholds_csv(document));
   write_mixes(folder.staging(), result);
   const auto report = reports::write_report(folder.staging() / "study.json", {}, monitor);
   monitor.throw_if_stopped();
@@ -185,7 +99,7 @@ int run_proxy_study(ProxyStudyCommand o, const CommonOptions& common) {
     say(common, "%12.0f %9d %9.1f %10.3g %12.3g %13.2f %9.2f\n", t.threshold_hz, t.n_replaced, t.modes_replaced_percent,
         t.direct_s, t.with_proxies_s, t.log_spectral_distance_db, t.loudness_difference_db);
   say(common, "proxies: %.3g times cheaper, %.3g times without the single-frequency calculation\nreport: %s\n",
-      result.direct_s / result.proxy_s, result.direct_s / result.proxy_without_lowest_s,
+      *document.timings.speedup, *document.timings.speedup_without_lowest,
       (std::filesystem::path(o.output) / "report.html").c_str());
   return kDone;
 }
@@ -228,7 +142,9 @@ Subcommand add_proxy_study(CLI::App& group, CommonOptions& common) {
       "Examples:\n"
       "  klang proxy study glass.bank -o debris --threads 1\n"
       "  klang proxy study glass.bank -o shards --shards-only --pieces 6 --slab 0.12,0.12,0.008 --seed 3");
-  return {app, [options, &common] { return run_proxy_study(*options, common); }};
+  return {app,
+          [options, &common] { return run_proxy_study(*options, common); },
+          {result_kind<validate::DebrisDocument>("proxy_study", "study.json of `klang proxy study`")}};
 }
 
 }  // namespace klang::apps

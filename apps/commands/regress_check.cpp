@@ -7,8 +7,9 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
-#include "validate/regression/regression.hpp"
+#include "validate/regression/regression_document.hpp"
 
 namespace klang::apps {
 namespace {
@@ -45,18 +46,12 @@ int run_check(const CheckCommand& command, const CommonOptions& common) {
                {"range_db", options.range_db},
                {"levels", options.levels}});
   const bool judged = result.status == validate::RegressionStatus::kJudged;
-  nlohmann::json json = result_header("regression",
-                                      result.passed() ? "passed"
-                                      : judged        ? "not_passed"
-                                                      : "nothing_judged",
-                                      common, used, {command.reference, path});
-  json.update(validate::to_json(result));
-  json["name"] = std::filesystem::path(path).filename().string() + " against " +
-                 std::filesystem::path(command.reference).filename().string();
-  json["reference_origin"] = reference.origin;
-  json["reference_ring_10db_s"] = reference.ring_10db_s;
-  json["reference_takes"] = reference.n_takes;
-  json["warnings"] = described.warnings;
+  validate::RegressionDocument document = validate::regression_document(
+      make_header("regression", "", common, used, {command.reference, path}), result, reference);
+  document.name = std::filesystem::path(path).filename().string() + " against " +
+                  std::filesystem::path(command.reference).filename().string();
+  document.header.warnings = described.warnings;
+  const nlohmann::json json = json_of(document);
   if (out) {
     write_file(out->staging() / "regression.json", json_text(json));
     write_file(out->staging() / "junit.xml",
@@ -116,7 +111,9 @@ Subcommand add_regress_check(CLI::App& group, CommonOptions& common) {
       "  klang regress check bar.json bar-new.vtu --rayleigh-stiffness-s 1e-7 --rayleigh-mass-per-s 2 --json -\n"
       "  klang regress check bell.json hit-elsewhere.wav --no-levels\n"
       "Exit code 1: a claim failed, or no partial could be judged.");
-  return {app, [command, &common] { return run_check(*command, common); }};
+  return {app,
+          [command, &common] { return run_check(*command, common); },
+          {result_kind<validate::RegressionDocument>("regression", "regression.json of `klang regress check`")}};
 }
 
 }  // namespace klang::apps

@@ -11,6 +11,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/provenance.hpp"
 #include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
 #include "core/sound/bem/sphere_radiation.hpp"

@@ -7,8 +7,8 @@
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
-#include "fit/run/fit_json.hpp"
-#include "fit/tune/tune.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "fit/tune/tune_document.hpp"
 
 namespace klang::apps {
 namespace {
@@ -48,7 +48,7 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
                                {"targets", options.targets},
                                {"widest_change", tune.widest_change},
                                {"tolerance_cents", tune.tolerance_cents}};
-  write_json(common, fit::tune_json(result, make_provenance(common, used, {})));
+  write_json(common, json_of(fit::tune_document(result, make_provenance(common.command_line, common.seed, used, {}))));
   for (const fit::TunedDimension& d : result.dimensions) {
     say(common, "%-18s %.6f m -> %.6f m (%+.3f mm)%s\n", d.name.c_str(), d.start_m, d.value_m,
         1e3 * (d.value_m - d.start_m), d.at_bound ? "  at its bound" : "");
@@ -87,7 +87,9 @@ Subcommand add_tune(CLI::App& program, CommonOptions& common) {
       "Example (a chime brought to D5):\n"
       "  klang tune --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 --material aluminium \\\n"
       "    --vary length_m --target \"bending 1=587.33\"");
-  return {app, [options, &common] { return run_tune(*options, common); }};
+  return {app,
+          [options, &common] { return run_tune(*options, common); },
+          {result_kind<fit::TuneDocument>("tune", "the result of `klang tune`")}};
 }
 
 }  // namespace klang::apps

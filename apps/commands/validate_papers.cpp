@@ -5,6 +5,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
 #include "validate/papers/papers.hpp"
 
@@ -22,9 +23,8 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
   if (!command.output.empty()) out = std::make_unique<OutputDirectory>(command.output);
   const validate::PaperTables tables = validate::run_papers(monitor);
 
-  nlohmann::json json =
-      result_header("papers", tables.passed() ? "passed" : "not_passed", common, nlohmann::json::object(), {});
-  json.update(validate::to_json(tables));
+  const nlohmann::json json = json_of(validate::papers_document(
+      make_header("papers", tables.passed() ? "passed" : "not_passed", common, nlohmann::json::object(), {}), tables));
   if (out) {
     write_file(out->staging() / "papers.json", json_text(json));
     write_file(out->staging() / "junit.xml", validate::junit_xml("klang validate papers", validate::claims_of(tables)));
@@ -37,7 +37,7 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
   write_json(common, json);
 
   for (const validate::PaperNumber& n : tables.numbers) {
-    say(common, "%-12s  %-34s printed %-11.6g ours %-11.6g", validate::words_of(n.verdict), n.id.c_str(), n.printed,
+    say(common, "%-12s  %-34s printed %-11.6g ours %-11.6g", to_text(n.verdict).c_str(), n.id.c_str(), n.printed,
         n.ours);
     if (n.reference) say(common, " reference %.6g", *n.reference);
     say(common, "\n");
@@ -61,7 +61,9 @@ Subcommand add_validate_papers(CLI::App& group, CommonOptions& common) {
       "  klang validate papers -o papers\n"
       "  klang validate papers --markdown docs/papers.md\n"
       "Exit code 1: a number differs from the paper and it is not known why.");
-  return {papers, [command, &common] { return run_papers(*command, common); }};
+  return {papers,
+          [command, &common] { return run_papers(*command, common); },
+          {result_kind<validate::PapersDocument>("papers", "papers.json of `klang validate papers`")}};
 }
 
 }  // namespace klang::apps

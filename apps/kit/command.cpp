@@ -11,6 +11,7 @@
 
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 
 namespace klang::apps {
 namespace {
@@ -84,23 +85,18 @@ void TerminalMonitor::clear() {
 
 bool TerminalMonitor::stop_requested() const { return interrupted; }
 
-Provenance make_provenance(const CommonOptions& common, const nlohmann::json& options,
-                           const std::vector<std::filesystem::path>& inputs) {
-  Provenance provenance;
-  provenance.command = common.command_line;
-  provenance.seed = common.seed;
-  provenance.options_json = options.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  for (const auto& input : inputs) provenance.inputs.push_back(input_file(input));
-  return provenance;
+ResultHeader make_header(std::string_view kind, std::string_view status, const CommonOptions& common,
+                         const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs) {
+  ResultHeader header;
+  header.kind = kind;
+  header.status = status;
+  header.provenance = make_provenance(common.command_line, common.seed, options, inputs);
+  return header;
 }
 
 nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
                              const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs) {
-  return {{"schema_version", 1},
-          {"kind", kind},
-          {"status", status},
-          {"provenance", to_json(make_provenance(common, options, inputs))},
-          {"warnings", nlohmann::json::array()}};
+  return json_of(make_header(kind, status, common, options, inputs));
 }
 
 void write_json(const CommonOptions& common, const nlohmann::json& result) {

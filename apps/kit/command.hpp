@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
-#include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/result_docs.hpp"
 
 namespace klang::apps {
 
@@ -48,10 +48,11 @@ class TerminalMonitor : public Monitor {
   std::string shown_;
 };
 
-Provenance make_provenance(const CommonOptions& common, const nlohmann::json& options,
-                           const std::vector<std::filesystem::path>& inputs);
+/// What every result begins with. @throws InputError for an input that cannot be read
+ResultHeader make_header(std::string_view kind, std::string_view status, const CommonOptions& common,
+                         const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs);
 
-/// The keys that every result has: schema_version, kind, status, provenance, warnings.
+/// The same as an object, for results that have no document.
 nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
                              const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs);
 
@@ -69,6 +70,7 @@ void warn(std::string_view text);
 struct Subcommand {
   CLI::App* app = nullptr;
   std::function<int()> run;
+  std::vector<ResultKind> results = {};  ///< that it writes, for docs/result-json.md
 };
 
 }  // namespace klang::apps

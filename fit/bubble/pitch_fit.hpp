@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "fit/bubble/bubble_search.hpp"
 
 namespace klang::fit::bubble {
@@ -27,6 +28,10 @@ enum class PitchStatus {
   kFitted,
   kFailed
 };
+constexpr auto words_of(PitchStatus) {
+  return std::array{Word{PitchStatus::kFitted, "fitted"}, Word{PitchStatus::kSoundOnly, "sound_only"},
+                    Word{PitchStatus::kFailed, "failed"}};
+}
 
 /// A number, with its standard deviation and 95 % interval where the sound determines it.
 struct PitchNumber {

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/audio/spectral_distance.hpp"
 #include "core/sound/stage/partials_voice.hpp"
@@ -27,6 +28,16 @@ struct ProxyErrors {
   double third_octave_db = 0.0;
   double loudness_difference_db = 0.0;  ///< A-weighted energy, absolute; no loudness in sones
   double decay_rms_percent = 0.0;       ///< of the first partials' decays
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit(needed({"partial_rms_cents", "of the first partials, rank by rank"}), self.partial_rms_cents);
+    visit(needed({"log_spectral_distance_db", "of the two sounds"}), self.log_spectral_distance_db);
+    visit(needed({"mel_distance_db", "in mel bands"}), self.mel_distance_db);
+    visit(needed({"third_octave_db", "levels, rms"}), self.third_octave_db);
+    visit(needed({"loudness_difference_db", "A-weighted energy, absolute"}), self.loudness_difference_db);
+    visit(needed({"decay_rms_percent", "of the first partials' decays"}), self.decay_rms_percent);
+  }
 };
 
 /// No measure of `now` is larger than that of `before` (to 1e-9 relative and absolute).

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
+
 namespace klang::fit {
 
 /// One measured partial: amplitude exp(-decay_per_s t) cos(2 pi frequency_hz t + phase_rad), t from the
@@ -18,6 +20,23 @@ struct Partial {
   std::optional<double> amplitude_std;
   std::optional<double> phase_rad;
   std::optional<double> phase_std_rad;
+
+  /// Without the phases, which only its own recording has.
+  template <class Self, class Visitor>
+  static void describe_ring(Self& self, Visitor&& visit) {
+    visit(needed({"frequency_hz", "of the partial"}), self.frequency_hz);
+    visit({"frequency_std_hz", "its standard deviation"}, self.frequency_std_hz);
+    visit({"decay_per_s", "of the amplitude: exp(-decay t)"}, self.decay_per_s);
+    visit({"decay_std_per_s", "its standard deviation"}, self.decay_std_per_s);
+    visit({"amplitude", "at the first strike, full scale = 1"}, self.amplitude);
+    visit({"amplitude_std", "its standard deviation"}, self.amplitude_std);
+  }
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    describe_ring(self, visit);
+    visit({"phase_rad", "at the first strike: cos(2 pi f t + phase)"}, self.phase_rad);
+    visit({"phase_std_rad", "its standard deviation"}, self.phase_std_rad);
+  }
 };
 
 struct PartialTable {

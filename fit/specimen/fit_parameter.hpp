@@ -3,6 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "core/foundation/config/fields.hpp"
+
 namespace klang::fit {
 
 /// One estimated number. When the data do not determine it, identifiable is false, std and ci95 are empty (or prior-only)
@@ -16,6 +18,18 @@ struct FitParameter {
   std::string why;  ///< empty, or one sentence
   double start_value = 0.0;
   bool derived = false;  ///< computed from the fitted ones with its covariance (E, nu from lambda, mu)
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"name", "with its unit; of a specimen's own: NAME.length_m"}, self.name);
+    visit({"value", "the estimate"}, self.value);
+    visit({"std", "its standard deviation"}, self.std);
+    visit({"ci95", "its 95 % interval"}, self.ci95);
+    visit({"identifiable", "the data determine it"}, self.identifiable);
+    visit({"start_value", "where the fit began"}, self.start_value);
+    visit({"derived", "computed from the fitted ones with their covariance"}, self.derived);
+    visit({"why", "empty, or why the data do not determine it"}, self.why);
+  }
 };
 
 }  // namespace klang::fit

@@ -52,6 +52,16 @@ struct TunedDimension {
   std::string name;
   double start_m = 0.0, value_m = 0.0, low_m = 0.0, high_m = 0.0;
   bool at_bound = false;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"name", "of the dimension"}, self.name);
+    visit({"start_m", "as it was"}, self.start_m);
+    visit({"value_m", "as it should be"}, self.value_m);
+    visit({"low_m", "its lower bound"}, self.low_m);
+    visit({"high_m", "its upper bound"}, self.high_m);
+    visit({"at_bound", "it could not go further"}, self.at_bound);
+  }
 };
 
 struct TunedTarget {

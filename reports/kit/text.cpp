@@ -222,19 +222,19 @@ std::string ShownEstimate::interval() const {
   return low + " to " + high + (quantity.unit.empty() ? "" : std::string(kThinSpace) + quantity.unit);
 }
 
-ShownEstimate shown(const Estimate& estimate) {
+ShownEstimate shown(std::string_view name, const Number& value, const Number& std,
+                    const std::optional<std::array<double, 2>>& ci95) {
   ShownEstimate result;
-  const double value = estimate.value.value_or(0);
-  result.quantity = quantity(estimate.name, value);
+  result.quantity = quantity(name, value.value_or(0));
   const double factor = result.quantity.factor;
-  const bool has_std = estimate.std && *estimate.std > 0;
-  const int decimals = has_std ? decimals_for(*estimate.std * factor) : -1;
+  const bool has_std = std && *std > 0;
+  const int decimals = has_std ? decimals_for(*std * factor) : -1;
   const auto text = [&](double si) { return has_std ? fixed(si * factor, decimals) : rounded(si * factor, 5); };
-  result.value = estimate.value ? text(value) : "—";
-  if (has_std) result.std = text(*estimate.std);
-  if (estimate.ci95) {
-    result.low = text((*estimate.ci95)[0]);
-    result.high = text((*estimate.ci95)[1]);
+  result.value = value ? text(*value) : "—";
+  if (has_std) result.std = text(*std);
+  if (ci95) {
+    result.low = text((*ci95)[0]);
+    result.high = text((*ci95)[1]);
   }
   return result;
 }

@@ -1,12 +1,16 @@
 #pragma once
+#include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "reports/kit/result_data.hpp"
-
 /// Numbers and names as a reader sees them. The only place of the project where SI units are scaled.
 namespace klang::reports::detail {
+
+/// A number, where it was measured.
+using Number = std::optional<double>;
+inline Number measured(double value) { return std::isfinite(value) ? Number(value) : Number(); }
 
 /// Text made safe inside HTML and SVG, in element content and in quoted attributes. Control characters are
 /// dropped, bytes that are not UTF-8 become U+FFFD.
@@ -44,7 +48,8 @@ struct ShownEstimate {
   std::string value_with_std() const;  ///< "68.40 ± 0.12 GPa"
   std::string interval() const;        ///< "68.16 to 68.63 GPa", or empty
 };
-ShownEstimate shown(const Estimate& estimate);
+ShownEstimate shown(std::string_view name, const Number& value, const Number& std,
+                    const std::optional<std::array<double, 2>>& ci95);
 
 /// "587.883 Hz": decimals from the standard deviation where there is one, else seven significant digits at
 /// most.

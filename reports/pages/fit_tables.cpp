@@ -7,6 +7,10 @@
 
 namespace klang::reports::detail {
 
+ShownEstimate shown(const fit::FitParameter& parameter) {
+  return shown(parameter.name, measured(parameter.value), parameter.std, parameter.ci95);
+}
+
 std::string name_html(const Quantity& quantity) {
   return escaped(capitalised(quantity.words)) +
          (quantity.symbol.empty() ? "" : " <span class=\"sym\">" + escaped(quantity.symbol) + "</span>");
@@ -22,9 +26,9 @@ std::string plus_minus(const Number& value, const Number& std, int digits) {
   return rounded(*value, digits);
 }
 
-std::string parameter_table(const std::vector<Estimate>& parameters) {
+std::string parameter_table(const std::vector<fit::FitParameter>& parameters) {
   std::string body;
-  for (const Estimate& e : parameters) {
+  for (const fit::FitParameter& e : parameters) {
     const ShownEstimate text = shown(e);
     const bool known = e.identifiable;
     const bool noted = !e.why.empty();
@@ -35,8 +39,9 @@ std::string parameter_table(const std::vector<Estimate>& parameters) {
     const std::string value = text.std.empty() || !known ? text.value : text.value + " ± " + text.std;
     body += number_cell(with_unit(value, text.quantity));
     body += number_cell(known ? escaped(text.interval()) : "—");
-    body +=
-        number_cell(e.start_value ? with_unit(rounded(*e.start_value * text.quantity.factor, 5), text.quantity) : "—");
+    body += number_cell(std::isfinite(e.start_value)
+                            ? with_unit(rounded(e.start_value * text.quantity.factor, 5), text.quantity)
+                            : "—");
     body += tag(
         "td", known ? "<span class=\"tag good\">determined</span>" : "<span class=\"tag fair\">not determined</span>");
     body += "</tr>\n";
@@ -49,16 +54,16 @@ std::string parameter_table(const std::vector<Estimate>& parameters) {
          body + "</tbody></table>";
 }
 
-std::string correlation_table(const ResultData& data) {
-  const std::size_t n = data.correlation_names.size();
-  if (n < 2 || data.correlation.size() != n) return {};
+std::string correlation_table(const fit::FitDocument& data) {
+  const std::size_t n = data.correlation.names.size();
+  if (n < 2 || data.correlation.matrix.size() != n) return {};
   std::string head = "<th></th>", body;
   for (std::size_t i = 0; i < n; ++i) {
-    const Quantity q = quantity(data.correlation_names[i], 1);
+    const Quantity q = quantity(data.correlation.names[i], 1);
     const std::string words = q.symbol.empty() ? escaped(q.words) : "<span class=\"sym\">" + q.symbol + "</span>";
     head += "<th scope=\"col\" class=\"n\">" + words + "</th>";
     body += "<tr>" + tag("th", name_html(q), "scope=\"row\"");
-    for (const Number& value : data.correlation[i]) body += number_cell(value ? fixed(*value, 2) : "—");
+    for (const double value : data.correlation.matrix[i]) body += number_cell(fixed(value, 2));
     body += "</tr>\n";
   }
   return more(
@@ -66,13 +71,13 @@ std::string correlation_table(const ResultData& data) {
       scrolled("<table><thead><tr>" + head + "</tr></thead><tbody>" + body + "</tbody></table>", "Correlation matrix"));
 }
 
-std::string damping_table(const ResultData& data) {
+std::string damping_table(const fit::FitDocument& data) {
   double least = 1e300;
-  for (const DampingModel& model : data.damping) least = std::min(least, model.aicc.value_or(1e300));
+  for (const fit::DampingRecord& model : data.damping.candidates) least = std::min(least, model.aicc.value_or(1e300));
   std::string body;
-  for (const DampingModel& model : data.damping) {
+  for (const fit::DampingRecord& model : data.damping.candidates) {
     std::string values;
-    for (const Estimate& e : model.parameters) {
+    for (const fit::FitParameter& e : model.parameters) {
       const ShownEstimate text = shown(e);
       values +=
           (values.empty() ? "" : "<br>") +
@@ -83,7 +88,7 @@ std::string damping_table(const ResultData& data) {
                           : with_unit(text.value, text.quantity) + " <span class=\"tag fair\">not determined</span>");
     }
     const double weight = std::clamp(model.aicc_weight.value_or(0), 0.0, 1.0);
-    body += "<tr" + std::string(model.model == data.damping_model ? " class=\"best\"" : "") + ">" +
+    body += "<tr" + std::string(model.model == data.damping.model ? " class=\"best\"" : "") + ">" +
             tag("th", escaped(capitalised(damping_words(model.model))), "scope=\"row\"") +
             tag("td", values, "class=\"nw\"") +
             number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %" : "—") +
@@ -107,11 +112,11 @@ std::string damping_table(const ResultData& data) {
       "Damping models");
 }
 
-std::string match_table(const std::vector<Match>& matches) {
+std::string match_table(const std::vector<fit::MatchRecord>& matches) {
   std::string body;
-  const bool radiates =
-      std::any_of(matches.begin(), matches.end(), [](const Match& m) { return m.radiation_decay_per_s.has_value(); });
-  for (const Match& m : matches) {
+  const bool radiates = std::any_of(matches.begin(), matches.end(),
+                                    [](const fit::MatchRecord& m) { return m.radiation_decay_per_s.has_value(); });
+  for (const fit::MatchRecord& m : matches) {
     body += "<tr>" + number_cell(std::to_string(m.mode_index)) +
             number_cell(escaped(plus_minus(m.frequency_hz, m.frequency_std_hz, 7))) +
             number_cell(m.model_frequency_std_hz
@@ -143,9 +148,9 @@ std::string match_table(const std::vector<Match>& matches) {
          "</tr></thead>\n<tbody>" + body + "</tbody></table>";
 }
 
-std::string partial_table(const std::vector<Partial>& partials) {
+std::string partial_table(const std::vector<fit::Partial>& partials) {
   std::string body;
-  for (const Partial& p : partials) {
+  for (const fit::Partial& p : partials) {
     body += "<tr>" + number_cell(escaped(plus_minus(p.frequency_hz, p.frequency_std_hz, 7))) +
             number_cell(escaped(plus_minus(p.decay_per_s, p.decay_std_per_s))) +
             number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3) : "—") +
@@ -159,9 +164,9 @@ std::string partial_table(const std::vector<Partial>& partials) {
          body + "</tbody></table>";
 }
 
-std::string mode_list(const std::vector<Predicted>& modes) {
+std::string mode_list(const std::vector<fit::PredictedRecord>& modes) {
   std::string text;
-  for (const Predicted& mode : modes) {
+  for (const fit::PredictedRecord& mode : modes) {
     text += (text.empty() ? "" : ", ") +
             ("<span class=\"nobr\">" + std::to_string(mode.mode_index) + " (" + escaped(hertz(mode.frequency_hz))) +
             ")</span>";

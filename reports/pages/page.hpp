@@ -1,67 +1,84 @@
 #pragma once
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "reports/kit/result_data.hpp"
-#include "reports/kit/svg_plot.hpp"
-#include "reports/pages/figures.hpp"
-#include "reports/pages/study_page.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "core/foundation/config/result_header.hpp"
+#include "reports/kit/report_folder.hpp"
 
+/// A kind of result has one page: a file KIND_page.cpp with a function KIND_page() that says how its document becomes a Page,
+/// and one line in CMakeLists.txt. What is common to all pages is in page_html.cpp.
 namespace klang::reports::detail {
 
-/// A picture of a mode shape, as a file beside the page and inside it.
-struct ModePicture {
-  int mode_index = 0;
-  double frequency_hz = 0;
-  std::string png;
-  std::string file;   ///< name under figures/
-  std::string twins;  ///< "and mode 1, its twin", or empty
-  int width = 0, height = 0;
-  bool tangential = false;  ///< coloured by the size of the motion
+/// "Converged", "Not converged", ... and its kind for the eye.
+struct Verdict {
+  std::string words;
+  std::string kind;  ///< "good", "fair", "bad"
+  std::string details;
 };
 
-/// What a specimen's section shows besides numbers.
-struct SpecimenMedia {
-  std::optional<Svg> spectrogram;
-  std::string recorded_wav, fitted_wav;  ///< clips for the players, empty without
-  double clip_s = 0, gain = 1;
-  bool cut = false;  ///< the clip is shorter than the recording
-  std::vector<ModePicture> pictures;
+struct Section {
+  std::string id, name, html;  ///< without html it is left out
 };
 
-struct PageParts {
-  std::vector<Svg> ladders;
-  std::optional<Svg> residuals, decays, spectrum, modes;
-  StudyParts study;
-  std::vector<CaptionedFigure> regression;                       ///< spectrum, levels over time, partials
-  std::vector<CaptionedFigure> proxy;                            ///< partials, shape
-  std::vector<std::pair<std::string, std::string>> proxy_clips;  ///< what it is, WAV
-  std::vector<SpecimenMedia> media;                              ///< as data.specimens
-  std::vector<std::string> warnings;                             ///< of the report itself
-  std::vector<std::pair<std::string, std::string>> downloads;    ///< file beside the page, what it is
+struct Download {
+  std::string file;  ///< beside the page
+  std::string what;
 };
+
+inline const Download kFiguresDownload{"figures/", "– every figure as SVG and PNG"};
+
+/// Lists a file, if it is there.
+void add_if_there(const std::optional<std::string>& file, const char* what, const ReportFolder& folder,
+                  std::vector<Download>& downloads);
+
+/// Adds a table to the folder and lists it; under another name where that is an input of the result, which stays.
+void add_table(const std::string& name, std::string text, const std::vector<InputFile>& inputs, ReportFolder& folder,
+               std::vector<Download>& downloads);
+
+/// What a page says. HTML made safe by its maker, but for title, verdict and downloads, which are plain text.
+struct Page {
+  ResultHeader header;
+  std::string over;  ///< small, above the title: "Klangprobe · material from sound"
+  std::string title;
+  Verdict verdict;
+  std::vector<std::string> sentences;  ///< that say what came out
+  std::string key_figures;             ///< key_figures.hpp
+  std::vector<Section> sections;
+  std::string cost;  ///< a row of "How it was made"; may be empty
+  std::vector<Download> downloads;
+  std::string footer =
+      "Numbers: standard deviations are one sigma; frequencies in hertz, decays of the amplitude in 1/s, 100 cents = "
+      "one semitone.";
+};
+
+/// The status as words; good where it is ok, converged or not said.
+Verdict status_verdict(const ResultHeader& header);
 
 /// The whole page. The same input gives the same bytes.
-std::string page_html(const ResultData& data, const PageParts& parts);
+std::string page_html(const Page& page, const std::vector<std::string>& warnings);
 
-/// Sentences that say what came out; HTML, each without its paragraph tags.
-std::vector<std::string> summary_sentences(const ResultData& data);
-
-/// "Converged", "Not converged", ... and its kind for the eye ("good", "fair", "bad").
-struct Verdict {
-  std::string words, kind, details;
+struct PageKind {
+  std::string kind;  ///< of the result: "fit"
+  /// Reads the document, adds figures, tables and sounds to the folder. @throws InputError with place and key
+  std::function<Page(const nlohmann::json& result, const std::string& place, ReportFolder& folder)> make;
 };
-Verdict verdict(const ResultData& data);
 
-/// What a result's computed sound is called: "Fitted model", "Resynthesis".
-std::string fitted_words(const ResultData& data);
+template <Described Document>
+PageKind page_kind(std::string kind, Page (*make)(const Document&, ReportFolder&)) {
+  return {std::move(kind), [make](const nlohmann::json& result, const std::string& place, ReportFolder& folder) {
+            const auto document = read_fields<Document>(result, place);
+            if constexpr (requires { document.check(place); }) document.check(place);
+            Page page = make(document, folder);
+            page.header = document.header;
+            return page;
+          }};
+}
 
-std::string page_css();
-std::string page_script();
-
-/// {"parameters.csv", text} and so on: SI units, shortest exact decimals, empty where not measured.
-std::vector<std::pair<std::string, std::string>> csv_tables(const ResultData& data);
+/// All kinds that have a page.
+const std::vector<PageKind>& page_kinds();
 
 }  // namespace klang::reports::detail

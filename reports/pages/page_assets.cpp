@@ -1,4 +1,8 @@
-#include "reports/pages/page.hpp"
+#include "reports/pages/page_assets.hpp"
+
+#include <string_view>
+
+#include "reports/kit/svg_plot.hpp"
 
 namespace klang::reports::detail {
 

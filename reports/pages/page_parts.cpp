@@ -44,36 +44,4 @@ std::string encoded_path(const std::string& path) {
   return text;
 }
 
-std::string provenance(const ResultData& data) {
-  std::string rows;
-  const auto row = [&](const std::string& name, const std::string& value) {
-    if (!value.empty()) rows += "<tr>" + tag("th", name, "scope=\"row\"") + tag("td", value) + "</tr>\n";
-  };
-  row("Made by", data.version.empty() ? "" : "klang " + escaped(data.version));
-  row("Command", data.command.empty() ? "" : "<code>" + escaped(data.command) + "</code>");
-  row("Seed", escaped(data.seed));
-  if (data.cost_initial && data.cost_final)
-    row("Cost", rounded(*data.cost_initial, 4) + " → " + rounded(*data.cost_final, 4));
-  std::string times;
-  for (const auto& [name, seconds] : data.wall_time_s)
-    times += (times.empty() ? "" : ", ") + escaped(name) + " " + rounded(seconds, 3) + " s";
-  row("Time", times);
-  std::string html = rows.empty() ? "" : "<table><tbody>" + rows + "</tbody></table>\n";
-  if (!data.inputs.empty()) {
-    std::string inputs;
-    for (const ProvenanceInput& input : data.inputs) {
-      inputs += "<tr>" + tag("td", escaped(input.path)) + number_cell(input.n_bytes ? fixed(*input.n_bytes, 0) : "—") +
-                tag("td", escaped(input.sha256), "class=\"hash\"") + "</tr>\n";
-    }
-    html += scrolled(
-        "<table><thead><tr><th scope=\"col\">Input</th><th scope=\"col\" class=\"n\">Bytes</th><th "
-        "scope=\"col\">SHA-256</th></tr></thead><tbody>" +
-            inputs + "</tbody></table>",
-        "Inputs");
-  }
-  if (!data.options.empty() && data.options != "{}" && data.options != "null")
-    html += more("Options", "<pre>" + escaped(data.options) + "</pre>");
-  return html;
-}
-
 }  // namespace klang::reports::detail

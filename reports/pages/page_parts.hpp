@@ -2,7 +2,6 @@
 #include <string>
 #include <string_view>
 
-#include "reports/kit/result_data.hpp"
 #include "reports/kit/svg_plot.hpp"
 
 /// Pieces of HTML that every kind of page is put together from. Content is HTML, made safe by the caller.
@@ -19,7 +18,5 @@ std::string scrolled(const std::string& table, const std::string& label);
 std::string more(const std::string& title, const std::string& content);
 /// A file name for a link.
 std::string encoded_path(const std::string& path);
-/// Version, command, options and inputs.
-std::string provenance(const ResultData& data);
 
 }  // namespace klang::reports::detail

@@ -1,14 +1,24 @@
-#include "reports/pages/proxy_study_page.hpp"
-
+// The page of klang proxy study.
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
+#include "core/foundation/config/named_numbers.hpp"
 #include "reports/kit/text.hpp"
+#include "reports/pages/key_figures.hpp"
+#include "reports/pages/page.hpp"
 #include "reports/pages/page_parts.hpp"
+#include "reports/pages/sound_media.hpp"
+#include "validate/debris/debris_document.hpp"
 
 namespace klang::reports::detail {
 namespace {
+
+using validate::DebrisDocument;
+using validate::PieceRecord;
+using validate::ThresholdRecord;
+using validate::ThresholdTimes;
 
 constexpr double kWidth = 1080, kHeight = 380, kLeft = 66, kTop = 34, kRight = 24;
 
@@ -22,31 +32,35 @@ std::string table(const std::string& heads, const std::string& body, const std::
   return scrolled("<table><thead><tr>" + heads + "</tr></thead>\n<tbody>" + body + "</tbody></table>", label);
 }
 
-AxisSpec threshold_axis(const ProxyStudyData& data) {
+AxisSpec threshold_axis(const DebrisDocument& data) {
   double highest = 1.0;
-  for (const ProxyThresholdRow& row : data.thresholds) highest = std::max(highest, row.threshold_hz);
+  for (const ThresholdRecord& row : data.thresholds) highest = std::max(highest, row.threshold_hz);
   return {"ω_proxy / 2π [Hz]: pieces above it sound by their proxies", Scale::kLinear, -0.03 * highest, 1.04 * highest};
 }
 
-double seconds(const std::vector<std::pair<std::string, double>>& stages) {
+double seconds(const std::map<std::string, double>& stages) {
   double sum = 0;
   for (const auto& stage : stages) sum += stage.second;
   return sum;
 }
 
-}  // namespace
+/// Times of the row of the same number; none where the file has fewer.
+template <class Times>
+Times times_at(const std::vector<Times>& times, std::size_t i) {
+  return i < times.size() ? times[i] : Times{};
+}
 
-Svg proxy_error_figure(const ProxyStudyData& data) {
+Svg error_figure(const DebrisDocument& data) {
   struct Line {
     const char* name;
-    Number ProxyThresholdRow::*value;
+    Number ThresholdRecord::*value;
   };
-  const std::array<Line, 4> lines{{{"log-spectral", &ProxyThresholdRow::log_spectral_distance_db},
-                                   {"mel", &ProxyThresholdRow::mel_distance_db},
-                                   {"third octaves", &ProxyThresholdRow::third_octave_db},
-                                   {"loudness, A-weighted, either way", &ProxyThresholdRow::loudness_difference_db}}};
+  const std::array<Line, 4> lines{{{"log-spectral", &ThresholdRecord::log_spectral_distance_db},
+                                   {"mel", &ThresholdRecord::mel_distance_db},
+                                   {"third octaves", &ThresholdRecord::third_octave_db},
+                                   {"loudness, A-weighted, either way", &ThresholdRecord::loudness_difference_db}}};
   double highest = 1e-3;
-  for (const ProxyThresholdRow& row : data.thresholds)
+  for (const ThresholdRecord& row : data.thresholds)
     for (const Line& line : lines) highest = std::max(highest, std::abs((row.*line.value).value_or(0)));
   Svg svg(kWidth, kHeight,
           "Distances of the mix from the mix of direct sounds over the threshold: they fall as fewer pieces sound by "
@@ -57,7 +71,7 @@ Svg proxy_error_figure(const ProxyStudyData& data) {
   double legend = kLeft + 8;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     std::vector<PlotPoint> points;
-    for (const ProxyThresholdRow& row : data.thresholds)
+    for (const ThresholdRecord& row : data.thresholds)
       if (row.*lines[i].value) points.push_back({row.threshold_hz, std::abs(*(row.*lines[i].value))});
     frame.curve(points, "s" + std::to_string(i) + " mid");
     for (const PlotPoint& p : points)
@@ -70,9 +84,9 @@ Svg proxy_error_figure(const ProxyStudyData& data) {
   return svg;
 }
 
-Svg proxy_time_figure(const ProxyStudyData& data) {
+Svg time_figure(const DebrisDocument& data) {
   std::vector<double> times;
-  for (const ProxyThresholdRow& row : data.thresholds)
+  for (const ThresholdTimes& row : data.timings.thresholds)
     for (const Number& value : {row.direct_s, row.with_proxies_s})
       if (value && *value > 0) times.push_back(*value);
   Svg svg(kWidth, kHeight, "Processor time with proxies over the threshold, beside the time of the direct way.");
@@ -80,9 +94,11 @@ Svg proxy_time_figure(const ProxyStudyData& data) {
   Frame frame(svg, kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48, threshold_axis(data), y);
   frame.draw_axes(9, 6);
   std::vector<PlotPoint> direct, with;
-  for (const ProxyThresholdRow& row : data.thresholds) {
-    if (row.direct_s) direct.push_back({row.threshold_hz, *row.direct_s});
-    if (row.with_proxies_s) with.push_back({row.threshold_hz, *row.with_proxies_s});
+  for (std::size_t i = 0; i < data.thresholds.size(); ++i) {
+    const ThresholdTimes times_s = times_at(data.timings.thresholds, i);
+    const double hz = data.thresholds[i].threshold_hz;
+    if (times_s.direct_s) direct.push_back({hz, *times_s.direct_s});
+    if (times_s.with_proxies_s) with.push_back({hz, *times_s.with_proxies_s});
   }
   frame.curve(direct, "s0 mid dash2");
   frame.curve(with, "s1 mid");
@@ -96,14 +112,16 @@ Svg proxy_time_figure(const ProxyStudyData& data) {
   return svg;
 }
 
-std::string proxy_threshold_table(const ProxyStudyData& data) {
+std::string threshold_table(const DebrisDocument& data) {
   std::string body;
-  for (const ProxyThresholdRow& row : data.thresholds) {
-    const bool timed = row.direct_s && row.with_proxies_s && *row.with_proxies_s > 0;
-    body += "<tr>" + number_cell(fixed(row.threshold_hz, 0)) + number_cell(std::to_string(row.n_replaced)) +
-            number_cell(fixed(row.modes_replaced_percent, 1)) + number_cell(dash(row.direct_s)) +
-            number_cell(dash(row.with_proxies_s)) +
-            number_cell(timed ? rounded(*row.direct_s / *row.with_proxies_s, 3) : "—") +
+  for (std::size_t i = 0; i < data.thresholds.size(); ++i) {
+    const ThresholdRecord& row = data.thresholds[i];
+    const ThresholdTimes times = times_at(data.timings.thresholds, i);
+    const bool timed = times.direct_s && times.with_proxies_s && *times.with_proxies_s > 0;
+    body += "<tr>" + number_cell(fixed(row.threshold_hz, 0)) + number_cell(std::to_string(row.replaced)) +
+            number_cell(fixed(row.modes_replaced_percent, 1)) + number_cell(dash(times.direct_s)) +
+            number_cell(dash(times.with_proxies_s)) +
+            number_cell(timed ? rounded(*times.direct_s / *times.with_proxies_s, 3) : "—") +
             number_cell(dash(row.log_spectral_distance_db)) + number_cell(dash(row.mel_distance_db)) +
             number_cell(dash(row.third_octave_db)) +
             number_cell(row.loudness_difference_db ? fixed(*row.loudness_difference_db, 2) : "—") + "</tr>\n";
@@ -114,21 +132,27 @@ std::string proxy_threshold_table(const ProxyStudyData& data) {
                body, "Thresholds");
 }
 
-std::string proxy_piece_table(const ProxyStudyData& data) {
+std::string piece_table(const DebrisDocument& data) {
   std::string body;
-  for (const ProxyPieceRow& row : data.pieces) {
+  for (std::size_t i = 0; i < data.pieces.size(); ++i) {
+    const PieceRecord& row = data.pieces[i];
+    const validate::PieceTimes times = times_at(data.timings.pieces, i);
     const std::string note = std::string(row.clamped ? "thinner than the bank" : "") +
                              (row.clamped && row.bank_too_short ? ", " : "") +
                              (row.bank_too_short ? "the bank has too few modes" : "");
+    const auto error = [&](double fit::ProxyErrors::*measure) {
+      return row.errors ? dash(measured((*row.errors).*measure)) : "—";
+    };
     body += "<tr>" +
             tag("th", escaped(row.name) + (note.empty() ? "" : "<br><small>" + note + "</small>"), "scope=\"row\"") +
             number_cell(row.lowest_direct_hz ? fixed(*row.lowest_direct_hz, 1) : "—") +
-            number_cell(fixed(row.lowest_hz, 1)) + number_cell(std::to_string(row.n_modes)) +
-            number_cell(std::to_string(row.n_proxy_modes)) + number_cell(dash(row.partial_rms_cents)) +
-            number_cell(dash(row.log_spectral_distance_db)) + number_cell(dash(row.mel_distance_db)) +
-            number_cell(dash(row.third_octave_db)) + number_cell(dash(row.loudness_difference_db)) +
-            number_cell(dash(row.direct_s)) + number_cell(row.proxy_s ? rounded(1e3 * *row.proxy_s, 3) : "—") +
-            "</tr>\n";
+            number_cell(fixed(row.lowest_hz, 1)) + number_cell(std::to_string(row.modes)) +
+            number_cell(std::to_string(row.proxy_modes)) + number_cell(error(&fit::ProxyErrors::partial_rms_cents)) +
+            number_cell(error(&fit::ProxyErrors::log_spectral_distance_db)) +
+            number_cell(error(&fit::ProxyErrors::mel_distance_db)) +
+            number_cell(error(&fit::ProxyErrors::third_octave_db)) +
+            number_cell(error(&fit::ProxyErrors::loudness_difference_db)) + number_cell(dash(times.direct_s)) +
+            number_cell(times.proxy_s ? rounded(1e3 * *times.proxy_s, 3) : "—") + "</tr>\n";
   }
   return table(head("Piece", false) + head("Lowest, mesh [Hz]") + head("Lowest, alone [Hz]") + head("Modes") +
                    head("of the proxy") + head("Partials [cents]") + head("Log-spectral [dB]") + head("Mel [dB]") +
@@ -136,51 +160,51 @@ std::string proxy_piece_table(const ProxyStudyData& data) {
                body, "Pieces");
 }
 
-std::string proxy_stage_table(const ProxyStudyData& data) {
+std::string stage_table(const DebrisDocument& data) {
   std::string body;
-  const auto add = [&](const char* way, const std::vector<std::pair<std::string, double>>& stages) {
+  const auto add = [&](const char* way, const std::map<std::string, double>& stages) {
     const double all = seconds(stages);
     for (const auto& [name, time] : stages)
-      body += "<tr>" + tag("td", way) + tag("td", escaped(name)) + number_cell(rounded(1e3 * time, 3)) +
-              number_cell(all > 0 ? fixed(100 * time / all, 1) : "—") + "</tr>\n";
+      body += "<tr>" + tag("td", way) + tag("td", escaped(name.substr(0, name.rfind("_s")))) +
+              number_cell(rounded(1e3 * time, 3)) + number_cell(all > 0 ? fixed(100 * time / all, 1) : "—") + "</tr>\n";
   };
-  add("direct", data.direct_stages);
-  add("proxy", data.proxy_stages);
+  add("direct", numbers_of(data.timings.direct_stages));
+  add("proxy", numbers_of(data.timings.proxy_stages));
   return table(head("Way", false) + head("Stage", false) + head("Processor time, all pieces [ms]") + head("Share [%]"),
                body, "Stages");
 }
 
-std::string proxy_study_key_figures(const ProxyStudyData& data) {
-  std::string html;
-  const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
-    html += "<div><dt>" + name + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) + "</dd></div>";
-  };
-  key("Pieces", std::to_string(data.pieces.size()), "");
-  if (data.speedup)
-    key("Proxies are cheaper by", rounded(*data.speedup, 3) + "×", "single-frequency calculation included");
-  if (data.speedup_without_lowest) key("Without that calculation", rounded(*data.speedup_without_lowest, 3) + "×", "");
+std::string key_figures(const DebrisDocument& data) {
+  KeyFigures keys;
+  keys.add("Pieces", std::to_string(data.pieces.size()), "");
+  if (data.timings.speedup)
+    keys.add("Proxies are cheaper by", rounded(*data.timings.speedup, 3) + "×",
+             "single-frequency calculation included");
+  if (data.timings.speedup_without_lowest)
+    keys.add("Without that calculation", rounded(*data.timings.speedup_without_lowest, 3) + "×", "");
   if (!data.thresholds.empty()) {
-    const ProxyThresholdRow& all = data.thresholds.front();
+    const ThresholdRecord& all = data.thresholds.front();
     if (all.log_spectral_distance_db)
-      key("All by proxies", fixed(*all.log_spectral_distance_db, 1) + "\u202fdB", "log-spectral distance of the mix");
+      keys.add("All by proxies", fixed(*all.log_spectral_distance_db, 1) + "\u202fdB",
+               "log-spectral distance of the mix");
     if (all.loudness_difference_db)
-      key("Their loudness", fixed(*all.loudness_difference_db, 1) + "\u202fdB(A)", "proxies minus direct");
+      keys.add("Their loudness", fixed(*all.loudness_difference_db, 1) + "\u202fdB(A)", "proxies minus direct");
   }
-  return "<dl class=\"keys\">" + html + "</dl>\n";
+  return keys.html();
 }
 
-std::vector<std::string> proxy_study_sentences(const ProxyStudyData& data) {
+std::vector<std::string> sentences_of(const DebrisDocument& data) {
   std::vector<std::string> sentences;
-  if (data.speedup && data.speedup_without_lowest)
+  if (data.timings.speedup && data.timings.speedup_without_lowest)
     sentences.push_back(
         "Sounding <b>" + counted(data.pieces.size(), "piece", "pieces") + "</b> by ellipsoids took <b>" +
-        rounded(*data.speedup, 3) + " times</b> less processor time than the direct way in this run, " +
-        rounded(*data.speedup_without_lowest, 3) +
+        rounded(*data.timings.speedup, 3) + " times</b> less processor time than the direct way in this run, " +
+        rounded(*data.timings.speedup_without_lowest, 3) +
         " times without the calculation of each piece’s lowest frequency. Times do not come out the same again.");
   const auto n_clamped = static_cast<std::size_t>(
-      std::count_if(data.pieces.begin(), data.pieces.end(), [](const ProxyPieceRow& p) { return p.clamped; }));
+      std::count_if(data.pieces.begin(), data.pieces.end(), [](const PieceRecord& p) { return p.clamped; }));
   const auto n_short = static_cast<std::size_t>(
-      std::count_if(data.pieces.begin(), data.pieces.end(), [](const ProxyPieceRow& p) { return p.bank_too_short; }));
+      std::count_if(data.pieces.begin(), data.pieces.end(), [](const PieceRecord& p) { return p.bank_too_short; }));
   if (n_clamped > 0)
     sentences.push_back(capitalised(counted(n_clamped, "piece is", "pieces are")) +
                         " thinner than the bank’s thinnest shape and took that.");
@@ -189,5 +213,53 @@ std::vector<std::string> proxy_study_sentences(const ProxyStudyData& data) {
                         " took a cell whose modes all lie in the band: higher ones are missing.");
   return sentences;
 }
+
+std::string curve_html(const DebrisDocument& data, ReportFolder& folder) {
+  const Svg error = error_figure(data), time = time_figure(data);
+  folder.add_figure("error", error);
+  folder.add_figure("time", time);
+  return figure(sheet(error),
+                "The mix of all pieces with proxies above the threshold against the mix of direct sounds; at the "
+                "left all pieces sound by proxies.") +
+         figure(sheet(time), "Processor time of all threads: modes, radiation and audio.") + threshold_table(data);
+}
+
+std::string sound_html(const DebrisDocument& data, ReportFolder& folder) {
+  SoundPair sounds;
+  sounds.name = "the direct mix";
+  sounds.recorded = folder.sound_beside(data.direct_sound);
+  sounds.computed = folder.sound_beside(data.proxy_sound);
+  if (std::min(sounds.recorded.n_frames(), sounds.computed.n_frames()) < 16) return {};
+  sounds.highest_hz = 20000.0;
+  sounds.recorded_words = "Direct";
+  sounds.computed_words = "Proxies";
+  const SoundMedia media = sound_media(sounds, 1, folder);
+  sounds.name.clear();
+  sounds.recorded_words = "All directly";
+  sounds.computed_words = "All by proxies";
+  return players(media, sounds) + spectrogram_html(media, "Spectrograms of both mixes on one scale of level.");
+}
+
+Page make(const DebrisDocument& data, ReportFolder& folder) {
+  Page page;
+  page.over = "Klangprobe · sound proxies";
+  page.title = "Debris by ellipsoids";
+  page.verdict = {"Done", "good", counted(data.pieces.size(), "piece", "pieces")};
+  page.sentences = sentences_of(data);
+  page.key_figures = key_figures(data);
+  page.sections = {{"curve", "Error and time", curve_html(data, folder)},
+                   {"sound", "Sound", sound_html(data, folder)},
+                   {"pieces", "Pieces", piece_table(data)},
+                   {"stages", "Stages", stage_table(data)}};
+  add_if_there("study.csv", "– pieces and thresholds", folder, page.downloads);
+  add_if_there(data.direct_sound, "– all pieces directly", folder, page.downloads);
+  add_if_there(data.proxy_sound, "– all pieces by proxies", folder, page.downloads);
+  page.downloads.push_back(kFiguresDownload);
+  return page;
+}
+
+}  // namespace
+
+PageKind proxy_study_page() { return page_kind("proxy_study", make); }
 
 }  // namespace klang::reports::detail

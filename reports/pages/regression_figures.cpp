@@ -4,7 +4,7 @@
 
 #include "reports/kit/raster.hpp"
 #include "reports/kit/text.hpp"
-#include "reports/pages/regression_page.hpp"
+#include "reports/pages/regression_figures.hpp"
 
 namespace klang::reports::detail {
 namespace {
@@ -57,18 +57,19 @@ void colour_bar(Svg& svg, double left, double top, double height, double low, do
 
 }  // namespace
 
-Svg regression_spectrum_figure(const RegressionData& data) {
+Svg regression_spectrum_figure(const validate::RegressionDocument& data) {
   constexpr double kHeight = 440, kTop = 34, kRight = 24;
   std::vector<double> frequencies, levels;
-  for (const RegressionPartial& p : data.partials) {
+  for (const validate::PartialRecord& p : data.partials) {
     for (const auto& [side, gain] : {std::pair{&p.reference, 0.0}, std::pair{&p.sound, data.gain_db.value_or(0)}}) {
       if (!*side) continue;
       frequencies.push_back((*side)->frequency_hz);
       levels.push_back(level_db((*side)->amplitude, gain));
     }
   }
-  for (const RegressionThird& third : data.thirds) {
-    if (third.difference_db) levels.push_back(std::min(third.reference_db.value_or(0), third.sound_db.value_or(0)));
+  for (const validate::ThirdComparison& third : data.third_octaves) {
+    if (third.difference_db)
+      levels.push_back(std::min(measured(third.reference_db).value_or(0), measured(third.sound_db).value_or(0)));
   }
   const double highest = levels.empty() ? 0 : *std::max_element(levels.begin(), levels.end());
   const double lowest = levels.empty() ? -80 : std::max(*std::min_element(levels.begin(), levels.end()), highest - 100);
@@ -80,15 +81,15 @@ Svg regression_spectrum_figure(const RegressionData& data) {
               {"Level at the strike [dB re full scale]", Scale::kLinear, floor, ceiling});
   frame.draw_axes(10, 7);
   for (const bool is_sound : {false, true}) {
-    for (const RegressionThird& third : data.thirds) {
-      const Number level = is_sound ? third.sound_db : third.reference_db;
+    for (const validate::ThirdComparison& third : data.third_octaves) {
+      const Number level = measured(is_sound ? third.sound_db : third.reference_db);
       if (!third.difference_db || !level) continue;
       const double edge = std::pow(10.0, 0.05);
       frame.curve({{third.centre_hz / edge, *level}, {third.centre_hz * edge, *level}},
                   is_sound ? "s1 mid dash2" : "s0 mid");
     }
   }
-  for (const RegressionPartial& p : data.partials) {
+  for (const validate::PartialRecord& p : data.partials) {
     // The two stand side by side where they agree.
     for (const bool is_sound : {false, true}) {
       const auto& side = is_sound ? p.sound : p.reference;
@@ -111,10 +112,10 @@ Svg regression_spectrum_figure(const RegressionData& data) {
   return svg;
 }
 
-std::optional<Svg> regression_partials_figure(const RegressionData& data) {
+std::optional<Svg> regression_partials_figure(const validate::RegressionDocument& data) {
   constexpr double kHeight = 470, kTop = 34, kRight = 24, kPanel = 176, kGap = 30;
   std::vector<double> frequencies;
-  for (const RegressionPartial& p : data.partials) {
+  for (const validate::PartialRecord& p : data.partials) {
     if (p.reference && p.sound) frequencies.push_back(p.reference->frequency_hz);
   }
   if (frequencies.empty()) return {};
@@ -122,16 +123,16 @@ std::optional<Svg> regression_partials_figure(const RegressionData& data) {
           "Deviation of each partial's frequency in cents and of its decay in per cent, with tolerances.");
   for (const bool is_decay : {false, true}) {
     const double top = kTop + (is_decay ? kPanel + kGap : 0);
-    const auto deviation = [&](const RegressionPartial& p) {
+    const auto deviation = [&](const validate::PartialRecord& p) {
       return is_decay ? (p.decay_change ? Number(100 * *p.decay_change) : Number()) : p.cents;
     };
-    const auto tolerance = [&](const RegressionPartial& p) {
+    const auto tolerance = [&](const validate::PartialRecord& p) {
       return (is_decay ? 100 : 1) * (is_decay ? p.decay_tolerance : p.cents_tolerance).value_or(0);
     };
     // Scaled by the narrow tolerances and the deviations: a partial that nobody knows shall not flatten the rest.
     std::vector<double> tolerances;
     double largest = 0;
-    for (const RegressionPartial& p : data.partials) {
+    for (const validate::PartialRecord& p : data.partials) {
       if (!deviation(p)) continue;
       tolerances.push_back(tolerance(p));
       largest = std::max(largest, std::abs(*deviation(p)));
@@ -146,7 +147,7 @@ std::optional<Svg> regression_partials_figure(const RegressionData& data) {
                 {is_decay ? "Decay [%]" : "Frequency [cents]", Scale::kLinear, -range, range});
     frame.draw_axes(10, 5);
     svg.line(frame.left(), frame.y(0), frame.right(), frame.y(0), "axis");
-    for (const RegressionPartial& p : data.partials) {
+    for (const validate::PartialRecord& p : data.partials) {
       if (!deviation(p)) continue;
       const double at = p.reference->frequency_hz, allowed = tolerance(p);
       frame.error_bar(at, std::max(-allowed, -range), std::min(allowed, range), "rule mid");
@@ -161,11 +162,13 @@ std::optional<Svg> regression_partials_figure(const RegressionData& data) {
   return svg;
 }
 
-std::optional<Svg> regression_spectrogram_figure(const RegressionData& data) {
+std::optional<Svg> regression_spectrogram_figure(const validate::RegressionDocument& data) {
   constexpr double kHeight = 380, kTop = 40, kPlotHeight = 286, kGap = 16, kBar = 58;
-  const auto& reference = data.reference_db;
-  const auto& sound = data.sound_db;
-  if (reference.empty() || reference.front().empty() || data.bands_hz.size() < 2 || data.times_s.empty()) return {};
+  const auto& reference = data.spectrogram.reference_db;
+  const auto& sound = data.spectrogram.sound_db;
+  if (reference.empty() || reference.front().empty() || data.spectrogram.bands_hz.size() < 2 ||
+      data.spectrogram.times_s.empty())
+    return {};
   double low = 1e300, high = -1e300;
   for (const auto* levels : {&reference, &sound}) {
     for (const auto& row : *levels) {
@@ -173,11 +176,12 @@ std::optional<Svg> regression_spectrogram_figure(const RegressionData& data) {
     }
   }
   high = 5 * std::ceil(high / 5), low = std::max(5 * std::floor(low / 5), high - 80);
-  const double step_s = data.times_s.size() > 1 ? data.times_s[1] - data.times_s[0] : 0.01;
-  const double last_s = data.times_s.back() - data.times_s.front() + step_s;
-  const double half_band = std::sqrt(data.bands_hz[1] / data.bands_hz[0]);
-  const AxisSpec y{"Frequency [kHz]", Scale::kLog, data.bands_hz.front() / half_band / 1000,
-                   data.bands_hz.back() * half_band / 1000, true};
+  const double step_s =
+      data.spectrogram.times_s.size() > 1 ? data.spectrogram.times_s[1] - data.spectrogram.times_s[0] : 0.01;
+  const double last_s = data.spectrogram.times_s.back() - data.spectrogram.times_s.front() + step_s;
+  const double half_band = std::sqrt(data.spectrogram.bands_hz[1] / data.spectrogram.bands_hz[0]);
+  const AxisSpec y{"Frequency [kHz]", Scale::kLog, data.spectrogram.bands_hz.front() / half_band / 1000,
+                   data.spectrogram.bands_hz.back() * half_band / 1000, true};
   const double panel = (kWidth - kLeft - 2 * kBar - 2 * kGap) / 3;
   Svg svg(kWidth, kHeight, "Levels over time and frequency of the reference and of the sound, and their difference.");
   const auto palette = difference_palette();

@@ -1,10 +1,14 @@
-#include "reports/pages/regression_page.hpp"
-
+// The page of klang regress check.
 #include <algorithm>
 #include <cmath>
 
 #include "reports/kit/text.hpp"
+#include "reports/pages/key_figures.hpp"
+#include "reports/pages/page.hpp"
 #include "reports/pages/page_parts.hpp"
+#include "reports/pages/plot_parts.hpp"
+#include "reports/pages/regression_figures.hpp"
+#include "validate/regression/regression_document.hpp"
 
 namespace klang::reports::detail {
 namespace {
@@ -22,28 +26,26 @@ std::string deviation(const Number& value, const Number& tolerance, double facto
   return tolerance && !(std::abs(*value) <= *tolerance) ? "<b>" + text + "</b>" : text;
 }
 
-const StudyClaim* first_failed(const RegressionData& data) {
-  for (const StudyClaim& claim : data.claims) {
+const validate::Claim* first_failed(const validate::RegressionDocument& data) {
+  for (const validate::Claim& claim : data.claims) {
     if (!claim.passed && claim.not_judged.empty()) return &claim;
   }
   return nullptr;
 }
 
-std::size_t count_of(const RegressionData& data, bool failed) {
-  return static_cast<std::size_t>(std::count_if(data.claims.begin(), data.claims.end(), [&](const StudyClaim& c) {
+std::size_t count_of(const validate::RegressionDocument& data, bool failed) {
+  return static_cast<std::size_t>(std::count_if(data.claims.begin(), data.claims.end(), [&](const validate::Claim& c) {
     return failed ? !c.passed && c.not_judged.empty() : !c.not_judged.empty();
   }));
 }
 
-}  // namespace
-
-std::string regression_partial_table(const RegressionData& data) {
+std::string partials_table(const validate::RegressionDocument& data) {
   std::string body;
-  for (const RegressionPartial& p : data.partials) {
-    const auto frequency = [](const std::optional<Partial>& side) {
+  for (const validate::PartialRecord& p : data.partials) {
+    const auto frequency = [](const std::optional<validate::ComparedPartial>& side) {
       return side ? escaped(with_std(side->frequency_hz, side->frequency_std_hz)) : "—";
     };
-    const auto decay = [](const std::optional<Partial>& side) {
+    const auto decay = [](const std::optional<validate::ComparedPartial>& side) {
       return side && side->decay_per_s ? escaped(with_std(*side->decay_per_s, side->decay_std_per_s)) : "—";
     };
     const std::string note = !p.note.empty() ? "not judged: " + p.note
@@ -65,10 +67,10 @@ std::string regression_partial_table(const RegressionData& data) {
       "Partials");
 }
 
-std::string regression_claim_table(const RegressionData& data) {
+std::string claims_table(const validate::RegressionDocument& data) {
   std::string body;
   for (const int wanted : {0, 1, 2}) {  // failed, not judged, passed
-    for (const StudyClaim& claim : data.claims) {
+    for (const validate::Claim& claim : data.claims) {
       const int kind = claim.passed ? 2 : claim.not_judged.empty() ? 0 : 1;
       if (kind != wanted) continue;
       const char* pills[] = {"<span class=\"tag bad\">failed</span>", "<span class=\"tag fair\">not judged</span>",
@@ -78,8 +80,8 @@ std::string regression_claim_table(const RegressionData& data) {
                   escaped(claim.words) +
                       (claim.not_judged.empty() ? "" : "<br><small>" + escaped(claim.not_judged) + "</small>"),
                   "scope=\"row\"") +
-              tag("td", pills[kind]) + number_cell(claim.measured ? rounded(*claim.measured, 3) : "—") +
-              number_cell(claim.tolerance ? rounded(*claim.tolerance, 3) : "—") + "</tr>\n";
+              tag("td", pills[kind]) + number_cell(rounded(claim.measured, 3)) +
+              number_cell(rounded(claim.tolerance, 3)) + "</tr>\n";
     }
   }
   return scrolled(
@@ -90,45 +92,42 @@ std::string regression_claim_table(const RegressionData& data) {
       "Claims");
 }
 
-std::string regression_key_figures(const RegressionData& data) {
-  std::string html;
-  const auto key = [&](const std::string& name, const std::string& value, const std::string& note) {
-    html += "<div><dt>" + name + "</dt><dd>" + value + (note.empty() ? "" : tag("small", note)) + "</dd></div>";
-  };
+std::string key_figures(const validate::RegressionDocument& data) {
+  KeyFigures keys;
   const auto n_pairs = std::count_if(data.partials.begin(), data.partials.end(),
-                                     [](const RegressionPartial& p) { return p.reference && p.sound; });
+                                     [](const validate::PartialRecord& p) { return p.reference && p.sound; });
   const auto n_reference = std::count_if(data.partials.begin(), data.partials.end(),
-                                         [](const RegressionPartial& p) { return p.reference.has_value(); });
-  key("Claims failed", std::to_string(count_of(data, true)), "of " + std::to_string(data.claims.size()));
-  key("Not judged", std::to_string(count_of(data, false)), "claims");
-  key("Partials found", std::to_string(n_pairs), "of " + std::to_string(n_reference));
+                                         [](const validate::PartialRecord& p) { return p.reference.has_value(); });
+  keys.add("Claims failed", std::to_string(count_of(data, true)), "of " + std::to_string(data.claims.size()));
+  keys.add("Not judged", std::to_string(count_of(data, false)), "claims");
+  keys.add("Partials found", std::to_string(n_pairs), "of " + std::to_string(n_reference));
   if (data.log_spectral_distance_db)
-    key("Log-spectral distance", fixed(*data.log_spectral_distance_db, 2) + "\u202fdB", "rms above the noise");
+    keys.add("Log-spectral distance", fixed(*data.log_spectral_distance_db, 2) + "\u202fdB", "rms above the noise");
   if (data.gain_db)
-    key("Level", (*data.gain_db > 0 ? "+" : "") + fixed(*data.gain_db, 1) + "\u202fdB",
-        "sound over reference, taken off");
+    keys.add("Level", (*data.gain_db > 0 ? "+" : "") + fixed(*data.gain_db, 1) + "\u202fdB",
+             "sound over reference, taken off");
   if (data.ring_10db_s && data.reference_ring_10db_s)
-    key("Energy falls by 10 dB in", rounded(*data.ring_10db_s, 3) + "\u202fs",
-        "reference " + rounded(*data.reference_ring_10db_s, 3) + "\u202fs");
+    keys.add("Energy falls by 10 dB in", rounded(*data.ring_10db_s, 3) + "\u202fs",
+             "reference " + rounded(*data.reference_ring_10db_s, 3) + "\u202fs");
   if (data.factor)
-    key("Tolerance", rounded(*data.factor, 3) + " σ", "and scatter between takes; never under its floor");
-  return "<dl class=\"keys\">" + html + "</dl>\n";
+    keys.add("Tolerance", rounded(*data.factor, 3) + " σ", "and scatter between takes; never under its floor");
+  return keys.html();
 }
 
-std::vector<std::string> regression_sentences(const ResultData& data) {
-  const RegressionData& r = data.regression;
+std::vector<std::string> sentences_of(const validate::RegressionDocument& r) {
   const std::size_t failed = count_of(r, true), open = count_of(r, false);
   std::vector<std::string> sentences;
-  if (data.status == "nothing_judged") {
+  if (r.header.status == "nothing_judged") {
     sentences.push_back("No partial could be judged, so nothing is passed.");
   } else if (failed == 0) {
     sentences.push_back("The sound keeps to its reference: <b>none of " +
                         counted(r.claims.size() - open, "judged claim", "judged claims") + " failed</b>.");
   } else {
     sentences.push_back("The sound differs from its reference in <b>" + counted(failed, "claim", "claims") +
-                        "</b> of " + std::to_string(r.claims.size() - open) + " that could be judged. The first: " +
-                        escaped(first_failed(r)->words) + ": " + rounded(first_failed(r)->measured.value_or(0), 3) +
-                        ", tolerance " + rounded(first_failed(r)->tolerance.value_or(0), 3) + ".");
+                        "</b> of " + std::to_string(r.claims.size() - open) +
+                        " that could be judged. The first: " + escaped(first_failed(r)->words) + ": " +
+                        rounded(measured(first_failed(r)->measured).value_or(0), 3) + ", tolerance " +
+                        rounded(measured(first_failed(r)->tolerance).value_or(0), 3) + ".");
   }
   if (open > 0)
     sentences.push_back(capitalised(counted(open, "claim", "claims")) +
@@ -141,5 +140,47 @@ std::vector<std::string> regression_sentences(const ResultData& data) {
                         ".");
   return sentences;
 }
+
+std::string overlay_html(const validate::RegressionDocument& data, ReportFolder& folder) {
+  std::string html;
+  const auto add = [&](const char* stem, const std::optional<Svg>& svg, const char* caption) {
+    if (!svg) return;
+    folder.add_figure(stem, *svg);
+    html += figure(sheet(*svg), caption);
+  };
+  add("spectrum", regression_spectrum_figure(data),
+      "Partials at the strike, side by side, and mean third-octave levels, the noise taken off.");
+  add("levels", regression_spectrogram_figure(data),
+      "Levels in bands of a twelfth octave from the onset on. What lies under the floor (12 dB over the louder "
+      "noise, or 50 dB under the loudest cell) is set to it, "
+      "so that noise shows no difference.");
+  add("partials", regression_partials_figure(data),
+      "How far the partials lie from the reference. A mark outside its bar is a failed claim; hollow marks were not "
+      "judged.");
+  return html;
+}
+
+Page make(const validate::RegressionDocument& data, ReportFolder& folder) {
+  Page page;
+  page.over = "Klangprobe · a sound against its reference";
+  page.title = data.name.empty() ? "Result" : data.name;
+  const bool passed = data.header.status == "passed";
+  page.verdict = {passed                                   ? "Passed"
+                  : data.header.status == "nothing_judged" ? "Nothing could be judged"
+                                                           : "Not passed",
+                  passed ? "good" : "bad", data.header.message.value_or("")};
+  page.sentences = sentences_of(data);
+  page.key_figures = key_figures(data);
+  page.sections = {{"overlay", "Overlay", overlay_html(data, folder)},
+                   {"partials", "Partials", partials_table(data)},
+                   {"claims", "Claims", claims_table(data)}};
+  add_if_there("junit.xml", "– the claims for a test report", folder, page.downloads);
+  page.downloads.push_back(kFiguresDownload);
+  return page;
+}
+
+}  // namespace
+
+PageKind regression_page() { return page_kind("regression", make); }
 
 }  // namespace klang::reports::detail

@@ -1,6 +1,7 @@
 #include "reports/pages/spectrogram.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/sound/audio/stft.hpp"
@@ -75,18 +76,6 @@ IndexedImage coloured(const Panel& panel, double low_db, double high_db) {
 
 }  // namespace
 
-audio::Signal loudest_channel(const audio::Signal& signal) {
-  audio::Signal sound;
-  sound.sample_rate_hz = signal.sample_rate_hz;
-  sound.origin = signal.origin;
-  Eigen::Index loudest = 0;
-  for (Eigen::Index c = 1; c < signal.n_channels(); ++c) {
-    if (signal.samples.col(c).squaredNorm() > signal.samples.col(loudest).squaredNorm()) loudest = c;
-  }
-  if (signal.n_channels() > 0) sound.samples = signal.samples.col(loudest);
-  return sound;
-}
-
 SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_partial_hz) {
   SpectrogramRange range;
   range.duration_s = std::clamp(sound.duration_s(), 0.02, 12.0);
@@ -98,24 +87,10 @@ SpectrogramRange spectrogram_range(const audio::Signal& sound, double highest_pa
   return range;
 }
 
-Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
-                       const std::vector<double>& strikes_s, const SpectrogramRange& range,
-                       const std::string& fitted_words, const Ridges& ridges, const std::string& recorded_words) {
-  constexpr double kWidth = 1080, kHeight = 380, kLeft = 66, kTop = 34, kPlotHeight = 292, kGap = 18, kBar = 96;
-  const int n_panels = fitted.n_frames() == 0 ? 1 : 3;
-  const double panel_width = (kWidth - kLeft - kBar - kGap * (n_panels - 1)) / n_panels;
-  const int columns = n_panels == 1 ? 900 : 440, rows = 400;
+namespace {
 
-  std::vector<Panel> panels{analysed(recorded, range, columns, rows, ridges.window_s)};
-  if (n_panels == 3) {
-    panels.push_back(analysed(fitted, range, columns, rows, ridges.window_s));
-    Panel difference = panels[0];
-    for (std::size_t i = 0; i < difference.amplitude.size(); ++i) {
-      difference.amplitude[i] = std::abs(panels[0].amplitude[i] - panels[1].amplitude[i]);
-    }
-    panels.push_back(std::move(difference));
-  }
-  // From the loudest pixel down to the recording's own floor, 60 to 100 dB.
+/// Levels that the colours span: from the loudest pixel down to the recording's own floor, 60 to 100 dB.
+std::array<double, 2> level_range(const std::vector<Panel>& panels) {
   float loudest = 0;
   for (const Panel& panel : panels) {
     for (const float a : panel.amplitude) loudest = std::max(loudest, a);
@@ -123,15 +98,48 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
   std::vector<float> sorted = panels[0].amplitude;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
   const double high_db = 10 * std::ceil(level_db(loudest) / 10);
-  const double low_db =
-      10 * std::floor(std::clamp(level_db(sorted[sorted.size() / 2]), high_db - 100, high_db - 60) / 10);
+  return {10 * std::floor(std::clamp(level_db(sorted[sorted.size() / 2]), high_db - 100, high_db - 60) / 10), high_db};
+}
+
+void level_bar(Svg& svg, double left, double top, double height, const std::array<double, 2>& range_db) {
+  IndexedImage ramp{1, 256, {}};
+  for (int i = 255; i >= 0; --i) ramp.pixels.push_back(static_cast<std::uint8_t>(i));
+  svg.image(left, top, 14, height, data_uri("image/png", png_bytes(ramp, heat_palette())));
+  svg.rect(left, top, 14, height, "axis");
+  const auto [low_db, high_db] = range_db;
+  for (const Tick& tick : axis_ticks({"", Scale::kLinear, low_db, high_db, true}, 6)) {
+    const double at = top + height * (high_db - tick.value) / (high_db - low_db);
+    svg.line(left + 14, at, left + 18, at, "axis");
+    svg.text(left + 22, at + 4, tick.label, "muted small");
+  }
+}
+
+}  // namespace
+
+Svg spectrogram_figure(const audio::Signal& recorded, const audio::Signal& computed, const SpectrogramSpec& spec) {
+  constexpr double kWidth = 1080, kHeight = 380, kLeft = 66, kTop = 34, kPlotHeight = 292, kGap = 18, kBar = 96;
+  const SpectrogramRange& range = spec.range;
+  const int n_panels = computed.n_frames() == 0 ? 1 : 3;
+  const double panel_width = (kWidth - kLeft - kBar - kGap * (n_panels - 1)) / n_panels;
+  const int columns = n_panels == 1 ? 900 : 440, rows = 400;
+
+  std::vector<Panel> panels{analysed(recorded, range, columns, rows, spec.ridges.window_s)};
+  if (n_panels == 3) {
+    panels.push_back(analysed(computed, range, columns, rows, spec.ridges.window_s));
+    Panel difference = panels[0];
+    for (std::size_t i = 0; i < difference.amplitude.size(); ++i) {
+      difference.amplitude[i] = std::abs(panels[0].amplitude[i] - panels[1].amplitude[i]);
+    }
+    panels.push_back(std::move(difference));
+  }
+  const auto [low_db, high_db] = level_range(panels);
 
   const std::string compared = n_panels == 3 ? "recorded, fitted and their difference" : "the recording";
   Svg svg(kWidth, kHeight,
-          "Spectrogram of " + name + ": " + compared + ", " + rounded(range.low_hz / 1000, 3) + " to " +
+          "Spectrogram of " + spec.name + ": " + compared + ", " + rounded(range.low_hz / 1000, 3) + " to " +
               rounded(range.high_hz / 1000, 3) + " kHz over " + rounded(range.duration_s, 3) + " s, levels from " +
               fixed(low_db, 0) + " to " + fixed(high_db, 0) + " dB re full scale.");
-  const std::string titles[3] = {recorded_words, fitted_words, "Difference of magnitudes"};
+  const std::string titles[3] = {spec.recorded_words, spec.computed_words, "Difference of magnitudes"};
   for (int i = 0; i < n_panels; ++i) {
     const double left = kLeft + i * (panel_width + kGap);
     svg.image(left, kTop, panel_width, kPlotHeight,
@@ -143,30 +151,19 @@ Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, c
     frame.draw_axes(n_panels == 1 ? 10 : 5, 6, false, false);
     svg.text(left, kTop - 12, titles[i], "strong");
     if (i == 0) {
-      for (const auto& line : ridges.lines) {
+      for (const auto& line : spec.ridges.lines) {
         std::vector<PlotPoint> shown;
         for (const PlotPoint& p : line) shown.push_back({p.x, p.y / 1000});
-        frame.curve(shown, ridges.narrow ? "ridge thin" : "ridge");
+        frame.curve(shown, spec.ridges.narrow ? "ridge thin" : "ridge");
       }
     }
-    for (const double strike : strikes_s) {
+    for (const double strike : spec.strikes_s) {
       if (strike < 0 || strike > range.duration_s || i == 2) continue;
       const double at = frame.x(strike);
       svg.polyline({{at - 4, kTop - 7}, {at + 4, kTop - 7}, {at, kTop - 1}}, "m1", true);
     }
   }
-  // Colour bar.
-  const double bar_left = kWidth - kBar + 24;
-  IndexedImage ramp{1, 256, {}};
-  for (int i = 255; i >= 0; --i) ramp.pixels.push_back(static_cast<std::uint8_t>(i));
-  svg.image(bar_left, kTop, 14, kPlotHeight, data_uri("image/png", png_bytes(ramp, heat_palette())));
-  svg.rect(bar_left, kTop, 14, kPlotHeight, "axis");
-  const AxisSpec level{"", Scale::kLinear, low_db, high_db, true};
-  for (const Tick& tick : axis_ticks(level, 6)) {
-    const double at = kTop + kPlotHeight * (high_db - tick.value) / (high_db - low_db);
-    svg.line(bar_left + 14, at, bar_left + 18, at, "axis");
-    svg.text(bar_left + 22, at + 4, tick.label, "muted small");
-  }
+  level_bar(svg, kWidth - kBar + 24, kTop, kPlotHeight, {low_db, high_db});
   svg.text(kWidth - 4, kTop - 12, "dB re full scale", "muted small", Anchor::kEnd);
   return svg;
 }

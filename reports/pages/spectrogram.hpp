@@ -8,9 +8,6 @@
 
 namespace klang::reports::detail {
 
-/// The channel with the most energy, alone.
-audio::Signal loudest_channel(const audio::Signal& signal);
-
 struct SpectrogramRange {
   double duration_s = 0, high_hz = 0;
   double low_hz = 0;  ///< > 0: logarithmic axis from there
@@ -27,13 +24,19 @@ struct Ridges {
   bool narrow = false;  ///< drawn thin: there are many
 };
 
-/// Recorded, fitted and what lies between them on one scale of level. The third panel is the difference of
-/// the magnitudes | |recorded| - |fitted| |: phases do not enter, so that it shows missing or superfluous
-/// energy only. With no fitted sound (no frames) there is one wide panel. Level: 20 log10 of the amplitude of
-/// a sine that gives it, full scale = 0 dB. Strikes are marked on the time axis.
-Svg spectrogram_figure(const std::string& name, const audio::Signal& recorded, const audio::Signal& fitted,
-                       const std::vector<double>& strikes_s, const SpectrogramRange& range,
-                       const std::string& fitted_words, const Ridges& ridges = {},
-                       const std::string& recorded_words = "Recorded");
+/// What stands on and around a spectrogram.
+struct SpectrogramSpec {
+  std::string name;  ///< of what rings
+  SpectrogramRange range;
+  std::vector<double> strikes_s;                            ///< marked on the time axis
+  std::string recorded_words = "Recorded", computed_words;  ///< titles of the panels
+  Ridges ridges;
+};
+
+/// Recorded, computed and what lies between them on one scale of level. The third panel is the difference of
+/// the magnitudes | |recorded| - |computed| |: phases do not enter, so that it shows missing or superfluous
+/// energy only. With no computed sound (no frames) there is one wide panel. Level: 20 log10 of the amplitude of
+/// a sine that gives it, full scale = 0 dB.
+Svg spectrogram_figure(const audio::Signal& recorded, const audio::Signal& computed, const SpectrogramSpec& spec);
 
 }  // namespace klang::reports::detail

@@ -9,12 +9,11 @@
 namespace klang::reports::detail {
 namespace {
 
-constexpr double kPageWidth = 1080;
 constexpr double kPictureWidth = 520, kBarSpace = 74;
 
-double step_of(const StudyLevel& level) { return level.h_m ? *level.h_m : level.n.value_or(0); }
+double step_of(const validate::LevelRecord& level) { return level.h_m ? *level.h_m : level.n.value_or(0); }
 
-bool geometric(const StudySeries& series) { return series.kind == "geometric"; }
+bool geometric(const validate::SeriesRecord& series) { return series.kind == validate::Convergence::kGeometric; }
 
 std::string series_class(const char* prefix, std::size_t index) {
   return prefix + std::to_string(index % kSeriesCount);
@@ -26,35 +25,35 @@ struct FittedLine {
   bool any = false;
 };
 
-double abscissa(const StudySeries& series, double step) { return geometric(series) ? step : std::log(step); }
+double abscissa(const validate::SeriesRecord& series, double step) { return geometric(series) ? step : std::log(step); }
 
-FittedLine fitted_line(const StudySeries& series) {
+FittedLine fitted_line(const validate::SeriesRecord& series) {
   FittedLine line;
   double n = 0;
   line.low_x = std::numeric_limits<double>::infinity(), line.high_x = -line.low_x;
-  for (const StudyLevel& level : series.levels) {
+  for (const validate::LevelRecord& level : series.order.levels) {
     if (!level.excluded.empty() || !level.error || !(*level.error > 0)) continue;
     const double x = abscissa(series, step_of(level));
     line.middle_x += x, line.middle_y += std::log(*level.error), n += 1;
     line.low_x = std::min(line.low_x, x), line.high_x = std::max(line.high_x, x);
   }
-  if (n < 2 || !series.observed_order || !series.expected_order) return line;
+  if (n < 2 || !series.order.observed_order || !series.order.expected_order) return line;
   line.middle_x /= n, line.middle_y /= n;
   line.any = true;
   return line;
 }
 
 /// Slope of ln(error) over the abscissa for an order: errors fall with falling h and with rising n.
-double slope_of(const StudySeries& series, double order) {
-  const bool over_h = !series.levels.empty() && series.levels.front().h_m.has_value();
+double slope_of(const validate::SeriesRecord& series, double order) {
+  const bool over_h = !series.order.levels.empty() && series.order.levels.front().h_m.has_value();
   return over_h ? order : -order;
 }
 
-std::string order_words(const StudySeries& series) {
-  if (series.kind == "round_off") return "round-off";
-  if (!series.expected_order) return "no order expected";
+std::string order_words(const validate::SeriesRecord& series) {
+  if (series.kind == validate::Convergence::kRoundOff) return "round-off";
+  if (!series.order.expected_order) return "no order expected";
   const std::string name = geometric(series) ? "rate " : "order ";
-  return series.observed_order ? name + fixed(*series.observed_order, 2) : "no " + name;
+  return series.order.observed_order ? name + fixed(*series.order.observed_order, 2) : "no " + name;
 }
 
 /// The lowest place in a column that no label takes yet, close to the one that is wanted.
@@ -94,18 +93,19 @@ void draw_slope(Svg& svg, const Frame& frame, const AxisSpec& x_axis, const Axis
   svg.text(frame.x(x_to) + 5, (frame.y(y_at) + frame.y(y_at * rise)) / 2 + 4, rounded(order, 3), "muted small");
 }
 
-CaptionedFigure convergence_figure(const StudyData& study, const std::vector<std::size_t>& group, std::size_t number) {
+CaptionedFigure convergence_figure(const validate::StudyDocument& study, const std::vector<std::size_t>& group,
+                                   std::size_t number) {
   const bool linear_x = geometric(study.series[group.front()]);
   constexpr double kHeight = 560, kLeft = 66, kTop = 20, kRight = 268;
   std::vector<double> steps, errors;
   for (const std::size_t s : group) {
-    for (const StudyLevel& level : study.series[s].levels) {
+    for (const validate::LevelRecord& level : study.series[s].order.levels) {
       if (!level.error || !(*level.error > 0)) continue;
       steps.push_back(step_of(level));
       errors.push_back(*level.error);
     }
   }
-  const StudySeries& first = study.series[group.front()];
+  const validate::SeriesRecord& first = study.series[group.front()];
   const AxisSpec x = axis_around(capitalised(first.step), linear_x ? Scale::kLinear : Scale::kLog, steps, 0.05);
   const AxisSpec y = axis_around("Error", Scale::kLog, errors, 0.07);
   std::string names;
@@ -115,9 +115,9 @@ CaptionedFigure convergence_figure(const StudyData& study, const std::vector<std
   Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 50, x, y);
 
   for (const std::size_t s : group) {  // bands first, so that nothing hides behind them
-    const StudySeries& series = study.series[s];
+    const validate::SeriesRecord& series = study.series[s];
     const FittedLine line = fitted_line(series);
-    if (!line.any || !series.order_ci95) continue;
+    if (!line.any || !series.order.order_ci95) continue;
     const auto at = [&](double order, double place) {
       const double value = std::exp(line.middle_y + slope_of(series, order) * (place - line.middle_x));
       const double step = linear_x ? place : std::exp(place);
@@ -126,51 +126,55 @@ CaptionedFigure convergence_figure(const StudyData& study, const std::vector<std
     };
     const PlotPoint middle = at(0, line.middle_x);
     for (const double end : {line.low_x, line.high_x})
-      svg.polyline({middle, at((*series.order_ci95)[0], end), at((*series.order_ci95)[1], end)}, "band", true);
+      svg.polyline({middle, at((*series.order.order_ci95)[0], end), at((*series.order.order_ci95)[1], end)}, "band",
+                   true);
   }
   frame.draw_axes(7, 8);
   std::vector<Label> labels;
   for (const std::size_t s : group) {
-    const StudySeries& series = study.series[s];
+    const validate::SeriesRecord& series = study.series[s];
     const std::string colour = series_class("s", s) + (series.counts ? "" : " dash2");
     const FittedLine line = fitted_line(series);
     if (line.any) {
       std::vector<PlotPoint> curve;
       for (const double end : {line.low_x, line.high_x})
-        curve.push_back({linear_x ? end : std::exp(end),
-                         std::exp(line.middle_y + slope_of(series, *series.observed_order) * (end - line.middle_x))});
+        curve.push_back(
+            {linear_x ? end : std::exp(end),
+             std::exp(line.middle_y + slope_of(series, *series.order.observed_order) * (end - line.middle_x))});
       frame.curve(curve, colour);
-    } else if (!series.levels.empty()) {
+    } else if (!series.order.levels.empty()) {
       std::vector<PlotPoint> curve;
-      for (const StudyLevel& level : series.levels) curve.push_back({step_of(level), level.error.value_or(0)});
+      for (const validate::LevelRecord& level : series.order.levels)
+        curve.push_back({step_of(level), level.error.value_or(0)});
       frame.curve(curve, colour + " thin");
     }
     double last = std::nan("");
-    double end_step = step_of(series.levels.empty() ? StudyLevel{} : series.levels.back());
-    for (const StudyLevel& level : series.levels) {
+    double end_step = step_of(series.order.levels.empty() ? validate::LevelRecord{} : series.order.levels.back());
+    for (const validate::LevelRecord& level : series.order.levels) {
       if (!level.error || !(*level.error > 0)) continue;
       const std::string words =
           series.title + ": error " + rounded(*level.error, 3) + " at " + rounded(step_of(level), 4) +
-          (level.excluded.empty() || !series.expected_order ? "" : " (" + level.excluded + ", not in the fit)");
+          (level.excluded.empty() || !series.order.expected_order ? "" : " (" + level.excluded + ", not in the fit)");
       svg.marker(static_cast<int>(s % kSeriesCount), frame.x(step_of(level)), frame.y(*level.error), 4.5, words,
-                 !level.excluded.empty() && series.expected_order.has_value());
+                 !level.excluded.empty() && series.order.expected_order.has_value());
       // The label belongs to the end of the curve at the right edge.
       if (!std::isfinite(last) || step_of(level) >= end_step) last = *level.error, end_step = step_of(level);
     }
     if (std::isfinite(last))
-      labels.push_back({frame.y(last), s,
-                        shortened(series.title, 38) + "\n" + order_words(series) +
-                            (series.expected_order ? ", expected " + rounded(*series.expected_order, 3) : "")});
+      labels.push_back(
+          {frame.y(last), s,
+           shortened(series.title, 38) + "\n" + order_words(series) +
+               (series.order.expected_order ? ", expected " + rounded(*series.order.expected_order, 3) : "")});
   }
   if (!linear_x) {
     // One triangle for each expected order, in the free corner below the curves.
     std::vector<double> orders;
     for (const std::size_t s : group) {
-      const auto& expected = study.series[s].expected_order;
+      const auto& expected = study.series[s].order.expected_order;
       if (expected && *expected > 0 && std::find(orders.begin(), orders.end(), *expected) == orders.end())
         orders.push_back(*expected);
     }
-    const bool over_h = first.levels.empty() || first.levels.front().h_m.has_value();
+    const bool over_h = first.order.levels.empty() || first.order.levels.front().h_m.has_value();
     const double width = std::pow(x.high / x.low, 0.13);
     for (std::size_t k = 0; k < orders.size() && over_h; ++k) {
       const double from = x.low * std::pow(x.high / x.low, 0.66 + 0.17 * static_cast<double>(k));
@@ -186,15 +190,16 @@ CaptionedFigure convergence_figure(const StudyData& study, const std::vector<std
   return {std::move(svg), number == 0 ? "convergence" : "convergence-" + std::to_string(number + 1), caption};
 }
 
-std::vector<std::vector<std::size_t>> groups_of(const StudyData& study) {
+std::vector<std::vector<std::size_t>> groups_of(const validate::StudyDocument& study) {
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t s = 0; s < study.series.size(); ++s) {
-    const StudySeries& series = study.series[s];
-    const bool any = std::any_of(series.levels.begin(), series.levels.end(),
-                                 [](const StudyLevel& l) { return l.error && *l.error > 0 && step_of(l) > 0; });
+    const validate::SeriesRecord& series = study.series[s];
+    const bool any =
+        std::any_of(series.order.levels.begin(), series.order.levels.end(),
+                    [](const validate::LevelRecord& l) { return l.error && *l.error > 0 && step_of(l) > 0; });
     if (!any) continue;
     const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
-      const StudySeries& other = study.series[group.front()];
+      const validate::SeriesRecord& other = study.series[group.front()];
       return other.step == series.step && geometric(other) == geometric(series) && group.size() < kSeriesCount;
     });
     same == groups.end() ? groups.push_back({s}) : same->push_back(s);
@@ -235,20 +240,20 @@ double start_of(const Eigen::Vector3d& corner, const Eigen::Vector3d& side) {
 
 }  // namespace
 
-std::vector<CaptionedFigure> convergence_figures(const StudyData& study) {
+std::vector<CaptionedFigure> convergence_figures(const validate::StudyDocument& study) {
   std::vector<CaptionedFigure> figures;
   const auto groups = groups_of(study);
   for (std::size_t g = 0; g < groups.size(); ++g) figures.push_back(convergence_figure(study, groups[g], g));
   return figures;
 }
 
-std::vector<CaptionedFigure> cost_figures(const StudyData& study) {
+std::vector<CaptionedFigure> cost_figures(const validate::StudyDocument& study) {
   constexpr double kHeight = 420, kLeft = 66, kTop = 20, kRight = 268;
   std::vector<double> costs, errors;
-  for (const StudySeries& series : study.series) {
-    for (const StudyLevel& level : series.levels) {
-      if (!level.h_m || !level.error || !(*level.error > 0) || !(level.n_unknowns.value_or(0) > 0)) continue;
-      costs.push_back(*level.n_unknowns);
+  for (const validate::SeriesRecord& series : study.series) {
+    for (const validate::LevelRecord& level : series.order.levels) {
+      if (!level.h_m || !level.error || !(*level.error > 0) || !(level.n_unknowns > 0)) continue;
+      costs.push_back(level.n_unknowns);
       errors.push_back(*level.error);
     }
   }
@@ -260,11 +265,11 @@ std::vector<CaptionedFigure> cost_figures(const StudyData& study) {
   frame.draw_axes(7, 7);
   std::vector<Label> labels;
   for (std::size_t s = 0; s < study.series.size(); ++s) {
-    const StudySeries& series = study.series[s];
+    const validate::SeriesRecord& series = study.series[s];
     std::vector<PlotPoint> curve;
-    for (const StudyLevel& level : series.levels) {
-      if (!level.h_m || !level.error || !(*level.error > 0) || !(level.n_unknowns.value_or(0) > 0)) continue;
-      curve.push_back({*level.n_unknowns, *level.error});
+    for (const validate::LevelRecord& level : series.order.levels) {
+      if (!level.h_m || !level.error || !(*level.error > 0) || !(level.n_unknowns > 0)) continue;
+      curve.push_back({level.n_unknowns, *level.error});
     }
     if (curve.empty()) continue;
     frame.curve(curve, series_class("s", s) + (series.counts ? "" : " dash2"));
@@ -295,16 +300,18 @@ Svg slice_figure(const StudyField& field, const validate::SliceField& slice) {
   }
   if (!(largest > 0)) largest = 1, smallest = 0.1;
   AxisSpec bar;
-  if (field.decibels) {
-    const double lowest = field.floor > 0 ? field.floor : smallest;
+  const bool decibels = field.record.decibels.value_or(false);
+  const double floor = field.record.floor.value_or(0.0);
+  if (decibels) {
+    const double lowest = floor > 0 ? floor : smallest;
     bar = {"", Scale::kLinear, std::max(-60.0, 10 * std::floor(2 * std::log10(lowest / largest))), 0, true};
   } else {
-    bar = {"", Scale::kLog, field.floor > 0 ? std::min(field.floor, largest / 10) : std::max(smallest, largest * 1e-6),
-           largest, true};
+    bar = {"", Scale::kLog, floor > 0 ? std::min(floor, largest / 10) : std::max(smallest, largest * 1e-6), largest,
+           true};
     if (!(bar.low < bar.high)) bar.low = bar.high / 10;
   }
   const auto share = [&](double value) {
-    if (field.decibels) return (20 * std::log10(value / largest) - bar.low) / (bar.high - bar.low);
+    if (decibels) return (20 * std::log10(value / largest) - bar.low) / (bar.high - bar.low);
     return std::log(value / bar.low) / std::log(bar.high / bar.low);
   };
   RgbaImage image{columns, rows, {}};
@@ -322,24 +329,24 @@ Svg slice_figure(const StudyField& field, const validate::SliceField& slice) {
       image.pixels.push_back(255);
     }
   }
-  Svg svg(kPictureWidth, kTop + height + kBottom, field.title);
+  Svg svg(kPictureWidth, kTop + height + kBottom, field.record.title);
   svg.image(kLeft, kTop, width, height, data_uri("image/png", png_bytes(image)));
   const double u0 = start_of(slice.corner_m, slice.side_u_m), v0 = start_of(slice.corner_m, slice.side_v_m);
   Frame frame(svg, kLeft, kTop, width, height,
               {axis_words(slice.side_u_m, 'u'), Scale::kLinear, u0, u0 + slice.side_u_m.norm(), true},
               {axis_words(slice.side_v_m, 'v'), Scale::kLinear, v0, v0 + slice.side_v_m.norm(), true});
   frame.draw_axes(5, 5, false, false);
-  draw_bar(svg, kLeft + width + 16, kTop, height, bar, field.decibels ? "dB" : "");
+  draw_bar(svg, kLeft + width + 16, kTop, height, bar, decibels ? "dB" : "");
   return svg;
 }
 
-Svg picture_figure(const StudyField& field, const std::string& png, int width, int height, double low, double high) {
+Svg picture_figure(const StudyField& field, const DrawnPicture& picture) {
   const double kTop = 24, room = kPictureWidth - kBarSpace - 30, kHeight = 380;
-  const double scale = std::min(room / std::max(width, 1), kHeight / std::max(height, 1));
-  Svg svg(kPictureWidth, kTop + kHeight + 14, field.title);
-  svg.image((room - scale * width) / 2 + 6, kTop + (kHeight - scale * height) / 2, scale * width, scale * height,
-            data_uri("image/png", png));
-  AxisSpec axis{"", Scale::kLinear, low, high > low ? high : low + 1, true};
+  const double scale = std::min(room / std::max(picture.width, 1), kHeight / std::max(picture.height, 1));
+  Svg svg(kPictureWidth, kTop + kHeight + 14, field.record.title);
+  svg.image((room - scale * picture.width) / 2 + 6, kTop + (kHeight - scale * picture.height) / 2,
+            scale * picture.width, scale * picture.height, data_uri("image/png", picture.png));
+  AxisSpec axis{"", Scale::kLinear, picture.low, picture.high > picture.low ? picture.high : picture.low + 1, true};
   draw_bar(svg, room + 22, kTop + 30, kHeight - 60, axis, field.kind == FieldKind::kBalloon ? "dB" : "");
   return svg;
 }

@@ -24,7 +24,7 @@ struct DrawnPicture {
 };
 
 struct DrawnPictures {
-  std::vector<DrawnPicture> pictures;  ///< one a request
+  std::vector<DrawnPicture> pictures;  ///< one per request
   std::string warning;                 ///< one line, empty when all is well
 };
 

@@ -156,10 +156,10 @@ View view_of(vtkPolyData* surface, vtkDataArray* displacement) {
   return {Vector3d(0.55, -0.75, 0.52).normalized(), Vector3d::UnitZ()};
 }
 
-std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
+/// The mesh alone with the displacements of a mode as its vectors "u"; false where they cannot be had.
+bool set_displacement(vtkUnstructuredGrid* grid, int mode, vtkUnstructuredGrid* bare) {
   vtkDataArray* vectors = grid->GetPointData()->GetArray(array_name(mode).c_str());
-  if (!vectors || vectors->GetNumberOfComponents() != 3 || grid->GetNumberOfPoints() < 4) return {};
-  vtkNew<vtkUnstructuredGrid> bare;
+  if (!vectors || vectors->GetNumberOfComponents() != 3 || grid->GetNumberOfPoints() < 4) return false;
   bare->CopyStructure(grid);
   vtkNew<vtkDoubleArray> displacement;
   displacement->SetName("u");
@@ -167,11 +167,136 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   displacement->SetNumberOfTuples(vectors->GetNumberOfTuples());
   for (vtkIdType i = 0; i < vectors->GetNumberOfTuples(); ++i) {
     const Vector3d u = vector_of(vectors, i);
-    if (!u.allFinite()) return {};
+    if (!u.allFinite()) return false;
     displacement->SetTuple3(i, u.x(), u.y(), u.z());
   }
   bare->GetPointData()->SetVectors(displacement);
+  return true;
+}
 
+/// A body's surface with the motion of one mode.
+struct MovedSurface {
+  vtkPolyData* surface = nullptr;
+  vtkDataArray* u = nullptr;
+  double largest = 0, largest_normal = 0;  ///< of the displacement and of its part along the normal
+  bool tangential = false;
+  double bounds[6] = {};
+  double diagonal = 0;
+};
+
+/// Also sets the surface's colours: the displacement along the normal, or its size where it lies within the surface.
+std::optional<MovedSurface> moved_surface(vtkPolyData* surface) {
+  MovedSurface moved;
+  moved.surface = surface;
+  moved.u = surface->GetPointData()->GetArray("u");
+  vtkDataArray* normal = surface->GetPointData()->GetNormals();
+  const vtkIdType n = surface->GetNumberOfPoints();
+  if (n < 3 || !moved.u || !normal) return {};
+  for (vtkIdType i = 0; i < n; ++i) {
+    moved.largest = std::max(moved.largest, vector_of(moved.u, i).norm());
+    moved.largest_normal = std::max(moved.largest_normal, std::abs(vector_of(moved.u, i).dot(vector_of(normal, i))));
+  }
+  if (!(moved.largest > 0)) return {};
+  moved.tangential = moved.largest_normal < 0.03 * moved.largest;
+  vtkNew<vtkDoubleArray> shade;
+  shade->SetName("shade");
+  shade->SetNumberOfTuples(n);
+  for (vtkIdType i = 0; i < n; ++i) {
+    const Vector3d u = vector_of(moved.u, i);
+    shade->SetValue(i, moved.tangential ? u.norm() : u.dot(vector_of(normal, i)));
+  }
+  surface->GetPointData()->SetScalars(shade);
+  surface->GetPointData()->SetActiveVectors("u");
+  surface->GetBounds(moved.bounds);
+  const double* b = moved.bounds;
+  moved.diagonal = Vector3d(b[1] - b[0], b[3] - b[2], b[5] - b[4]).norm();
+  return moved;
+}
+
+/// Clearly bent, never folded: at most a ninth of the size, and slopes of about a third.
+double warp_scale(const MovedSurface& moved) {
+  const double slope = steepest(moved.surface, moved.u);
+  double scale = moved.diagonal / 9 / moved.largest;
+  if (slope > 0) scale = std::min(scale, 0.36 / slope);
+  if (moved.tangential) {  // straight paths would make a twisted tube look thicker
+    const double* b = moved.bounds;
+    scale = std::min(scale, 0.08 * std::min({b[1] - b[0], b[3] - b[2], b[5] - b[4]}) / moved.largest);
+  }
+  return scale;
+}
+
+void add_body(vtkRenderer* renderer, vtkAlgorithmOutput* bent, const MovedSurface& moved) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(bent);
+  const auto table = colours(moved.tangential ? moved.largest : moved.largest_normal, !moved.tangential);
+  mapper->SetLookupTable(table);
+  mapper->UseLookupTableScalarRangeOn();
+  mapper->InterpolateScalarsBeforeMappingOn();
+  mapper->SetResolveCoincidentTopologyToPolygonOffset();
+  mapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(2, 2);
+  vtkNew<vtkActor> body;
+  body->SetMapper(mapper);
+  body->GetProperty()->SetInterpolationToPhong();
+  body->GetProperty()->SetAmbient(0.22);
+  body->GetProperty()->SetDiffuse(0.82);
+  body->GetProperty()->SetSpecular(0.12);
+  body->GetProperty()->SetSpecularPower(30);
+  renderer->AddActor(body);
+}
+
+void add_lines(vtkRenderer* renderer, vtkAlgorithmOutput* lines, double grey, double width) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(lines);
+  mapper->ScalarVisibilityOff();
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(grey, grey, grey);
+  actor->GetProperty()->SetLineWidth(static_cast<float>(width * kSupersampling));
+  actor->GetProperty()->LightingOff();
+  actor->GetProperty()->SetOpacity(1.0);
+  renderer->AddActor(actor);
+}
+
+/// Looks at the body at rest and bent, a little room around. @return size of the picture [pixels]
+Eigen::Vector2d aim_camera(vtkRenderer* renderer, const MovedSurface& moved, double scale) {
+  const View view = view_of(moved.surface, moved.u);
+  const Vector3d right = view.up.cross(view.towards_camera).normalized();
+  const Vector3d up = view.towards_camera.cross(right).normalized();
+  Eigen::Vector2d low(1e300, 1e300), high(-1e300, -1e300);
+  const auto cover = [&](const Vector3d& p) {
+    const Eigen::Vector2d q(p.dot(right), p.dot(up));
+    low = low.cwiseMin(q);
+    high = high.cwiseMax(q);
+  };
+  for (vtkIdType i = 0, n = moved.surface->GetNumberOfPoints(); i < n; ++i) {
+    cover(point_of(moved.surface, i));
+    cover(point_of(moved.surface, i) + scale * vector_of(moved.u, i));
+  }
+  const Eigen::Vector2d extent = 1.06 * (high - low).cwiseMax(1e-3 * moved.diagonal);
+  const double largest_height = 0.62 * kPictureWidth;
+  double width = kPictureWidth, height = kPictureWidth * extent.y() / extent.x();
+  if (height > largest_height) {
+    height = largest_height;
+    width = height * extent.x() / extent.y();
+  }
+  const double* b = moved.bounds;
+  const Vector3d centre =
+      0.5 * (low.x() + high.x()) * right + 0.5 * (low.y() + high.y()) * up +
+      view.towards_camera * view.towards_camera.dot(Vector3d(b[0] + b[1], b[2] + b[3], b[4] + b[5]) / 2);
+  vtkCamera* camera = renderer->GetActiveCamera();
+  camera->ParallelProjectionOn();
+  camera->SetFocalPoint(centre.x(), centre.y(), centre.z());
+  const Vector3d eye = centre + 4 * moved.diagonal * view.towards_camera;
+  camera->SetPosition(eye.x(), eye.y(), eye.z());
+  camera->SetViewUp(up.x(), up.y(), up.z());
+  camera->SetParallelScale(extent.y() / 2);
+  renderer->ResetCameraClippingRange();
+  return {width, height};
+}
+
+std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
+  vtkNew<vtkUnstructuredGrid> bare;
+  if (!set_displacement(grid, mode, bare)) return {};
   vtkNew<vtkDataSetSurfaceFilter> skin;
   skin->SetInputData(bare);
   skin->SetNonlinearSubdivisionLevel(grid->GetNumberOfCells() > 20000 ? 1 : 2);
@@ -181,42 +306,11 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   normals->ConsistencyOn();
   normals->AutoOrientNormalsOn();
   normals->Update();
-  vtkPolyData* surface = normals->GetOutput();
-  vtkDataArray* u = surface->GetPointData()->GetArray("u");
-  vtkDataArray* normal = surface->GetPointData()->GetNormals();
-  const vtkIdType n = surface->GetNumberOfPoints();
-  if (n < 3 || !u || !normal) return {};
-
-  double largest = 0, largest_normal = 0;
-  for (vtkIdType i = 0; i < n; ++i) {
-    largest = std::max(largest, vector_of(u, i).norm());
-    largest_normal = std::max(largest_normal, std::abs(vector_of(u, i).dot(vector_of(normal, i))));
-  }
-  if (!(largest > 0)) return {};
-  ModeImage result;
-  result.tangential = largest_normal < 0.03 * largest;
-  vtkNew<vtkDoubleArray> shade;
-  shade->SetName("shade");
-  shade->SetNumberOfTuples(n);
-  for (vtkIdType i = 0; i < n; ++i) {
-    shade->SetValue(i, result.tangential ? vector_of(u, i).norm() : vector_of(u, i).dot(vector_of(normal, i)));
-  }
-  surface->GetPointData()->SetScalars(shade);
-  surface->GetPointData()->SetActiveVectors("u");
-
-  double bounds[6];
-  surface->GetBounds(bounds);
-  const double diagonal = Vector3d(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]).norm();
-  const double slope = steepest(surface, u);
-  // Clearly bent, never folded: at most a ninth of the size, and slopes of about a third.
-  double scale = diagonal / 9 / largest;
-  if (slope > 0) scale = std::min(scale, 0.36 / slope);
-  if (result.tangential) {  // straight paths would make a twisted tube look thicker
-    const double smallest = std::min({bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]});
-    scale = std::min(scale, 0.08 * smallest / largest);
-  }
+  const std::optional<MovedSurface> moved = moved_surface(normals->GetOutput());
+  if (!moved) return {};
+  const double scale = warp_scale(*moved);
   vtkNew<vtkWarpVector> warped;
-  warped->SetInputData(surface);
+  warped->SetInputData(moved->surface);
   warped->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, "u");
   warped->SetScaleFactor(scale);
   warped->Update();
@@ -227,41 +321,13 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   bent_normals->Update();
 
   vtkNew<vtkRenderer> renderer;
-  vtkNew<vtkPolyDataMapper> body_mapper;
-  body_mapper->SetInputConnection(bent_normals->GetOutputPort());
-  const auto table = colours(result.tangential ? largest : largest_normal, !result.tangential);
-  body_mapper->SetLookupTable(table);
-  body_mapper->UseLookupTableScalarRangeOn();
-  body_mapper->InterpolateScalarsBeforeMappingOn();
-  body_mapper->SetResolveCoincidentTopologyToPolygonOffset();
-  body_mapper->SetRelativeCoincidentTopologyPolygonOffsetParameters(2, 2);
-  vtkNew<vtkActor> body;
-  body->SetMapper(body_mapper);
-  body->GetProperty()->SetInterpolationToPhong();
-  body->GetProperty()->SetAmbient(0.22);
-  body->GetProperty()->SetDiffuse(0.82);
-  body->GetProperty()->SetSpecular(0.12);
-  body->GetProperty()->SetSpecularPower(30);
-  renderer->AddActor(body);
-
-  const auto add_lines = [&](vtkAlgorithmOutput* lines, double grey, double width, double opacity) {
-    vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputConnection(lines);
-    mapper->ScalarVisibilityOff();
-    vtkNew<vtkActor> actor;
-    actor->SetMapper(mapper);
-    actor->GetProperty()->SetColor(grey, grey, grey);
-    actor->GetProperty()->SetLineWidth(static_cast<float>(width * kSupersampling));
-    actor->GetProperty()->LightingOff();
-    actor->GetProperty()->SetOpacity(opacity);
-    renderer->AddActor(actor);
-  };
+  add_body(renderer, bent_normals->GetOutputPort(), *moved);
   vtkNew<vtkContourFilter> nodes;
-  if (!result.tangential) {
+  if (!moved->tangential) {
     nodes->SetInputConnection(bent_normals->GetOutputPort());
     nodes->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, "shade");
     nodes->SetValue(0, 0.0);
-    add_lines(nodes->GetOutputPort(), 0.10, 1.5, 1.0);
+    add_lines(renderer, nodes->GetOutputPort(), 0.10, 1.5);
   }
   vtkNew<vtkFeatureEdges> rest;  // the body at rest
   rest->SetInputConnection(skin->GetOutputPort());
@@ -269,45 +335,15 @@ std::optional<ModeImage> draw(vtkUnstructuredGrid* grid, int mode) {
   rest->NonManifoldEdgesOff();
   rest->SetFeatureAngle(40);
   rest->ColoringOff();
-  add_lines(rest->GetOutputPort(), 0.55, 1.0, 1.0);
+  add_lines(renderer, rest->GetOutputPort(), 0.55, 1.0);
 
-  const View view = view_of(surface, u);
-  const Vector3d right = view.up.cross(view.towards_camera).normalized();
-  const Vector3d up = view.towards_camera.cross(right).normalized();
-  Eigen::Vector2d low(1e300, 1e300), high(-1e300, -1e300);
-  const auto cover = [&](const Vector3d& p) {
-    const Eigen::Vector2d q(p.dot(right), p.dot(up));
-    low = low.cwiseMin(q);
-    high = high.cwiseMax(q);
-  };
-  for (vtkIdType i = 0; i < n; ++i) {
-    cover(point_of(surface, i));
-    cover(point_of(surface, i) + scale * vector_of(u, i));
-  }
-  const Eigen::Vector2d extent = 1.06 * (high - low).cwiseMax(1e-3 * diagonal);
-  const double largest_height = 0.62 * kPictureWidth;
-  double width = kPictureWidth, height = kPictureWidth * extent.y() / extent.x();
-  if (height > largest_height) {
-    height = largest_height;
-    width = height * extent.x() / extent.y();
-  }
-  const Vector3d centre =
-      0.5 * (low.x() + high.x()) * right + 0.5 * (low.y() + high.y()) * up +
-      view.towards_camera *
-          view.towards_camera.dot(Vector3d(bounds[0] + bounds[1], bounds[2] + bounds[3], bounds[4] + bounds[5]) / 2);
-  vtkCamera* camera = renderer->GetActiveCamera();
-  camera->ParallelProjectionOn();
-  camera->SetFocalPoint(centre.x(), centre.y(), centre.z());
-  const Vector3d eye = centre + 4 * diagonal * view.towards_camera;
-  camera->SetPosition(eye.x(), eye.y(), eye.z());
-  camera->SetViewUp(up.x(), up.y(), up.z());
-  camera->SetParallelScale(extent.y() / 2);
-  renderer->ResetCameraClippingRange();
-
-  const int columns = std::max(8, static_cast<int>(std::lround(width))) * kSupersampling;
-  const int rows = std::max(8, static_cast<int>(std::lround(height))) * kSupersampling;
+  const Eigen::Vector2d size = aim_camera(renderer, *moved, scale);
+  const int columns = std::max(8, static_cast<int>(std::lround(size.x()))) * kSupersampling;
+  const int rows = std::max(8, static_cast<int>(std::lround(size.y()))) * kSupersampling;
   const RgbaImage image = captured(renderer, columns, rows);
   if (image.pixels.empty()) return {};
+  ModeImage result;
+  result.tangential = moved->tangential;
   result.image = trimmed(reduced(image, kSupersampling), 2);
   return result;
 }

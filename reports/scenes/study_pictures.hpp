@@ -2,8 +2,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "reports/kit/result_data.hpp"
 #include "reports/scenes/drawing_process.hpp"
+#include "reports/scenes/field_files.hpp"
 
 namespace klang::reports::detail {
 

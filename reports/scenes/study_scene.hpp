@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "reports/kit/raster.hpp"
-#include "reports/kit/result_data.hpp"
+#include "reports/scenes/field_files.hpp"
 
 namespace klang::reports::detail {
 

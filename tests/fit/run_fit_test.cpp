@@ -10,11 +10,12 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "datasets-synthetic/recipe.hpp"
 #include "datasets-synthetic/ritz_box.hpp"
 #include "fit/run/fit.hpp"
-#include "fit/run/fit_json.hpp"
+#include "fit/run/fit_document.hpp"
 #include "fit/tune/tune.hpp"
 
 namespace klang::fit {
@@ -97,7 +98,7 @@ TEST(RunFit, ChimesGiveEWithinTwoTenthsOfAPercentAndRayleighWithinThree) {
   }
   for (const auto& specimen : result.specimens) EXPECT_TRUE(specimen.none_missing) << specimen.name;
 
-  const nlohmann::json json = fit_json(problem, result, {"test", 1, "{}", {}});
+  const nlohmann::json json = json_of(fit_document(problem, result, {"1", "test", 1, {"{}"}, {}}));
   EXPECT_EQ(json["status"], "converged");
   EXPECT_EQ(json["matches"].size(), 10u);
   EXPECT_EQ(json["matches"][0]["specimen"], "D3");

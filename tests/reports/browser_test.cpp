@@ -8,10 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
 #include "reports/scenes/field_files.hpp"
 #include "tests/reports/fixture.hpp"
-#include "validate/studies/study.hpp"
+#include "validate/studies/study_document.hpp"
 
 /// The pages in a real browser. A copy of the page gets a script in front that catches every error and one
 /// behind that waits for all pictures and sounds and writes what it saw into the document, which the browser
@@ -175,10 +176,9 @@ TEST_F(Browser, SeesTheStudyPageWithoutAnyErrorAndLoadsItsPictures) {
   const fs::path folder = folder_ / "study";
   fs::create_directories(folder);
   write_fields(study.fields, folder);
-  json result = validate::to_json(study);
-  result["schema_version"] = 1;
-  result["kind"] = "study";
-  write_file(folder / "study.json", result.dump());
+  ResultHeader header;
+  header.kind = "study";
+  write_file(folder / "study.json", json_of(validate::study_document(header, study)).dump());
   const ReportResult report = write_report(folder / "study.json");
   const json verdict = judged(report.page, folder_, 1200);
   expect_clean(verdict, 0, 0);

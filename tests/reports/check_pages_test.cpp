@@ -6,9 +6,10 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
 #include "validate/papers/papers.hpp"
-#include "validate/regression/regression.hpp"
+#include "validate/regression/regression_document.hpp"
 
 namespace klang::reports {
 namespace {
@@ -54,11 +55,9 @@ json regression(double shift_cents) {
   result.reference_db = Eigen::MatrixXf::Constant(2, 3, -30.0f);
   result.sound_db = Eigen::MatrixXf::Constant(2, 3, -33.0f);
   result.log_spectral_distance_db = 3.0;
-  json file = validate::to_json(result);
-  file["schema_version"] = 1;
-  file["kind"] = "regression";
-  file["status"] = result.passed() ? "passed" : "not_passed";
-  return file;
+  ResultHeader header;
+  header.kind = "regression";
+  return json_of(validate::regression_document(header, result, {}));
 }
 
 fs::path written(const json& result, const fs::path& folder) {
@@ -103,10 +102,10 @@ TEST(PapersPage, ShowsNumbersWithTheirVerdictsAndWhatIsLeftOut) {
   number.verdict = validate::verdict_of(number);
   tables.numbers.push_back(number);
   tables.gaps.push_back({"SB", "Table 3", "statistics"});
-  json file = validate::to_json(tables);
-  file["schema_version"] = 1;
-  file["kind"] = "papers";
-  file["status"] = "not_passed";
+  ResultHeader header;
+  header.kind = "papers";
+  header.status = "not_passed";
+  const json file = json_of(validate::papers_document(header, tables));
   const std::string page = read_file(write_report(written(file, fresh_folder("papers"))).page);
   EXPECT_NE(page.find("pill bad\">Not passed"), std::string::npos);
   EXPECT_NE(page.find("tag bad\">differs"), std::string::npos);

@@ -9,8 +9,12 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/geometry/shapes/shape.hpp"
+#include "core/physics/modal/modes_document.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "fit/ringdown/analysis_document.hpp"
+#include "fit/run/fit_document.hpp"
 
 namespace klang::reports::fixture {
 namespace {
@@ -146,86 +150,142 @@ audio::Signal ringing(const std::vector<Tone>& tones, double rate, double second
   return signal;
 }
 
-json estimate(const char* name, double value, json std, bool identifiable, const char* why, double start,
-              bool derived) {
-  json interval = nullptr;
-  if (std.is_number()) interval = {value - 1.96 * std.get<double>(), value + 1.96 * std.get<double>()};
-  return {
-      {"name", name}, {"value", value},       {"std", std},        {"ci95", interval}, {"identifiable", identifiable},
-      {"why", why},   {"start_value", start}, {"derived", derived}};
+/// Found, with its 95 % interval.
+fit::FitParameter found(const char* name, double value, double std, double start, bool derived = false) {
+  return {name, value, std, std::array{value - 1.96 * std, value + 1.96 * std}, true, "", start, derived};
 }
 
-json candidate(const char* model, json parameters, double aicc, double weight, double rms, double (*rate)(double)) {
-  json frequencies = json::array(), decays = json::array();
+fit::FitParameter not_found(const char* name, double value, const char* why, double start) {
+  return {name, value, {}, {}, false, why, start, false};
+}
+
+fit::DampingRecord candidate(const char* model, std::vector<fit::FitParameter> parameters, double aicc, double weight,
+                             double rms, double (*rate)(double)) {
+  fit::DampingRecord record{model, std::move(parameters), aicc, weight, rms, {}};
   for (int i = 0; i <= 60; ++i) {
-    const double f = 400 * std::pow(45.0, i / 60.0);
-    frequencies.push_back(f);
-    decays.push_back(rate(f));
+    record.curve.frequency_hz.push_back(400 * std::pow(45.0, i / 60.0));
+    record.curve.decay_per_s.push_back(rate(record.curve.frequency_hz.back()));
   }
-  return {{"model", model},
-          {"parameters", parameters},
-          {"aicc", aicc},
-          {"aicc_weight", weight},
-          {"rms_relative_residual", rms},
-          {"curve", {{"frequency_hz", frequencies}, {"decay_per_s", decays}}}};
+  return record;
 }
 
-json provenance(const char* command) {
-  return {{"version", "0.1.0"},
-          {"command", command},
-          {"seed", 1},
-          {"options", {{"gate_cents", 60.0}, {"robust", true}}},
-          {"inputs", {{{"path", "six-chimes.toml"}, {"n_bytes", 1630}, {"sha256", std::string(64, 'a')}}}}};
+ResultHeader header(const char* kind, const char* status, const char* command,
+                    std::map<std::string, double> wall_time_s) {
+  ResultHeader header;
+  header.kind = kind;
+  header.status = status;
+  header.provenance = {"0.1.0",
+                       command,
+                       1,
+                       {R"({"gate_cents": 60.0, "robust": true})"},
+                       {{"six-chimes.toml", 1630, std::string(64, 'a')}}};
+  header.wall_time_s = std::move(wall_time_s);
+  return header;
+}
+
+std::vector<fit::FitParameter> parameters_of_six_chimes() {
+  return {not_found("lame_lambda_pa", 4.98e10,
+                    "bending frequencies depend on Young's modulus alone: moving along constant E changes no "
+                    "frequency by more than its error",
+                    4.98e10),
+          not_found("lame_mu_pa", 2.57e10,
+                    "only the combination E = mu (3 lambda + 2 mu) / (lambda + mu) is determined", 2.7e10),
+          found("rayleigh_stiffness_s", 2.003e-8, 3.1e-11, 1e-7), found("rayleigh_mass_per_s", 1.0952, 0.0113, 1.0),
+          found("youngs_modulus_pa", 6.8404e10, 5.2e7, 7e10, true)};
+}
+
+fit::DampingRecords damping_of_six_chimes() {
+  return {
+      "rayleigh",
+      {candidate(
+           "rayleigh",
+           {found("rayleigh_stiffness_s", 2.003e-8, 3.1e-11, 1e-7), found("rayleigh_mass_per_s", 1.0952, 0.0113, 1.0)},
+           -151.3, 0.9985, 0.0213, [](double f) { return decay(f); }),
+       candidate("zener",
+                 {found("zener_strength", 0.0024, 1e-4, 0.001), found("zener_relaxation_time_s", 1.1e-6, 2e-7, 1e-6)},
+                 -138.2, 0.0014, 0.041,
+                 [](double f) { return 0.0012 * 2 * kPi * f * (f / 14000) / (1 + f * f / 196e6) + 0.4; }),
+       candidate("stiffness_only", {found("rayleigh_stiffness_s", 2.2e-8, 4e-10, 1e-7)}, -60.1, 1e-20, 0.31,
+                 [](double f) { return 1.1e-8 * 4 * kPi * kPi * f * f; }),
+       candidate("loss_factor", {found("loss_factor", 7e-4, 1e-4, 1e-3)}, -12.4, 1e-30, 0.62,
+                 [](double f) { return 7e-4 * kPi * f; }),
+       candidate("mass_only", {found("rayleigh_mass_per_s", 9.1, 2.0, 1.0)}, 40.9, 1e-42, 0.91,
+                 [](double) { return 4.55; })}};
+}
+
+/// What one tube adds to a fit, and how it sounds.
+struct Tube {
+  fit::SpecimenRecord record;
+  std::vector<fit::MatchRecord> matches;
+  std::vector<fit::PredictedRecord> predicted;
+  std::vector<Tone> heard, modelled;
+};
+
+Tube make_tube(int number, const std::string& name, double length_m, RandomStream& random) {
+  Tube tube;
+  double sum_sq = 0, largest = 0;
+  const double own_cents = 1.3 * random.normal();
+  const std::vector<TubeMode> modes = tube_modes(length_m);
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    const double f = modes[m].frequency_hz;
+    const int index = static_cast<int>(m);
+    tube.predicted.push_back({name, index, f, {}, decay(f)});
+    if (modes[m].kind != 'b' || (number == 2 && modes[m].order == 4)) continue;
+    const double deviation = own_cents + 0.8 * random.normal();
+    const double measured = f * std::exp2(deviation / 1200), std_hz = 0.004 * std::pow(f / 600, 1.2);
+    const double rate_std = 0.004 * decay(f) * (1 + f / 4000), rate = decay(f) + 1.1 * rate_std * random.normal();
+    const double amplitude = 0.22 * std::pow(0.62, modes[m].order) * (0.7 + 0.6 * random.uniform());
+    const double phase = random.uniform(-kPi, kPi);
+    tube.heard.push_back({measured, rate, amplitude, phase});
+    tube.modelled.push_back({f, decay(f), amplitude, phase});
+    tube.record.partials.push_back({{measured, std_hz, rate, rate_std, amplitude, 0.001, phase, 0.01}, index});
+    fit::MatchRecord match;
+    match.specimen = name;
+    match.mode_index = index;
+    match.frequency_hz = measured;
+    match.frequency_std_hz = std_hz;
+    match.model_frequency_hz = f;
+    match.deviation_cents = deviation;
+    match.decay_per_s = rate;
+    match.decay_std_per_s = rate_std;
+    match.model_decay_per_s = decay(f);
+    tube.matches.push_back(match);
+    sum_sq += deviation * deviation;
+    largest = std::max(largest, std::abs(deviation));
+  }
+  if (number == 1) {  // the stand's own sound
+    tube.heard.push_back({2210.4, 14.0, 0.02, 0.3});
+    tube.record.partials.push_back({{2210.4, 0.09, 14.0, 0.6, 0.02, 0.001, 0.3, 0.05}, {}});
+  }
+  tube.record.name = name;
+  tube.record.shape.text =
+      json{{"kind", "tube"}, {"length_m", length_m}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}.dump();
+  tube.record.mass_kg = 2700 * length_m * kPi * (kOuter * kOuter - (kOuter - kWall) * (kOuter - kWall));
+  tube.record.n_nodes = 11664;
+  tube.record.n_elements = 5760;
+  tube.record.none_missing = true;
+  tube.record.rms_deviation_cents = std::sqrt(sum_sq / static_cast<double>(tube.matches.size()));
+  tube.record.max_deviation_cents = largest;
+  tube.record.strikes_s = {0.1};
+  tube.record.explained_energy = 0.9987;
+  return tube;
 }
 
 }  // namespace
 
 json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
   std::filesystem::create_directories(folder);
-  json result = {{"schema_version", 1},
-                 {"kind", "fit"},
-                 {"name", "Six chimes"},
-                 {"status", "converged"},
-                 {"material", {{"preset", "aluminium"}, {"density_kg_m3", 2700.0}}},
-                 {"provenance", provenance("klang fit six-chimes.toml -o out")},
-                 {"warnings", json::array()},
-                 {"wall_time_s", {{"modes", 11.2}, {"fit", 3.4}}},
-                 {"cost_initial", 5321.7},
-                 {"cost_final", 21.3},
-                 {"n_iterations", 9}};
-  result["parameters"] = {
-      estimate("lame_lambda_pa", 4.98e10, nullptr, false,
-               "bending frequencies depend on Young's modulus alone: moving along constant E changes no "
-               "frequency by more than its error",
-               4.98e10, false),
-      estimate("lame_mu_pa", 2.57e10, nullptr, false,
-               "only the combination E = mu (3 lambda + 2 mu) / (lambda + mu) is determined", 2.7e10, false),
-      estimate("rayleigh_stiffness_s", 2.003e-8, 3.1e-11, true, "", 1e-7, false),
-      estimate("rayleigh_mass_per_s", 1.0952, 0.0113, true, "", 1.0, false),
-      estimate("youngs_modulus_pa", 6.8404e10, 5.2e7, true, "", 7e10, true)};
-  result["correlation"] = {{"names", {"rayleigh_stiffness_s", "rayleigh_mass_per_s"}},
-                           {"matrix", {{1.0, -0.41}, {-0.41, 1.0}}}};
-  result["damping"] = {
-      {"model", "rayleigh"},
-      {"candidates",
-       {candidate("rayleigh",
-                  {estimate("rayleigh_stiffness_s", 2.003e-8, 3.1e-11, true, "", 1e-7, false),
-                   estimate("rayleigh_mass_per_s", 1.0952, 0.0113, true, "", 1.0, false)},
-                  -151.3, 0.9985, 0.0213, [](double f) { return decay(f); }),
-        candidate("zener",
-                  {estimate("zener_strength", 0.0024, 1e-4, true, "", 0.001, false),
-                   estimate("zener_time_s", 1.1e-6, 2e-7, true, "", 1e-6, false)},
-                  -138.2, 0.0014, 0.041,
-                  [](double f) { return 0.0012 * 2 * kPi * f * (f / 14000) / (1 + f * f / 196e6) + 0.4; }),
-        candidate("stiffness_only", {estimate("rayleigh_stiffness_s", 2.2e-8, 4e-10, true, "", 1e-7, false)}, -60.1,
-                  1e-20, 0.31, [](double f) { return 1.1e-8 * 4 * kPi * kPi * f * f; }),
-        candidate("loss_factor", {estimate("loss_factor", 7e-4, 1e-4, true, "", 1e-3, false)}, -12.4, 1e-30, 0.62,
-                  [](double f) { return 7e-4 * kPi * f; }),
-        candidate("mass_only", {estimate("rayleigh_mass_per_s", 9.1, 2.0, true, "", 1.0, false)}, 40.9, 1e-42, 0.91,
-                  [](double) { return 4.55; })}}};
-  result["matches"] = json::array();
-  result["predicted"] = json::array();
-  result["specimens"] = json::array();
+  fit::FitDocument document;
+  document.header = header("fit", "converged", "klang fit six-chimes.toml -o out", {{"modes", 11.2}, {"fit", 3.4}});
+  document.name = "Six chimes";
+  document.material.preset = "aluminium";
+  document.material.density_kg_m3 = 2700.0;
+  document.cost_initial = 5321.7;
+  document.cost_final = 21.3;
+  document.n_iterations = 9;
+  document.parameters = parameters_of_six_chimes();
+  document.correlation = {{"rayleigh_stiffness_s", "rayleigh_mass_per_s"}, {{1.0, -0.41}, {-0.41, 1.0}}};
+  document.damping = damping_of_six_chimes();
   RandomStream random(20, 3);
   for (int s = 0; s < fixture.n_specimens; ++s) {
     const std::string name = s == 0  ? fixture.first_name
@@ -233,91 +293,32 @@ json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
                                      : "T" + std::to_string(s);
     const std::string stem = "specimen" + std::to_string(s);
     const double length = s < 6 ? kLengths[static_cast<std::size_t>(s)] : 0.3 + 0.01 * (s % 17);
-    const std::vector<TubeMode> modes = tube_modes(length);
-    std::vector<Tone> heard, modelled;
-    json partials = json::array();
-    double sum_sq = 0, largest = 0;
-    int n_matched = 0;
-    const double own_cents = 1.3 * random.normal();
-    for (std::size_t m = 0; m < modes.size(); ++m) {
-      const double f = modes[m].frequency_hz;
-      result["predicted"].push_back(
-          {{"specimen", name}, {"mode_index", m}, {"frequency_hz", f}, {"decay_per_s", decay(f)}});
-      if (modes[m].kind != 'b' || (s == 2 && modes[m].order == 4)) continue;
-      const double deviation = own_cents + 0.8 * random.normal();
-      const double measured = f * std::exp2(deviation / 1200), std_hz = 0.004 * std::pow(f / 600, 1.2);
-      const double rate_std = 0.004 * decay(f) * (1 + f / 4000), rate = decay(f) + 1.1 * rate_std * random.normal();
-      const double amplitude = 0.22 * std::pow(0.62, modes[m].order) * (0.7 + 0.6 * random.uniform());
-      const double phase = random.uniform(-kPi, kPi);
-      heard.push_back({measured, rate, amplitude, phase});
-      modelled.push_back({f, decay(f), amplitude, phase});
-      partials.push_back({{"frequency_hz", measured},
-                          {"frequency_std_hz", std_hz},
-                          {"decay_per_s", rate},
-                          {"decay_std_per_s", rate_std},
-                          {"amplitude", amplitude},
-                          {"amplitude_std", 0.001},
-                          {"phase_rad", phase},
-                          {"phase_std_rad", 0.01},
-                          {"matched_mode", m}});
-      result["matches"].push_back({{"specimen", name},
-                                   {"frequency_hz", measured},
-                                   {"frequency_std_hz", std_hz},
-                                   {"mode_index", m},
-                                   {"model_frequency_hz", f},
-                                   {"deviation_cents", deviation},
-                                   {"decay_per_s", rate},
-                                   {"decay_std_per_s", rate_std},
-                                   {"model_decay_per_s", decay(f)}});
-      sum_sq += deviation * deviation;
-      largest = std::max(largest, std::abs(deviation));
-      ++n_matched;
-    }
-    if (s == 1) {  // the stand's own sound
-      heard.push_back({2210.4, 14.0, 0.02, 0.3});
-      partials.push_back({{"frequency_hz", 2210.4},
-                          {"frequency_std_hz", 0.09},
-                          {"decay_per_s", 14.0},
-                          {"decay_std_per_s", 0.6},
-                          {"amplitude", 0.02},
-                          {"amplitude_std", 0.001},
-                          {"phase_rad", 0.3},
-                          {"phase_std_rad", 0.05},
-                          {"matched_mode", nullptr}});
-    }
-    json files = json::object();
+    Tube tube = make_tube(s, name, length, random);
     if (fixture.sounds) {
-      write_sound(folder / ("recording-" + stem + ".wav"),
-                  ringing(heard, fixture.sample_rate_hz, 3.0, 3e-4, 7 + static_cast<std::uint64_t>(s)));
-      write_sound(folder / ("resynthesis-" + stem + ".wav"), ringing(modelled, fixture.sample_rate_hz, 3.0, 0, 0));
-      files["recording"] = "recording-" + stem + ".wav";
-      files["resynthesis"] = "resynthesis-" + stem + ".wav";
+      tube.record.files.recording = "recording-" + stem + ".wav";
+      tube.record.files.resynthesis = "resynthesis-" + stem + ".wav";
+      write_sound(folder / *tube.record.files.recording,
+                  ringing(tube.heard, fixture.sample_rate_hz, 3.0, 3e-4, 7 + static_cast<std::uint64_t>(s)));
+      write_sound(folder / *tube.record.files.resynthesis, ringing(tube.modelled, fixture.sample_rate_hz, 3.0, 0, 0));
     }
     if (fixture.shapes) {
-      write_tube_vtu(folder / ("modes-" + stem + ".vtu"), length, modes);
-      files["modes"] = "modes-" + stem + ".vtu";
+      tube.record.files.modes = "modes-" + stem + ".vtu";
+      write_tube_vtu(folder / *tube.record.files.modes, length, tube_modes(length));
     }
-    result["specimens"].push_back(
-        {{"name", name},
-         {"shape", {{"kind", "tube"}, {"length_m", length}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}},
-         {"mass_kg", 2700 * length * kPi * (kOuter * kOuter - (kOuter - kWall) * (kOuter - kWall))},
-         {"n_nodes", 11664},
-         {"n_elements", 5760},
-         {"none_missing", true},
-         {"rms_deviation_cents", std::sqrt(sum_sq / n_matched)},
-         {"max_deviation_cents", largest},
-         {"partials", partials},
-         {"strikes_s", {0.1}},
-         {"explained_energy", 0.9987},
-         {"files", files}});
+    document.matches.insert(document.matches.end(), tube.matches.begin(), tube.matches.end());
+    document.predicted.insert(document.predicted.end(), tube.predicted.begin(), tube.predicted.end());
+    document.specimens.push_back(std::move(tube.record));
   }
+  const json result = json_of(document);
   write_file(folder / "fit.json", json_text(result));
   return result;
 }
 
 json write_analysis(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
-  json partials = json::array();
+  fit::AnalysisDocument document;
+  document.header = header("analysis", "ok", "klang analyze glass.flac -o out", {{"total", 0.8}});
+  document.header.warnings = {"mains hum at 50 Hz ignored"};
   std::vector<Tone> tones;
   RandomStream random(5, 9);
   for (int i = 0; i < 14; ++i) {
@@ -325,31 +326,18 @@ json write_analysis(const std::filesystem::path& folder) {
                  rate = 1.5 + 0.0016 * f * (0.7 + 0.6 * random.uniform());
     const double amplitude = 0.12 * std::pow(0.8, i) * (0.5 + random.uniform());
     tones.push_back({f, rate, amplitude, 0.1 * i});
-    partials.push_back({{"frequency_hz", f},
-                        {"frequency_std_hz", 0.01 + 1e-5 * f},
-                        {"decay_per_s", rate},
-                        {"decay_std_per_s", 0.02 * rate},
-                        {"amplitude", amplitude},
-                        {"amplitude_std", 0.01 * amplitude},
-                        {"phase_rad", 0.1 * i},
-                        {"phase_std_rad", 0.02}});
+    document.partials.push_back({f, 0.01 + 1e-5 * f, rate, 0.02 * rate, amplitude, 0.01 * amplitude, 0.1 * i, 0.02});
   }
+  document.sample_rate_hz = 44100.0;
+  document.duration_s = 2.5;
+  document.n_channels = 2;
+  document.strikes_s = {0.1};
+  document.explained_energy = 0.9931;
+  document.noise_rms = 4e-4;
+  document.files = {"recording.wav", "resynthesis.wav"};
   write_sound(folder / "recording.wav", ringing(tones, 44100, 2.5, 4e-4, 11));
   write_sound(folder / "resynthesis.wav", ringing(tones, 44100, 2.5, 0, 0));
-  const json result = {{"schema_version", 1},
-                       {"kind", "analysis"},
-                       {"status", "ok"},
-                       {"provenance", provenance("klang analyze glass.flac -o out")},
-                       {"warnings", {"mains hum at 50 Hz ignored"}},
-                       {"wall_time_s", {{"total", 0.8}}},
-                       {"sample_rate_hz", 44100.0},
-                       {"duration_s", 2.5},
-                       {"n_channels", 2},
-                       {"strikes_s", {0.1}},
-                       {"explained_energy", 0.9931},
-                       {"noise_rms", 4e-4},
-                       {"partials", partials},
-                       {"files", {{"recording", "recording.wav"}, {"resynthesis", "resynthesis.wav"}}}};
+  const json result = json_of(document);
   write_file(folder / "analysis.json", json_text(result));
   return result;
 }
@@ -358,24 +346,19 @@ json write_modes(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const std::vector<TubeMode> modes = tube_modes(0.2);
   write_tube_vtu(folder / "modes.vtu", 0.2, modes);
-  json list = json::array();
+  modal::ModesDocument document;
+  document.header = header("modes", "converged", "klang modes --shape tube --json modes.json", {{"total", 1.1}});
   for (std::size_t m = 0; m < modes.size(); ++m)
-    list.push_back({{"index", m}, {"frequency_hz", modes[m].frequency_hz}, {"relative_residual", 3e-13}});
-  const json result = {{"schema_version", 1},
-                       {"kind", "modes"},
-                       {"status", "converged"},
-                       {"provenance", provenance("klang modes --shape tube --json modes.json")},
-                       {"warnings", json::array()},
-                       {"wall_time_s", {{"total", 1.1}}},
-                       {"n_nodes", 2880},
-                       {"n_elements", 1440},
-                       {"element", "p2"},
-                       {"n_rigid_modes", 6},
-                       {"none_missing", true},
-                       {"modes", list},
-                       {"peak_memory_bytes", 81000000.0},
-                       {"shape", {{"kind", "tube"}, {"length_m", 0.2}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}},
-                       {"files", {{"modes", "modes.vtu"}}}};
+    document.modes.push_back({static_cast<int>(m), modes[m].frequency_hz, 3e-13, {}});
+  document.n_nodes = 2880;
+  document.n_elements = 1440;
+  document.element = "p2";
+  document.n_rigid_modes = 6;
+  document.none_missing = true;
+  document.peak_memory_bytes = 81000000;
+  document.shape.text = json{{"kind", "tube"}, {"length_m", 0.2}, {"outer_radius_m", kOuter}, {"wall_m", kWall}}.dump();
+  document.files = modal::ModeFiles{"modes.vtu"};
+  const json result = json_of(document);
   write_file(folder / "modes.json", json_text(result));
   return result;
 }

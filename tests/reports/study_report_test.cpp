@@ -7,9 +7,10 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
 #include "reports/scenes/field_files.hpp"
-#include "validate/studies/study.hpp"
+#include "validate/studies/study_document.hpp"
 
 namespace klang::reports {
 namespace {
@@ -66,10 +67,9 @@ validate::Study study(double order) {
 
 fs::path written(const validate::Study& what, const fs::path& folder) {
   write_fields(what.fields, folder);
-  json result = validate::to_json(what);
-  result["schema_version"] = 1;
-  result["kind"] = "study";
-  write_file(folder / "study.json", result.dump());
+  ResultHeader header;
+  header.kind = "study";
+  write_file(folder / "study.json", json_of(validate::study_document(header, what)).dump());
   return folder / "study.json";
 }
 

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/foundation/config/fields_json.hpp"
 #include "validate/claim/claim.hpp"
-#include "validate/studies/study.hpp"
+#include "validate/studies/study_document.hpp"
 
 namespace klang::validate {
 namespace {
@@ -83,7 +84,7 @@ TEST(StudyJson, HasTheMainSeriesOnTopAndNullForWhatWasNotMeasured) {
   judge(series);
   study.series.push_back(series);
   EXPECT_TRUE(study.passed());
-  const nlohmann::json json = to_json(study);
+  const nlohmann::json json = json_of(study_document({}, study));
   EXPECT_EQ(json["levels"], json["series"][0]["levels"]);
   EXPECT_EQ(json["levels"][2]["h_m"], 0.025);
   EXPECT_LE(std::abs(json["observed_order"].get<double>() - 2.0), 1e-12);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/base/json.hpp"
 
 namespace klang::validate {
 namespace {
@@ -39,17 +38,6 @@ Claim judged(Claim claim) {
   claim.passed =
       claim.not_judged.empty() && std::abs(claim.measured - claim.reference.value_or(0.0)) <= claim.tolerance;
   return claim;
-}
-
-nlohmann::json to_json(const Claim& claim) {
-  return {{"name", claim.name},
-          {"words", claim.words},
-          {"measured", json_number(claim.measured)},
-          {"reference", json_number(claim.reference)},
-          {"tolerance", json_number(claim.tolerance)},
-          {"observed_order", json_number(claim.observed_order)},
-          {"passed", claim.passed},
-          {"not_judged", claim.not_judged.empty() ? nlohmann::json() : nlohmann::json(claim.not_judged)}};
 }
 
 std::string junit_xml(std::string_view suite, const std::vector<Claim>& claims) {

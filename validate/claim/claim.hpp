@@ -1,9 +1,10 @@
 #pragma once
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "core/foundation/config/fields.hpp"
 
 namespace klang::validate {
 
@@ -17,15 +18,25 @@ struct Claim {
   std::optional<double> observed_order;  ///< where the claim is about convergence
   bool passed = false;
   std::string not_judged = {};  ///< why nothing could be said; empty: it was judged. Never passed then.
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"name", "unique within the result, no spaces"}, self.name);
+    visit({"words", "the statement as a sentence"}, self.words);
+    visit({"measured", "what was found"}, self.measured);
+    visit({"reference", "what it should be; null: an error that should be 0"}, self.reference);
+    visit({"tolerance", "largest accepted |measured - reference|"}, self.tolerance);
+    visit({"observed_order", "where the claim is about convergence"}, self.observed_order);
+    visit({"passed", "whether it holds"}, self.passed);
+    visit(null_if_empty({"not_judged", "why nothing could be said; null: it was judged"}), self.not_judged);
+  }
 };
 
 /// passed = |measured - reference| <= tolerance, with reference 0 where there is none.
 Claim judged(Claim claim);
 
-/// {"name", "words", "measured", "reference", "tolerance", "observed_order", "passed", "not_judged"}; null where there is none.
-nlohmann::json to_json(const Claim& claim);
-
-/// One JUnit test suite with a test case a claim, skipped where it was not judged; no time stamps, so that the same claims give the same bytes.
+/// One JUnit test suite with a test case per claim, skipped where it was not judged; no time stamps, so that the same claims
+/// give the same bytes.
 std::string junit_xml(std::string_view suite, const std::vector<Claim>& claims);
 
 }  // namespace klang::validate

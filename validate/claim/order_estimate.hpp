@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
+
 namespace klang::validate {
 
 /// How errors should fall.
@@ -11,6 +13,10 @@ namespace klang::validate {
 ///   kGeometric: error ~ C e^(-q n);   the "order" is the rate q in nepers per step of n
 ///   kRoundOff:  no trend; every level is at the last digits
 enum class Convergence { kAlgebraic, kGeometric, kRoundOff };
+constexpr auto words_of(Convergence) {
+  return std::array{Word{Convergence::kAlgebraic, "algebraic"}, Word{Convergence::kGeometric, "geometric"},
+                    Word{Convergence::kRoundOff, "round_off"}};
+}
 
 enum class OrderStatus { kNotRun, kEstimated, kTooFewLevels };
 

@@ -79,6 +79,14 @@ struct DebrisStudyOptions {
 struct DirectTimes {
   double mesh_s = 0.0, modes_s = 0.0, transfer_s = 0.0, audio_s = 0.0;
   double total_s() const { return mesh_s + modes_s + transfer_s + audio_s; }
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"mesh_s", "TetGen"}, self.mesh_s);
+    visit({"modes_s", "finite elements"}, self.modes_s);
+    visit({"transfer_s", "boundary elements and multipoles"}, self.transfer_s);
+    visit({"audio_s", "the sound"}, self.audio_s);
+  }
 };
 struct ProxyTimes {
   double lowest_s = 0.0;     ///< the single-frequency calculation
@@ -86,6 +94,14 @@ struct ProxyTimes {
   double transfer_s = 0.0;   ///< scaled modes and multipoles, pressure at the listener
   double audio_s = 0.0;
   double total_s() const { return lowest_s + retrieval_s + transfer_s + audio_s; }
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"lowest_s", "the single-frequency calculation"}, self.lowest_s);
+    visit({"retrieval_s", "moments, rotation, lookup"}, self.retrieval_s);
+    visit({"transfer_s", "scaled modes and multipoles"}, self.transfer_s);
+    visit({"audio_s", "the sound"}, self.audio_s);
+  }
 };
 
 struct DebrisPieceResult {

@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/base/json.hpp"
 #include "validate/papers/detail/paper_groups.hpp"
 
 namespace klang::validate {
@@ -26,20 +25,6 @@ std::string shown_percent(double value) {
 }
 
 }  // namespace
-
-const char* words_of(PaperVerdict verdict) {
-  switch (verdict) {
-    case PaperVerdict::kNotRun:
-      return "not run";
-    case PaperVerdict::kAgrees:
-      return "agrees";
-    case PaperVerdict::kPaperOff:
-      return "paper is off";
-    case PaperVerdict::kDiffers:
-      return "differs";
-  }
-  return "";
-}
 
 PaperVerdict verdict_of(const PaperNumber& number) {
   const bool ours_is_right =
@@ -88,26 +73,8 @@ std::vector<Claim> claims_of(const PaperTables& tables) {
   return claims;
 }
 
-nlohmann::json to_json(const PaperTables& tables) {
-  nlohmann::json numbers = nlohmann::json::array(), gaps = nlohmann::json::array();
-  for (const PaperNumber& n : tables.numbers) {
-    numbers.push_back({{"id", n.id},
-                       {"paper", n.paper},
-                       {"place", n.place},
-                       {"quantity", n.quantity},
-                       {"printed", json_number(n.printed)},
-                       {"ours", json_number(n.ours)},
-                       {"reference", json_number(n.reference)},
-                       {"reference_source", n.reference_source},
-                       {"reference_tolerance", json_number(n.reference_tolerance)},
-                       {"tolerance", json_number(n.tolerance)},
-                       {"tolerance_source", n.tolerance_source},
-                       {"note", n.note},
-                       {"verdict", words_of(n.verdict)}});
-  }
-  for (const PaperGap& gap : tables.gaps)
-    gaps.push_back({{"paper", gap.paper}, {"place", gap.place}, {"reason", gap.reason}});
-  return {{"passed", tables.passed()}, {"numbers", std::move(numbers)}, {"not_computed", std::move(gaps)}};
+PapersDocument papers_document(ResultHeader header, const PaperTables& tables) {
+  return {std::move(header), tables.passed(), tables.numbers, tables.gaps};
 }
 
 std::string markdown(const PaperTables& tables) {
@@ -136,7 +103,7 @@ std::string markdown(const PaperTables& tables) {
     text += "| " + n.quantity + (n.note.empty() ? "" : " (" + n.note + ")") + " | " + shown(n.printed) + " | " +
             shown(n.ours, n.digits) + " | " + shown_percent(std::stod(shown(n.ours, n.digits)) / n.printed - 1.0) +
             " | " + (n.reference ? shown(*n.reference) + " (" + n.reference_source + ")" : "-") + " | " +
-            shown(100.0 * n.tolerance, 2) + " %: " + n.tolerance_source + " | " + words_of(n.verdict) + " |\n";
+            shown(100.0 * n.tolerance, 2) + " %: " + n.tolerance_source + " | " + to_text(n.verdict) + " |\n";
   }
   text += "\n## Not computed\n| paper | where | why |\n| --- | --- | --- |\n";
   for (const PaperGap& gap : tables.gaps) text += "| " + gap.paper + " | " + gap.place + " | " + gap.reason + " |\n";

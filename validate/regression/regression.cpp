@@ -353,24 +353,6 @@ class Comparison {
   RegressionResult result_;
 };
 
-nlohmann::json partial_json(const std::optional<fit::Partial>& p) {
-  if (!p) return nullptr;
-  return {{"frequency_hz", json_number(p->frequency_hz)}, {"frequency_std_hz", json_number(p->frequency_std_hz)},
-          {"decay_per_s", json_number(p->decay_per_s)},   {"decay_std_per_s", json_number(p->decay_std_per_s)},
-          {"amplitude", json_number(p->amplitude)},       {"amplitude_std", json_number(p->amplitude_std)}};
-}
-
-nlohmann::json rows_json(const Eigen::MatrixXf& levels) {
-  nlohmann::json rows = nlohmann::json::array();
-  for (Eigen::Index i = 0; i < levels.rows(); ++i) {
-    nlohmann::json row = nlohmann::json::array();
-    for (Eigen::Index t = 0; t < levels.cols(); ++t)
-      row.push_back(std::round(10.0 * static_cast<double>(levels(i, t))) / 10.0);
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
 }  // namespace
 
 void RegressionOptions::validate() const { validate_fields("regression", *this); }
@@ -398,44 +380,6 @@ RegressionResult compare(const ReferenceSpectrum& reference, const SoundDescript
         to_text(b.window_s) + " s every " + to_text(b.hop_s) + " s from third octave " + std::to_string(b.first_third));
   }
   return Comparison(reference, sound, options).run();
-}
-
-nlohmann::json to_json(const RegressionResult& result) {
-  using nlohmann::json;
-  json claims = json::array(), partials = json::array(), thirds = json::array();
-  for (const Claim& claim : result.claims) claims.push_back(to_json(claim));
-  for (const PartialComparison& p : result.partials) {
-    partials.push_back({{"reference", partial_json(p.reference)},
-                        {"sound", partial_json(p.sound)},
-                        {"cents", json_number(p.cents)},
-                        {"cents_tolerance", json_number(p.cents_tolerance)},
-                        {"decay_change", json_number(p.decay_change)},
-                        {"decay_tolerance", json_number(p.decay_tolerance)},
-                        {"note", p.note}});
-  }
-  for (const ThirdComparison& t : result.thirds) {
-    thirds.push_back({{"centre_hz", t.centre_hz},
-                      {"reference_db", json_number(t.reference_db)},
-                      {"sound_db", json_number(t.sound_db)},
-                      {"difference_db", json_number(t.difference_db)},
-                      {"tolerance_db", json_number(t.tolerance_db)}});
-  }
-  return {{"passed", result.passed()},
-          {"n_failed", result.n_failed()},
-          {"n_not_judged", result.n_not_judged()},
-          {"factor", json_number(result.factor)},
-          {"gain_db", json_number(result.gain_db)},
-          {"common_s", json_number(result.common_s)},
-          {"ring_10db_s", json_number(result.ring_10db_s)},
-          {"log_spectral_distance_db", json_number(result.log_spectral_distance_db)},
-          {"claims", std::move(claims)},
-          {"partials", std::move(partials)},
-          {"third_octaves", std::move(thirds)},
-          {"spectrogram",
-           {{"times_s", result.times_s},
-            {"bands_hz", result.bands_hz},
-            {"reference_db", rows_json(result.reference_db)},
-            {"sound_db", rows_json(result.sound_db)}}}};
 }
 
 }  // namespace klang::validate

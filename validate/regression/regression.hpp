@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +53,15 @@ struct ThirdComparison {
   double reference_db = 0.0,
          sound_db = 0.0;  ///< mean level over the common time, noise taken off, sound at the reference's level
   std::optional<double> difference_db, tolerance_db;  ///< empty where one of them is too near the noise
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit(needed({"centre_hz", "of the third octave"}), self.centre_hz);
+    visit({"reference_db", "its mean level, the noise taken off"}, self.reference_db);
+    visit({"sound_db", "the same, at the reference's level"}, self.sound_db);
+    visit({"difference_db", "null where one of them is too near the noise"}, self.difference_db);
+    visit({"tolerance_db", "accepted"}, self.tolerance_db);
+  }
 };
 
 enum class RegressionStatus { kNotRun, kJudged, kNothingJudged };
@@ -87,9 +95,5 @@ struct RegressionResult {
 /// @throws InputError: options out of range, an empty spectrum, a fingerprint of other windows or bands
 RegressionResult compare(const ReferenceSpectrum& reference, const SoundDescription& sound,
                          const RegressionOptions& options = {});
-
-/// {"passed", "log_spectral_distance_db", "claims": [...], "partials": [...], "third_octaves": [...], "spectrogram": {...}, ...};
-/// docs/regression.md lists the keys.
-nlohmann::json to_json(const RegressionResult& result);
 
 }  // namespace klang::validate

@@ -7,7 +7,7 @@
 #include "core/sound/bem/sphere_radiation.hpp"
 #include "core/sound/waves/helmholtz_basis.hpp"
 #include "validate/studies/detail/pressure_slice.hpp"
-#include "validate/studies/studies.hpp"
+#include "validate/studies/registry.hpp"
 
 namespace klang::validate {
 namespace {
@@ -115,6 +115,7 @@ void add_fields(const SphereCase& sphere, const SphereResult& result, const std:
 
 }  // namespace
 
+/// Surface pressure of the boundary elements on spheres against the exact series, interior resonances included.
 Study bem_study(const StudyOptions& options, Monitor& monitor) {
   Study study;
   study.title = "Pressure of the boundary elements";

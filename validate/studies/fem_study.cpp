@@ -13,7 +13,7 @@
 #include "datasets-synthetic/ritz_box.hpp"
 #include "datasets-synthetic/ritz_tube.hpp"
 #include "validate/studies/elastic_sphere.hpp"
-#include "validate/studies/studies.hpp"
+#include "validate/studies/registry.hpp"
 
 namespace klang::validate {
 namespace {
@@ -216,6 +216,7 @@ SurfaceField torsion_error(const mesh::TetMesh& mesh, const solid::AssembledSoli
 
 }  // namespace
 
+/// Eigenvalues of linear and quadratic tetrahedra, straight and curved, against exact and Ritz solutions.
 Study fem_study(const StudyOptions& options, Monitor& monitor) {
   Study study;
   study.title = "Eigenfrequencies of the finite elements";

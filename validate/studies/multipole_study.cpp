@@ -10,7 +10,7 @@
 #include "core/sound/waves/helmholtz_basis.hpp"
 #include "core/sound/waves/multipole.hpp"
 #include "validate/studies/detail/pressure_slice.hpp"
-#include "validate/studies/studies.hpp"
+#include "validate/studies/registry.hpp"
 
 namespace klang::validate {
 namespace {
@@ -241,6 +241,7 @@ void add_fields(Study& study) {
 
 }  // namespace
 
+/// Multipole series of a source off the centre: error over the order, lost power, and equivalent sources beside it.
 Study multipole_study(const StudyOptions& options, Monitor& monitor) {
   Study study;
   study.title = "Truncation of multipole series";

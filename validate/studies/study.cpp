@@ -5,8 +5,7 @@
 #include <cstdio>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/base/json.hpp"
-#include "validate/studies/studies.hpp"
+#include "validate/studies/registry.hpp"
 
 namespace klang::validate {
 namespace {
@@ -54,84 +53,6 @@ void add_gci(Series& series) {
     value[k] = *level.value;
   }
   series.gci = grid_convergence(h, value);
-}
-
-const char* kind_name(Convergence kind) {
-  return kind == Convergence::kAlgebraic ? "algebraic" : kind == Convergence::kGeometric ? "geometric" : "round_off";
-}
-
-nlohmann::json series_json(const Series& series) {
-  nlohmann::json json = {{"id", series.id},
-                         {"title", series.title},
-                         {"reference", series.reference},
-                         {"step", series.step_words},
-                         {"error", series.error_words},
-                         {"kind", kind_name(series.kind)},
-                         {"observed_order", json_number(series.order.observed_order)},
-                         {"order_ci95", nullptr},
-                         {"expected_order", nullptr},
-                         {"order_tolerance", nullptr},
-                         {"higher_is_fine", series.higher_is_fine},
-                         {"error_tolerance", json_number(series.error_tolerance)},
-                         {"error_floor", json_number(series.error_floor)},
-                         {"floor", series.floor_words},
-                         {"counts", series.counts},
-                         {"asymptotic", nullptr},
-                         {"gci", nullptr},
-                         {"passed", series.passed},
-                         {"verdict", series.verdict},
-                         {"levels", nlohmann::json::array()}};
-  if (series.kind != Convergence::kRoundOff) {
-    json["expected_order"] = json_number(series.expected_order);
-    if (std::isfinite(series.expected_order)) json["order_tolerance"] = series.order_tolerance;
-  }
-  if (series.order.ci95) {
-    json["order_ci95"] = {json_number((*series.order.ci95)[0]), json_number((*series.order.ci95)[1])};
-  }
-  if (series.order.asymptotic) json["asymptotic"] = *series.order.asymptotic;
-  if (series.gci) {
-    json["gci"] = {{"order", json_number(series.gci->order)},
-                   {"extrapolated", json_number(series.gci->extrapolated)},
-                   {"exact", json_number(series.exact_value)},
-                   {"gci_fine", json_number(series.gci->gci_fine)},
-                   {"gci_coarse", json_number(series.gci->gci_coarse)},
-                   {"asymptotic_ratio", json_number(series.gci->asymptotic_ratio)},
-                   {"oscillating", series.gci->oscillating}};
-  }
-  for (std::size_t i = 0; i < series.levels.size(); ++i) {
-    const Level& level = series.levels[i];
-    nlohmann::json row = {{"error", json_number(level.error)},
-                          {"value", json_number(level.value)},
-                          {"n_unknowns", level.n_unknowns},
-                          {"wall_time_s", level.wall_time_s},
-                          {"pairwise_order", json_number(series.order.pairwise[i])},
-                          {"excluded", series.order.excluded[i]}};
-    if (level.error_ci95) {
-      row["error_low"] = json_number((*level.error_ci95)[0]);
-      row["error_high"] = json_number((*level.error_ci95)[1]);
-    }
-    if (level.h_m) row["h_m"] = *level.h_m;
-    if (level.n) row["n"] = *level.n;
-    json["levels"].push_back(std::move(row));
-  }
-  return json;
-}
-
-template <class Field>
-nlohmann::json fields_json(const std::vector<Field>& fields, const char* extension) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const Field& field : fields) {
-    list.push_back(
-        {{"name", field.name}, {"title", field.title}, {"caption", field.caption}, {"file", field.name + extension}});
-  }
-  return list;
-}
-
-std::string csv_text(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
 }
 
 }  // namespace
@@ -217,66 +138,6 @@ std::vector<Claim> all_claims(const Study& study) {
   claims.insert(claims.end(), study.claims.begin(), study.claims.end());
   return claims;
 }
-
-nlohmann::json to_json(const Study& study) {
-  nlohmann::json json = {{"study", study.name},
-                         {"title", study.title},
-                         {"question", study.question},
-                         {"passed", study.passed()},
-                         {"series", nlohmann::json::array()},
-                         {"claims", nlohmann::json::array()},
-                         {"fields",
-                          {{"surfaces", fields_json(study.fields.surfaces, ".vtp")},
-                           {"slices", fields_json(study.fields.slices, ".vti")},
-                           {"balloons", fields_json(study.fields.balloons, ".vtp")}}}};
-  for (std::size_t i = 0; i < study.fields.surfaces.size(); ++i)
-    json["fields"]["surfaces"][i]["quantity"] = study.fields.surfaces[i].quantity;
-  for (std::size_t i = 0; i < study.fields.slices.size(); ++i) {
-    json["fields"]["slices"][i]["quantity"] = study.fields.slices[i].quantity;
-    json["fields"]["slices"][i]["decibels"] = study.fields.slices[i].decibels;
-    json["fields"]["slices"][i]["floor"] = study.fields.slices[i].floor;
-  }
-  for (const Series& series : study.series) json["series"].push_back(series_json(series));
-  for (const Claim& claim : all_claims(study)) json["claims"].push_back(to_json(claim));
-  if (!study.series.empty()) {
-    for (const char* key : {"levels", "observed_order", "order_ci95", "expected_order", "order_tolerance"})
-      json[key] = json["series"][0][key];
-  }
-  return json;
-}
-
-std::string levels_csv(const Study& study) {
-  std::string csv = "series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns,error_low,error_high\n";
-  const auto cell = [](const std::optional<double>& value) {
-    return value && std::isfinite(*value) ? to_text(*value) : std::string();
-  };
-  for (const Series& series : study.series) {
-    for (std::size_t i = 0; i < series.levels.size(); ++i) {
-      const Level& level = series.levels[i];
-      csv += csv_text(series.id) + "," + std::to_string(i) + "," + cell(level.h_m) + "," + cell(level.n) + "," +
-             cell(level.error) + "," + cell(level.value) + "," + cell(series.order.pairwise[i]) + "," +
-             csv_text(series.order.excluded[i]) + "," + cell(level.n_unknowns) + "," +
-             (level.error_ci95 ? cell((*level.error_ci95)[0]) + "," + cell((*level.error_ci95)[1]) : std::string(",")) +
-             "\n";
-    }
-  }
-  return csv;
-}
-
-namespace {
-struct KnownStudy {
-  std::string name;
-  Study (*run)(const StudyOptions&, Monitor&);
-};
-const std::vector<KnownStudy>& known_studies() {
-  static const std::vector<KnownStudy> known = {{"fem", fem_study},
-                                                {"bem", bem_study},
-                                                {"multipole", multipole_study},
-                                                {"synthesis", synthesis_study},
-                                                {"dual-domain", dual_domain_study}};
-  return known;
-}
-}  // namespace
 
 const std::vector<std::string>& study_names() {
   static const std::vector<std::string> names = [] {

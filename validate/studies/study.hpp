@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -98,12 +97,5 @@ std::size_t level_count(const StudyOptions& options, std::size_t n);
 
 /// Claims of a study: two for each series that counts (order, error), then its own.
 std::vector<Claim> all_claims(const Study& study);
-
-/// {"study", "title", "question", "passed", levels, observed_order, ... of the main series, "series": [...], "claims": [...],
-/// "fields": {"surfaces": [{"name", "title", "caption", "quantity", "file"}], ...}}; docs/validation.md lists the keys.
-nlohmann::json to_json(const Study& study);
-
-/// One row a level: series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns,error_low,error_high.
-std::string levels_csv(const Study& study);
 
 }  // namespace klang::validate

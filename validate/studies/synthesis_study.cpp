@@ -6,7 +6,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/sound/stage/oscillator_bank.hpp"
-#include "validate/studies/studies.hpp"
+#include "validate/studies/registry.hpp"
 
 namespace klang::validate {
 namespace {
@@ -139,6 +139,7 @@ double stepped_error(double rate_hz, bool central) {
 
 }  // namespace
 
+/// The oscillator bank against closed forms, and beside step-by-step integrators.
 Study synthesis_study(const StudyOptions& options, Monitor& monitor) {
   Study study;
   study.title = "The oscillator bank against closed forms";

@@ -3,9 +3,6 @@
 #include <openssl/evp.h>
 
 #include <array>
-#include <nlohmann/json.hpp>
-
-#include "core/foundation/base/output_file.hpp"
 
 namespace klang {
 
@@ -22,23 +19,6 @@ std::string sha256(std::string_view bytes) {
     text += kDigits[digest[i] & 15];
   }
   return text;
-}
-
-InputFile input_file(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path);
-  return {path.string(), bytes.size(), sha256(bytes)};
-}
-
-nlohmann::json to_json(const Provenance& provenance) {
-  nlohmann::json inputs = nlohmann::json::array();
-  for (const InputFile& file : provenance.inputs) {
-    inputs.push_back({{"path", file.path}, {"n_bytes", file.n_bytes}, {"sha256", file.sha256}});
-  }
-  return {{"version", version()},
-          {"command", provenance.command},
-          {"seed", provenance.seed},
-          {"options", nlohmann::json::parse(provenance.options_json)},
-          {"inputs", inputs}};
 }
 
 }  // namespace klang

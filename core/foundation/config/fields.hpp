@@ -38,12 +38,37 @@ constexpr Range inside(double low, double high) { return {low, high, true, true}
 constexpr Range above(double low) { return {low, std::numeric_limits<double>::infinity(), true, false}; }
 constexpr Range at_least(double low) { return {low, std::numeric_limits<double>::infinity(), false, false}; }
 
+/// What a writer makes of an optional without a value, an empty text or an empty list.
+enum class WhenEmpty {
+  kKept,    ///< null, "", []
+  kNull,    ///< null
+  kLeftOut  ///< the key is not there
+};
+
 /// What a struct says of one of its members.
 struct Field {
   std::string_view name;     ///< with its unit, "frequency_hz": the key in JSON and TOML, the column of a CSV file
   std::string_view meaning;  ///< one line for docs and --help
   Range range = {};          ///< of a number, or of each number of a list
   bool required = false;     ///< a reader complains where it is missing; otherwise the member keeps its default
+  WhenEmpty when_empty = WhenEmpty::kKept;
+};
+constexpr Field needed(Field field) {
+  field.required = true;
+  return field;
+}
+constexpr Field null_if_empty(Field field) {
+  field.when_empty = WhenEmpty::kNull;
+  return field;
+}
+constexpr Field absent_if_empty(Field field) {
+  field.when_empty = WhenEmpty::kLeftOut;
+  return field;
+}
+
+/// JSON of any shape inside a described struct, as its text: the options that a program used.
+struct JsonText {
+  std::string text;  ///< "": null
 };
 
 namespace detail {
@@ -151,6 +176,8 @@ class FieldRows {
       return type_of(typename T::value_type{}) + " or null";
     else if constexpr (requires { typename T::value_type; })
       return "list of " + type_of(typename T::value_type{});
+    else if constexpr (std::same_as<T, JsonText>)
+      return "any";
     else
       return "value";
   }
@@ -217,7 +244,8 @@ class FieldCheck {
   void operator()(const Field& field, const T& value) {
     if constexpr (Described<T>) {
       T::describe(value, FieldCheck(violations_, prefix_ + std::string(field.name) + "."));
-    } else if constexpr (std::same_as<T, bool> || Worded<T> || std::convertible_to<T, std::string>) {
+    } else if constexpr (std::same_as<T, bool> || Worded<T> || std::convertible_to<T, std::string> ||
+                         std::same_as<T, JsonText>) {
     } else if constexpr (std::integral<T> || std::floating_point<T>) {
       number(field, static_cast<double>(value));
     } else if constexpr (requires { value.has_value(); }) {

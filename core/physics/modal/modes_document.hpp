@@ -1,0 +1,66 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/foundation/config/result_header.hpp"
+
+/// The result of `klang modes`.
+namespace klang::modal {
+
+struct ModeRecord {
+  int index = 0;
+  double frequency_hz = 0.0;
+  std::optional<double> relative_residual, mesh_relative_error;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"index", "of the elastic mode, from 0"}, self.index);
+    visit(needed({"frequency_hz", "of the mode"}), self.frequency_hz);
+    visit({"relative_residual", "of the eigenpair"}, self.relative_residual);
+    visit({"mesh_relative_error",
+           "estimate of (f_h - f)/f >= 0 against an infinitely fine mesh of the same surface, or null"},
+          self.mesh_relative_error);
+  }
+};
+
+struct ModeFiles {
+  std::optional<std::string> modes;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"modes", "modal model (.vtu)"}, self.modes);
+  }
+};
+
+struct ModesDocument {
+  ResultHeader header;
+  JsonText shape;
+  std::optional<int> n_nodes, n_elements;
+  std::string element, method;
+  std::optional<int> n_rigid_modes;
+  std::optional<bool> none_missing;
+  std::vector<ModeRecord> modes;
+  std::optional<double> mass_kg;
+  std::optional<std::uint64_t> peak_memory_bytes;
+  std::optional<ModeFiles> files;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    ResultHeader::describe(self.header, visit);
+    visit(absent_if_empty({"shape", "kind and dimensions, where someone adds them for the page"}), self.shape);
+    visit({"n_nodes", "of the mesh"}, self.n_nodes);
+    visit({"n_elements", "of the mesh"}, self.n_elements);
+    visit({"element", "p1 or p2"}, self.element);
+    visit({"method", "harmonics or tetrahedra"}, self.method);
+    visit({"n_rigid_modes", "that were left out"}, self.n_rigid_modes);
+    visit({"none_missing", "true: a Sturm count proves it; null: not checked"}, self.none_missing);
+    visit({"modes", "ascending in frequency"}, self.modes);
+    visit(absent_if_empty({"mass_kg", "where someone adds it for the page"}), self.mass_kg);
+    visit({"peak_memory_bytes", "of the program"}, self.peak_memory_bytes);
+    visit(absent_if_empty({"files", "where someone adds them for the page's pictures"}), self.files);
+  }
+};
+
+}  // namespace klang::modal

@@ -1,0 +1,19 @@
+#include "fit/ringdown/analysis_document.hpp"
+
+namespace klang::fit {
+
+AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& result) {
+  AnalysisDocument document;
+  document.header = std::move(header);
+  document.header.warnings = result.warnings;
+  document.header.wall_time_s = result.wall_time_s;
+  document.sample_rate_hz = result.sample_rate_hz;
+  document.strikes_s = result.strikes_s;
+  document.strike_amplitudes = result.strike_amplitudes;
+  document.explained_energy = result.explained_energy;
+  document.noise_rms = result.noise_rms;
+  document.partials = result.partials.partials;
+  return document;
+}
+
+}  // namespace klang::fit

@@ -1,0 +1,52 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/foundation/config/result_header.hpp"
+#include "fit/ringdown/ringdown.hpp"
+
+/// analysis.json of `klang analyze`: amplitude(t) = exp(-decay_per_s t), t from the first strike.
+namespace klang::fit {
+
+/// Sounds beside a result.
+struct SoundFiles {
+  std::optional<std::string> recording, resynthesis;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"recording", "as it was read"}, self.recording);
+    visit({"resynthesis", "what was identified, as sound"}, self.resynthesis);
+  }
+};
+
+struct AnalysisDocument {
+  ResultHeader header;
+  std::string name;
+  std::optional<double> sample_rate_hz, duration_s;
+  std::optional<int> n_channels;
+  std::vector<double> strikes_s;
+  std::vector<std::vector<double>> strike_amplitudes;
+  std::optional<double> explained_energy, noise_rms;
+  std::vector<Partial> partials;
+  std::optional<SoundFiles> files;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    ResultHeader::describe(self.header, visit);
+    visit({"name", "of the recording"}, self.name);
+    visit({"sample_rate_hz", "of the recording"}, self.sample_rate_hz);
+    visit({"duration_s", "of the recording"}, self.duration_s);
+    visit({"n_channels", "of the recording"}, self.n_channels);
+    visit({"strikes_s", "from the recording's start"}, self.strikes_s);
+    visit({"strike_amplitudes", "[strike][partial], where there are several strikes"}, self.strike_amplitudes);
+    visit({"explained_energy", "of the free ringing in band, 0 to 1"}, self.explained_energy);
+    visit({"noise_rms", "rms of what the partials leave, full scale = 1, in band"}, self.noise_rms);
+    visit({"partials", "ascending in frequency"}, self.partials);
+    visit(absent_if_empty({"files", "with -o: beside the result"}), self.files);
+  }
+};
+/// Without what only the recording knows: name, duration, channels, files.
+AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& result);
+
+}  // namespace klang::fit

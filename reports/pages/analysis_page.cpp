@@ -1,0 +1,180 @@
+// The page of klang analyze.
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/config/fields_csv.hpp"
+#include "fit/ringdown/analysis_document.hpp"
+#include "reports/kit/text.hpp"
+#include "reports/pages/body_facts.hpp"
+#include "reports/pages/decay_figure.hpp"
+#include "reports/pages/fit_tables.hpp"
+#include "reports/pages/key_figures.hpp"
+#include "reports/pages/page.hpp"
+#include "reports/pages/page_parts.hpp"
+#include "reports/pages/plot_parts.hpp"
+#include "reports/pages/sound_media.hpp"
+
+namespace klang::reports::detail {
+namespace {
+
+std::string bold(const std::string& text) { return "<b>" + escaped(text) + "</b>"; }
+
+/// Partials as lines: level over frequency; empty without one.
+std::optional<Svg> spectrum_figure(const fit::AnalysisDocument& data) {
+  constexpr double kHeight = 340, kLeft = 66, kTop = 24;
+  std::vector<double> frequencies, levels;
+  for (const fit::Partial& p : data.partials) {
+    if (!p.amplitude || !(*p.amplitude > 0) || !(p.frequency_hz > 0)) continue;
+    frequencies.push_back(p.frequency_hz);
+    levels.push_back(20 * std::log10(*p.amplitude));
+  }
+  if (frequencies.empty()) return {};
+  const AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.08);
+  AxisSpec y = axis_around("Level at the strike [dB re full scale]", Scale::kLinear, levels, 0.1);
+  y.low = 10 * std::floor((y.low - 6) / 10);
+  y.high = 5 * std::ceil((y.high + 3) / 5);
+  Svg svg(kPageWidth, kHeight,
+          "Partials as lines: level at the strike over frequency, " +
+              counted(frequencies.size(), "partial", "partials") + ".");
+  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48, x, y);
+  frame.draw_axes(9, 6, false, true);
+  std::vector<std::size_t> loudest(frequencies.size());
+  for (std::size_t i = 0; i < loudest.size(); ++i) loudest[i] = i;
+  std::stable_sort(loudest.begin(), loudest.end(), [&](std::size_t a, std::size_t b) { return levels[a] > levels[b]; });
+  for (std::size_t i = 0; i < frequencies.size(); ++i) {
+    svg.line(frame.x(frequencies[i]), frame.bottom(), frame.x(frequencies[i]), frame.y(levels[i]), "accent");
+    svg.marker(0, frame.x(frequencies[i]), frame.y(levels[i]), 4,
+               hertz(frequencies[i]) + ", " + fixed(levels[i], 1) + " dB");
+  }
+  // Frequencies of the loudest, where their words do not overlap.
+  std::vector<double> taken;
+  for (const std::size_t i : loudest) {
+    const double at = frame.x(frequencies[i]);
+    const bool clear =
+        std::none_of(taken.begin(), taken.end(), [&](double other) { return std::abs(other - at) < 46; });
+    if (!clear || taken.size() >= 14) continue;
+    taken.push_back(at);
+    svg.text(std::clamp(at, frame.left() + 18, frame.right() - 18), frame.y(levels[i]) - 9,
+             fixed(frequencies[i], frequencies[i] < 1000 ? 1 : 0), "tiny", Anchor::kMiddle);
+  }
+  return svg;
+}
+
+std::vector<std::string> sentences_of(const fit::AnalysisDocument& data) {
+  std::vector<std::string> sentences;
+  const std::string message = data.header.message.value_or("");
+  if (data.partials.empty()) {
+    sentences.push_back("No partial stands out of the noise." + (message.empty() ? "" : " " + escaped(message)));
+    return sentences;
+  }
+  const auto loudest = std::max_element(
+      data.partials.begin(), data.partials.end(),
+      [](const fit::Partial& a, const fit::Partial& b) { return a.amplitude.value_or(0) < b.amplitude.value_or(0); });
+  const auto [lowest, highest] =
+      std::minmax_element(data.partials.begin(), data.partials.end(),
+                          [](const fit::Partial& a, const fit::Partial& b) { return a.frequency_hz < b.frequency_hz; });
+  std::string sentence = "The recording holds " + bold(counted(data.partials.size(), "partial", "partials"));
+  if (data.partials.size() > 1)
+    sentence += " from " + escaped(hertz(lowest->frequency_hz, lowest->frequency_std_hz)) + " to " +
+                escaped(hertz(highest->frequency_hz, highest->frequency_std_hz));
+  if (data.strikes_s.size() > 1) sentence += " and " + std::to_string(data.strikes_s.size()) + " strikes";
+  sentences.push_back(sentence + ".");
+  sentence = "The strongest lies at " + bold(hertz(loudest->frequency_hz, loudest->frequency_std_hz));
+  if (loudest->decay_per_s && *loudest->decay_per_s > 0) {
+    sentence += " and falls by 60 dB in " + rounded(std::log(1000.0) / *loudest->decay_per_s, 3) + " s";
+  }
+  sentences.push_back(sentence + ".");
+  if (data.explained_energy) {
+    sentences.push_back("Together they explain " + bold(rounded(100 * *data.explained_energy, 4) + " %") +
+                        " of the recording’s energy in band after the first strike.");
+  }
+  return sentences;
+}
+
+std::string key_figures(const fit::AnalysisDocument& data) {
+  KeyFigures keys;
+  keys.add("Partials", std::to_string(data.partials.size()));
+  if (data.explained_energy) keys.add("Energy explained", rounded(100 * *data.explained_energy, 4) + " %");
+  if (!data.strikes_s.empty())
+    keys.add(data.strikes_s.size() == 1 ? "Strike" : "Strikes", std::to_string(data.strikes_s.size()),
+             "first at " + rounded(data.strikes_s[0], 4) + " s");
+  if (data.duration_s)
+    keys.add(
+        "Duration", rounded(*data.duration_s, 4) + "\u202fs",
+        data.n_channels ? counted(static_cast<std::size_t>(std::max(0, *data.n_channels)), "channel", "channels") : "");
+  if (data.sample_rate_hz) keys.add("Sample rate", rounded(*data.sample_rate_hz / 1000, 5) + "\u202fkHz");
+  if (data.noise_rms && *data.noise_rms > 0)
+    keys.add("Noise", fixed(20 * std::log10(*data.noise_rms), 1) + "\u202fdB", "re full scale, rms in band");
+  return keys.html();
+}
+
+std::string title_of(const fit::AnalysisDocument& data) {
+  if (!data.name.empty()) return data.name;
+  for (const InputFile& input : data.header.provenance.inputs) {
+    const std::size_t slash = input.path.rfind('/');
+    return slash == std::string::npos ? input.path : input.path.substr(slash + 1);
+  }
+  return "Recording";
+}
+
+SoundPair sounds_of(const fit::AnalysisDocument& data, ReportFolder& folder) {
+  const fit::SoundFiles files = data.files.value_or(fit::SoundFiles{});
+  SoundPair sounds;
+  sounds.name = data.name;
+  sounds.recorded = folder.sound_beside(files.recording.value_or(""));
+  sounds.computed = folder.sound_beside(files.resynthesis.value_or(""));
+  sounds.strikes_s = data.strikes_s;
+  for (const fit::Partial& partial : data.partials)
+    sounds.highest_hz = std::max(sounds.highest_hz, partial.frequency_hz);
+  sounds.computed_words = "Resynthesis";
+  return sounds;
+}
+
+Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
+  Page page;
+  page.over = "Klangprobe · partials of a recording";
+  page.title = title_of(data);
+  page.verdict = status_verdict(data.header);
+  page.sentences = sentences_of(data);
+  page.key_figures = key_figures(data);
+  DecayPlot plot;
+  std::vector<PartialRow> rows;
+  for (const fit::Partial& partial : data.partials) {
+    plot.marks.push_back({0, data.name, partial, false});
+    rows.push_back({data.name, {partial, {}}});
+  }
+  std::string damping, partials;
+  if (const std::optional<Svg> decays = decay_figure(plot)) {
+    folder.add_figure("decays", *decays);
+    damping = figure(sheet(*decays),
+                     "Decay rate of the amplitude; a partial falls by 60 dB in 6.91 divided by "
+                     "it. Bars are one standard deviation.");
+  }
+  if (const std::optional<Svg> spectrum = spectrum_figure(data)) {
+    folder.add_figure("partials", *spectrum);
+    partials = figure(sheet(*spectrum), "Each partial at the moment of the first strike.");
+  }
+  if (!data.partials.empty()) partials += scrolled(partial_table(data.partials), "Partials");
+  const SoundPair sounds = sounds_of(data, folder);
+  const SoundMedia media = sound_media(sounds, 1, folder);
+  BodyFacts facts;
+  facts.explained_energy = data.explained_energy;
+  facts.n_strikes = data.strikes_s.size();
+  page.sections = {
+      {"sound", "Sound", players(media, sounds) + spectrogram_html(media, kSpectrogramCaption) + facts_html(facts)},
+      {"partials", "Partials", partials},
+      {"damping", "Damping", damping}};
+  add_table("partials.csv", csv_table(rows), data.header.provenance.inputs, folder, page.downloads);
+  if (data.files) {
+    add_if_there(data.files->recording, "– recording", folder, page.downloads);
+    add_if_there(data.files->resynthesis, "– fitted model’s sound", folder, page.downloads);
+  }
+  page.downloads.push_back(kFiguresDownload);
+  return page;
+}
+
+}  // namespace
+
+PageKind analysis_page() { return page_kind("analysis", make); }
+
+}  // namespace klang::reports::detail

@@ -11,6 +11,7 @@
 #include "core/foundation/config/result_header.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/bubble/ringdown_formulas.hpp"
+#include "core/sound/audio/nyquist.hpp"
 #include "datasets-synthetic/disturbances.hpp"
 #include "datasets-synthetic/oscillator_ode.hpp"
 
@@ -23,7 +24,6 @@ constexpr double kAudibleFall = 6.907755278982137;  // ln 1000
 constexpr double kSilentFall = 13.815510557964274;  // ln 1e6
 constexpr double kLongestLifeS = 20.0;
 constexpr double kTrackStepS = 1e-3;
-constexpr double kHighestOfSampleRate = 0.499;
 enum class Purpose : std::uint64_t { kNoise = 1, kRoom = 2 };
 
 RandomStream stream(std::uint64_t seed, std::size_t recording, Purpose purpose) {
@@ -170,7 +170,7 @@ DropSound drop_sound(const Drop& drop, const DropRecipe& recipe) {
   for (; age < kLongestLifeS; age += kTrackStepS) {
     const bubble::RingRate<double> at = coefficients.rate(age);
     const double level = fall + 0.5 * std::log(at.omega_d_rad_s / onset.omega_d_rad_s);
-    if (!(at.omega_d_rad_s < 2 * kPi * kHighestOfSampleRate * recipe.sample_rate_hz)) {
+    if (!(at.omega_d_rad_s / (2 * kPi) < audio::highest_rendered_hz(recipe.sample_rate_hz))) {
       throw InputError(recipe.name, "has a drop whose pitch reaches half of the sample rate",
                        "radius " + to_text(drop.radius_m) + " m, " + to_text(at.omega_d_rad_s / (2 * kPi)) + " Hz");
     }

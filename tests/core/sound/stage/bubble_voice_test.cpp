@@ -242,7 +242,9 @@ TEST(BubbleVoice, WithoutAPathABubbleRestsWhereItWasBorn) {
 }
 
 TEST(BubbleVoice, EarsWithoutAHeadHearTheDifferenceOfTheirWays) {
-  BubbleVoice voice({.pitch = {.kind = PitchKind::kConstant}});
+  BubbleSettings settings;
+  settings.pitch.kind = PitchKind::kConstant;
+  BubbleVoice voice(settings);
   Voice* const voices[] = {&voice};
   const Eigen::Vector3d left(-1.0, 0.0, 0.3), right(-1.3, 0.0, 0.3), bubble(0.1, 0.0, -0.012);
   for (const bool delay : {false, true}) {

@@ -10,6 +10,7 @@
 
 namespace {
 
+namespace la = klang::la;
 namespace solid = klang::solid;
 
 // K + M of a bar: positive definite.
@@ -18,7 +19,7 @@ solid::SparseMatrix bar_matrix(int cells) {
   return solid::stiffness(assembled, 1.0, 0.5) + 2.0 * assembled.mass_unit_density;
 }
 
-TEST(la::SparseCholesky, SolvesAnyNumberOfColumnsToRoundOff) {
+TEST(SparseCholesky, SolvesAnyNumberOfColumnsToRoundOff) {
   for (const int cells : {1, 5}) {  // one supernode or a few; a tree of hundreds
     const solid::SparseMatrix a = bar_matrix(cells);
     la::SparseCholesky factor;
@@ -32,7 +33,7 @@ TEST(la::SparseCholesky, SolvesAnyNumberOfColumnsToRoundOff) {
   }
 }
 
-TEST(la::SparseCholesky, SolutionHasTheSameBitsOnOneThreadAsOnTwo) {
+TEST(SparseCholesky, SolutionHasTheSameBitsOnOneThreadAsOnTwo) {
   const solid::SparseMatrix a = bar_matrix(5);
   la::SparseCholesky factor;
   ASSERT_TRUE(factor.factor(a, la::block_ordering(a)));

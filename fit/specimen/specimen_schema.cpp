@@ -101,7 +101,8 @@ const std::vector<std::string>& material_parameter_names() {
 std::string specimen_schema_markdown() {
   std::string text =
       "# `specimen.toml`\n\n"
-      "Generated from the table in `fit/specimen/specimen_schema.cpp`; a test keeps the two equal. Unknown keys are errors.\n"
+      "Generated from the table in `fit/specimen/specimen_schema.cpp`; a test keeps the two equal. Unknown keys are "
+      "errors.\n"
       "Paths are relative to the file's folder. Numbers are in the unit that their name ends with.\n";
   text += toml_schema_markdown(specimen_schema());
   text +=

@@ -26,7 +26,8 @@ std::vector<PaperNumber> soundbank_numbers(Monitor&) {
   std::vector<PaperNumber> numbers;
   struct Row {
     double ka;
-    int printed, reference;  // tests/reference/radiation.json: truncation_offcentre_monopole[].nbar_paper, nbar_for_1pct
+    // tests/reference/radiation.json: truncation_offcentre_monopole[].nbar_paper, nbar_for_1pct
+    int printed, reference;
     bool off;
   };
   constexpr Row kRows[] = {{5.0, 4, 6, true}, {10.0, 5, 11, true}, {20.0, 10, 22, true}};

@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+"""What a formatted tree must keep to (docs/developer/style.md): no function above 100 lines, no header above 300, no source above 500,
+no include that climbs ("../") or names a detail header of another room, no subject of a commit above 72 characters.
+
+    structure.py [--commits RANGE] FILE...
+
+Prints one line per finding; exit code 1 where there is one. Function ends are found by indentation: clang-format has set it.
+"""
+import re
+import subprocess
+import sys
+
+LINES = {".hpp": 300, ".cpp": 500}
+FUNCTION_LINES = 100
+SUBJECT_LENGTH = 72
+# What a line that ends in " {" begins with when it opens no function: a type, a namespace, a statement, the end of a block.
+NO_FUNCTION = re.compile(r" *(namespace|struct|class|enum|union|extern|if|for|while|switch|do|else|try|return|case|[}\])]|\{)")
+
+
+def functions(lines):
+    """(first line from 1, number of lines) of the bodies that stand in a namespace or in a class."""
+    at = 0
+    while at < len(lines):
+        if lines[at].endswith(" {") and not re.search(r"[=,(] \{$", lines[at]):
+            first = at
+            while first > 0 and re.search(r"[,(&|?+]$|->$", lines[first - 1]):  # a signature of several lines
+                first -= 1
+            indent = len(lines[first]) - len(lines[first].lstrip())
+            if indent <= 4 and not NO_FUNCTION.match(lines[first]):
+                end = next((i for i in range(at + 1, len(lines)) if re.match(r" {0,%d}\}" % indent, lines[i])), None)
+                if end is not None:
+                    yield first + 1, end - first + 1
+                    at = end
+        at += 1
+
+
+def room_of(path):
+    """The folder of a header without its detail part; None for what is no room's file."""
+    return re.sub(r"/detail$", "", path.rpartition("/")[0])
+
+
+def findings(path):
+    lines = open(path, encoding="utf-8").read().splitlines()
+    limit = LINES[path[-4:]]
+    if len(lines) > limit:
+        yield f"{path}: {len(lines)} lines, allowed are {limit}"
+    for line, count in functions(lines):
+        if count > FUNCTION_LINES:
+            yield f"{path}:{line}: function of {count} lines, allowed are {FUNCTION_LINES}"
+    for number, line in enumerate(lines, 1):
+        include = re.match(r'^#include "([^"]+)"', line)
+        if not include:
+            continue
+        if "../" in include.group(1):
+            yield f"{path}:{number}: include that climbs: {include.group(1)}"
+        # Tests link the detail headers of the room that they test (klang::ROOM_detail).
+        if "/detail/" in include.group(1) and not path.startswith("tests/") and room_of(include.group(1)) != room_of(path):
+            yield f"{path}:{number}: detail header of another room: {include.group(1)}"
+
+
+def main(arguments):
+    found = []
+    if arguments[:1] == ["--commits"]:
+        log = subprocess.run(["git", "log", "--format=%h %s", arguments[1]], capture_output=True, text=True)
+        for line in log.stdout.splitlines():
+            commit, _, subject = line.partition(" ")
+            if len(subject) > SUBJECT_LENGTH:
+                found.append(f"commit {commit}: subject of {len(subject)} characters, allowed are {SUBJECT_LENGTH}: {subject}")
+        arguments = arguments[2:]
+    for path in arguments:
+        found += findings(path)
+    print("\n".join(found + [f"structure: {len(arguments)} files, {len(found)} findings"]))
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -6,6 +6,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/sound/bem/radiating_surface.hpp"
 #include "validate/studies/study.hpp"
+#include "validate/studies/study_document.hpp"
 #include "validate/studies/two_medium.hpp"
 
 namespace klang::validate {

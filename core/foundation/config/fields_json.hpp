@@ -36,7 +36,9 @@ class JsonWriter {
   template <class T>
   void operator()(const Field& field, const std::optional<T>& value) {
     if (value) {
-      (*this)(field, *value);
+      Field held = field;  // a value is there, also when it is an empty text
+      if (held.when_empty == WhenEmpty::kLeftOut) held.when_empty = WhenEmpty::kKept;
+      (*this)(held, *value);
     } else if (field.when_empty != WhenEmpty::kLeftOut) {
       null(field);
     }

@@ -151,7 +151,7 @@ TEST(ProxyModel, RadiationIsTheCellsScaled) {
   target.radiation = {gas, 4.0 * bank.material.density_kg_m3};
   const fit::ProxyModel model(bank, target, 4);
   fit::ProxyPoint point = model.at_axes(soundbank::unit_axes(cell.shape));
-  const fit::Voice voice = model.voice(point, {8.0, 0.0});
+  const fit::Voice voice = model.voice(point, {.stiffness_s = 0.0, .mass_per_s = 8.0});
   ASSERT_EQ(voice.size(), 4U);
   for (std::size_t k = 0; k < voice.size(); ++k) {
     const double power = cell.modes[k].radiated_power_w * 0.125 / scale;
@@ -166,7 +166,8 @@ TEST(ProxyModel, RadiationIsTheCellsScaled) {
   fast.radiation->medium.sound_speed_m_s *= 2.0;
   for (fit::VoicePartial& partial : fast.voice) partial.frequency_hz *= 2.0;
   const fit::ProxyModel fast_model(bank, fast, 4);
-  const fit::Voice fast_voice = fast_model.voice(fast_model.at_axes(soundbank::unit_axes(cell.shape)), {8.0, 0.0});
+  const fit::Voice fast_voice =
+      fast_model.voice(fast_model.at_axes(soundbank::unit_axes(cell.shape)), {.stiffness_s = 0.0, .mass_per_s = 8.0});
   for (std::size_t k = 0; k < voice.size(); ++k)
     EXPECT_LE(std::abs((fast_voice[k].decay_per_s - 4.0) / (2.0 * (voice[k].decay_per_s - 4.0)) - 1.0), 1e-6);
   gas.sound_speed_m_s *= 1.05;

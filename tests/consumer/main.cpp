@@ -1,8 +1,8 @@
 // First bending frequency of a free steel bar against the Euler-Bernoulli beam, through the installed headers.
 #include <cmath>
-#include <core/mesh/shape.hpp>
-#include <core/modal/eigen_solver.hpp>
-#include <core/solid/assembly.hpp>
+#include <core/geometry/shapes/shape.hpp>
+#include <core/physics/modal/eigen_solver.hpp>
+#include <core/physics/solid/assembly.hpp>
 #include <cstdio>
 
 int main() {

@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/shapes/shape.hpp"
 #include "core/sound/stage/partials_voice.hpp"
 #include "core/sound/stage/surface_coupling.hpp"

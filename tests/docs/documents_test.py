@@ -7,7 +7,8 @@
    OUT stands for a scratch folder. A line "..." in the block stands for any number of lines; before its first and after its last line the
    program may print more.
 2. Commands. Every option (--name) of a line "klang SUBCOMMAND ..." in a fenced block is one that `klang SUBCOMMAND --help` lists.
-3. Paths. Every path in backticks that begins with a folder of the project's root exists.
+3. Paths. Every path in backticks that begins with a folder of the project's root exists, and so does every program below build/ci, which is
+   looked for in the build that KLANG belongs to.
 4. The README's list of subcommands has every subcommand of the program, and no other.
 """
 import pathlib
@@ -59,6 +60,7 @@ def stands_in(block, output):
 class Checker:
     def __init__(self, klang, root):
         self.klang, self.root, self.failures, self.help_texts = klang, root, [], {}
+        self.build = pathlib.Path(klang).resolve().parents[1]
 
     def run(self, arguments):
         return subprocess.run([self.klang] + arguments, cwd=self.root, capture_output=True, text=True)
@@ -110,6 +112,9 @@ class Checker:
         for quoted in re.findall(rf"`((?:{FOLDERS})/[\w./-]*[\w/])`", text):
             if not (self.root / quoted).exists():
                 self.failures.append(f"{name}: there is no {quoted}")
+        for built in re.findall(r"build/(?:ci|release)/((?:tests|apps)/[\w./-]*\w)", text):
+            if not (self.build / built).exists():
+                self.failures.append(f"{name}: the build has no {built}")
 
     def check_readme_list(self):
         text = (self.root / "README.md").read_text(encoding="utf-8")

@@ -6,7 +6,7 @@
 
 namespace klang::fit {
 
-/// A bank's interpolated frequencies for searches: logarithms taken once, microseconds a shape.
+/// A bank's interpolated frequencies for searches: logarithms taken once, microseconds per shape.
 class ProxyFrequencies {
  public:
   /// @param count  of the lowest frequencies that will be asked for; the bank must outlive it

@@ -15,7 +15,7 @@ namespace mesh = klang::mesh;
 namespace modal = klang::modal;
 
 // One frequency on a sphere of 20 divisions^2 elements, from the surface to the multipoles. ka grows with the mesh: about 8
-// elements a wavelength. Bars: 2,000 elements 3 s, 10,000 elements 60 s and 4 GB on 2 cores.
+// elements per wavelength. Bars: 2,000 elements 3 s, 10,000 elements 60 s and 4 GB on 2 cores.
 void BM_Bem_one_frequency(benchmark::State& state, int divisions) {
   const SphereCase sphere{1, 0.1, 0.6 * divisions, divisions};
   for (auto _ : state) {

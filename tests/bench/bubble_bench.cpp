@@ -63,7 +63,7 @@ BENCHMARK_CAPTURE(BM_Bubbles_sound, 8000_with_transfers, 8000, 5.0, "terminal", 
     ->UseRealTime()
     ->MeasureProcessCPUTime();
 
-// One track and its voice: time a sample. A bubble of 40 mm rings for seconds.
+// One track and its voice: time per sample. A bubble of 40 mm rings for seconds.
 void BM_Bubbles_one_track(benchmark::State& state, double radius_m) {
   RingingBubble bubble;
   bubble.radius_m = radius_m;

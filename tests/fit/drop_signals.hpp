@@ -33,7 +33,7 @@ struct Drop {
   }
 };
 
-/// The drops' sound: q'' + 2 beta q' + omega^2 q = 0 after a blow, by Runge and Kutta's rule in eight steps a sample; pressure
+/// The drops' sound: q'' + 2 beta q' + omega^2 q = 0 after a blow, by Runge and Kutta's rule in eight steps per sample; pressure
 /// omega^2 q under the soft attack of HF eq. (39); white noise snr_db below the power of the first e-folding of the weakest
 /// drop's envelope.
 inline audio::Signal drop_sound(const std::vector<Drop>& drops, double duration_s, double rate, double snr_db,

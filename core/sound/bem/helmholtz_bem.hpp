@@ -96,7 +96,7 @@ class HelmholtzBem {
   std::unique_ptr<const Data> data_;
 };
 
-/// Throws InputError with the element size that is needed unless the surface has enough elements a wavelength.
+/// Throws InputError with the element size that is needed unless the surface has enough elements per wavelength.
 /// @return elements per wavelength: wavelength / surface.largest_edge_m
 double check_resolution(const RadiatingSurface& surface, double frequency_hz, const BemOptions& options);
 

@@ -51,7 +51,7 @@ int sphere_divisions(int n_elements);
 struct SphereResult {
   std::shared_ptr<const HelmholtzBem> solver;
   BemResult bem;
-  /// Of pressure on the surface against the exact one, both in the mean square over the polyhedron (7 points a triangle).
+  /// Of pressure on the surface against the exact one, both in the mean square over the polyhedron (7 points per triangle).
   double surface_pressure_relative_error = 0.0;
   double element_size_m = 0.0;  ///< edge of the equilateral triangle of mean area
   Multipole multipole;          ///< about the centre, of order max(degree, ceil(ka)) + 2

@@ -67,18 +67,17 @@ std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, 
 ModalVoice::ModalVoice(int body, RingingBody ringing) : body_(body), ringing_(std::move(ringing)) {
   const Eigen::Index n = ringing_.angular_frequency_rad_s.size();
   if (ringing_.decay_per_s.size() != n) {
-    throw InputError("synthesis", "needs one decay a mode", std::to_string(ringing_.decay_per_s.size()),
+    throw InputError("synthesis", "needs one decay per mode", std::to_string(ringing_.decay_per_s.size()),
                      std::to_string(n));
   }
   if (ringing_.gain.rows() != n) {
-    throw InputError("synthesis", "needs one gain for each mode", std::to_string(ringing_.gain.rows()),
-                     std::to_string(n));
+    throw InputError("synthesis", "needs one gain per mode", std::to_string(ringing_.gain.rows()), std::to_string(n));
   }
 }
 
 void ModalVoice::add_to(Mix& mix, const events::EventLog& log, const Listener&, Monitor&) {
   if (ringing_.gain.cols() != 1 && ringing_.gain.cols() != mix.n_channels()) {
-    throw InputError("synthesis", "needs one gain for each channel", std::to_string(ringing_.gain.cols()),
+    throw InputError("synthesis", "needs one gain per channel", std::to_string(ringing_.gain.cols()),
                      std::to_string(mix.n_channels()));
   }
   const Eigen::Index n_frames = mix.known_frames();

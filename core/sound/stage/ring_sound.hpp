@@ -24,7 +24,7 @@ struct FrameRange {
 FrameRange frames_of(const RingSound& ring, double sample_rate_hz);
 
 /// Adds its sound to output, whose first sample is frame first_frame; what lies outside is left out. The last part of
-/// the life (below 1/1000 of the first amplitude) is faded out by a raised cosine. Costs about 10 ns a sample.
+/// the life (below 1/1000 of the first amplitude) is faded out by a raised cosine. Costs about 10 ns per sample.
 void add_ring(const RingSound& ring, double sample_rate_hz, std::int64_t first_frame, std::span<double> output);
 
 }  // namespace klang::stage

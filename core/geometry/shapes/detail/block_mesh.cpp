@@ -112,7 +112,7 @@ TetMesh mesh_blocks(const std::vector<Block>& blocks, int order, double glue_m) 
   }
   check_element_count(n_elements);
 
-  const int step = order == 2 ? 2 : 1;  // lattice points a cell: mid-nodes are the odd ones
+  const int step = order == 2 ? 2 : 1;  // lattice points per cell: mid-nodes are the odd ones
   std::vector<Eigen::Vector3d> points;
   PointGlue glue(glue_m);
   std::map<std::string, std::set<int>> sets;

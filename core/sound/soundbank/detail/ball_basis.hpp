@@ -9,7 +9,7 @@ namespace klang::soundbank::detail {
 using Parity = int;
 inline constexpr int kParities = 8;
 
-/// Polynomials of total degree <= degree, orthonormal on the unit ball, split by parity. Made once a degree and shared.
+/// Polynomials of total degree <= degree, orthonormal on the unit ball, split by parity. Made once per degree and shared.
 class BallBasis {
  public:
   /// @param degree  3 to 24

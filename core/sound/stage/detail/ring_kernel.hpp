@@ -6,7 +6,7 @@ namespace klang::stage::detail {
 inline constexpr std::size_t kRingLanes = 8;  ///< blocks of a voice that run side by side
 
 /// For each lane: Z at a first sample, the ratio of the next sample to it, that ratio's own ratio, and so on: a
-/// polynomial of degree 4 in the exponent needs four complex products a sample and no exponential. The gain changes in
+/// polynomial of degree 4 in the exponent needs four complex products per sample and no exponential. The gain changes in
 /// even steps.
 struct RingLanes {
   double z_re[kRingLanes], z_im[kRingLanes];

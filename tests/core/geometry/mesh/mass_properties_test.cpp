@@ -78,7 +78,7 @@ TEST(Inertia, CurvedElementEqualsItsVolumeIntegral) {
       x += 4.0 * l[kTetEdges[e][0]] * l[kTetEdges[e][1]] * mesh.nodes_m.row(4 + e).transpose();
     return x;
   };
-  // Eight Gauss points a direction in collapsed coordinates; slopes by central differences, exact for quadratics.
+  // Eight Gauss points per direction in collapsed coordinates; slopes by central differences, exact for quadratics.
   const std::array<double, 8> node{0.019855071751231884, 0.10166676129318663, 0.2372337950418355, 0.4082826787521751,
                                    0.5917173212478249,   0.7627662049581645,  0.8983332387068134, 0.9801449282487681};
   const std::array<double, 8> weight{0.05061426814518813, 0.11119051722668724, 0.15685332293894363,

@@ -132,5 +132,5 @@ TEST(SphereRadiation, BadCasesAreRefused) {
   EXPECT_THROW(solve_sphere({-1, 0.1, 1.0, 4}), klang::InputError);
   EXPECT_THROW(solve_sphere({0, 0.0, 1.0, 4}), klang::InputError);
   EXPECT_THROW(solve_sphere({0, 0.1, NAN, 4}), klang::InputError);
-  EXPECT_THROW(solve_sphere({0, 0.1, 10.0, 4}), klang::InputError);  // 2 elements a wavelength
+  EXPECT_THROW(solve_sphere({0, 0.1, 10.0, 4}), klang::InputError);  // 2 elements per wavelength
 }

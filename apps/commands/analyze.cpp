@@ -82,7 +82,7 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& common) {
 Subcommand add_analyze(CLI::App& program, CommonOptions& common) {
   auto options = std::make_shared<AnalyzeOptions>();
   CLI::App* app = program.add_subcommand("analyze", "Partials of a recording with their standard deviations");
-  app->add_option("recording", options->recording, "WAV, FLAC, OGG or AIFF")->required();
+  app->add_option("recording", options->recording, "WAV, FLAC, OGG, MP3 or AIFF")->required();
   add_band_option(*app, common, options->band);
   add_fields(*app, common, options->ringdown, {{"max_partials"}, {"min_snr_db"}});
   app->add_option("-o,--output", options->output, "Folder for report.html, resynthesis and pictures");

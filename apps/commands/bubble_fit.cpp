@@ -99,7 +99,7 @@ Subcommand add_bubble_fit(CLI::App& group, CommonOptions& common) {
   auto options = std::make_shared<FitOptions>();
   CLI::App* app =
       group.add_subcommand("fit", "Bubbles in a recording of water drops: radius, damping, onset, pitch constants");
-  app->add_option("recording", options->recording, "WAV, FLAC, OGG or AIFF")->required();
+  app->add_option("recording", options->recording, "WAV, FLAC, OGG, MP3 or AIFF")->required();
   add_band_option(*app, common, options->band);
   add_fields(*app, common, options->search, {{"min_snr_db"}, {"max_bubbles"}, {"amplitude_exponent"}});
   add_thermal_option(*app, options->thermal);

@@ -6,6 +6,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/sound/audio/fft.hpp"
+#include "core/sound/audio/sound_file.hpp"
 #include "core/sound/audio/strikes.hpp"
 #include "fit/ringdown/detail/partial_search.hpp"
 
@@ -19,6 +20,7 @@ using Complex = std::complex<double>;
 
 constexpr double kSureSnrDb = 14.0;      ///< below it noise alone makes partials
 constexpr double kWeakestStrike = 0.01;  ///< energy a strike must add, against the strongest one
+constexpr double kSilence = 1e-30;       ///< of full scale; the square of less may be no number
 constexpr double kPi2 = 2 * kPi;
 
 std::string short_hz(double frequency_hz) {
@@ -289,6 +291,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   checked(place, "number of samples", static_cast<double>(recording.n_frames()), 16, 1e12);
   checked(place, "number of channels", static_cast<double>(recording.n_channels()), 1, kMaxChannels);
   if (!recording.samples.allFinite()) throw InputError(place, "has samples that are not finite numbers");
+  checked(place, "largest sample", recording.samples.cwiseAbs().maxCoeff(), 0, audio::kLargestSample);
   const Stopwatch total;
   RingdownResult result;
   result.status = RingdownStatus::kNothingFound;
@@ -301,7 +304,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
     return result;
   }
   const double spread = (recording.samples.colwise().maxCoeff() - recording.samples.colwise().minCoeff()).maxCoeff();
-  if (!(spread > 0)) throw InputError(recording.origin, "the recording is silent");
+  if (!(spread > kSilence)) throw InputError(place, "the recording is silent");
 
   audio::StrikeOptions strike_options;
   strike_options.band = band;

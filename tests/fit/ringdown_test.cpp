@@ -84,6 +84,14 @@ TEST(Ringdown, TooFewSamplesNotANumberAndBadOptionsAreBadInput) {
   EXPECT_THROW(identify_ringdown(ringing({}, 8000, 0.1, 0.1, 1), options), klang::InputError);
 }
 
+TEST(Ringdown, SamplesWhoseSquaresAreNoNumbersAreBadInput) {
+  Signal signal = klang::tests::ringing({{1000, 5, 0.1, 0}}, 44100, 0.5, 1e-3, 3);
+  signal.samples(3000, 0) = 1e200;  // its energy overflows: no channel can be chosen
+  EXPECT_THROW(identify_ringdown(signal), klang::InputError);
+  signal.samples = 1e-200 * klang::tests::ringing({{1000, 5, 0.1, 0}}, 44100, 0.5, 1e-3, 3).samples;  // underflows
+  EXPECT_THROW(identify_ringdown(signal), klang::InputError);
+}
+
 TEST(Ringdown, OnePartialInNoiseReachesTheCramerRaoBoundAndKnowsItsScatter) {
   const TruePartial truth{1000.3, 8, 0.1, 0.7};
   constexpr double kRate = 16000, kDuration = 0.5;

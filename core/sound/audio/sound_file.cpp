@@ -25,6 +25,7 @@ using File = std::unique_ptr<SNDFILE, Closer>;
 /// Read-only cursor over the bytes, for libsndfile's virtual files.
 struct Cursor {
   std::string_view bytes;
+  std::vector<std::size_t> unknown_sizes;  ///< places of four bytes that are read as 0xffffffff
   sf_count_t at = 0;
 };
 
@@ -45,6 +46,11 @@ sf_count_t cursor_read(void* target, sf_count_t count, void* user) {
   const sf_count_t left = static_cast<sf_count_t>(cursor.bytes.size()) - cursor.at;
   const sf_count_t n = std::clamp<sf_count_t>(count, 0, left);
   std::memcpy(target, cursor.bytes.data() + cursor.at, static_cast<std::size_t>(n));
+  for (const std::size_t place : cursor.unknown_sizes) {
+    for (auto i = static_cast<sf_count_t>(place); i < static_cast<sf_count_t>(place) + 4; ++i) {
+      if (i >= cursor.at && i < cursor.at + n) static_cast<unsigned char*>(target)[i - cursor.at] = 0xff;
+    }
+  }
   cursor.at += n;
   return n;
 }
@@ -62,10 +68,15 @@ std::uint32_t u32(std::string_view bytes, std::size_t at, bool big_endian) {
   return value;
 }
 
-/// Bytes of samples that the header promises beyond the end of the file. libsndfile shortens such files
-/// silently. Sizes of 0 and from 2^31 - 1 on are what streaming writers leave when they do not know the
-/// length.
-std::optional<std::uint64_t> missing_chunk_bytes(std::string_view bytes) {
+/// The chunk that holds the samples of a RIFF, RIFX or FORM file.
+struct SampleChunk {
+  std::size_t at = 0;       ///< place of its name
+  std::uint64_t size = 0;   ///< bytes of samples by its header
+  std::uint64_t left = 0;   ///< bytes of the file behind that header
+  std::uint64_t whole = 0;  ///< bytes of the whole file by the file's header
+};
+
+std::optional<SampleChunk> sample_chunk(std::string_view bytes) {
   if (bytes.size() < 12) return std::nullopt;
   const std::string_view id = bytes.substr(0, 4);
   const bool big_endian = id == "FORM" || id == "RIFX";
@@ -74,14 +85,45 @@ std::optional<std::uint64_t> missing_chunk_bytes(std::string_view bytes) {
   for (std::size_t at = 12; at + 8 <= bytes.size();) {
     const std::uint64_t size = u32(bytes, at + 4, big_endian);
     const std::uint64_t left = bytes.size() - at - 8;
-    if (bytes.substr(at, 4) == wanted) {
-      const bool unknown = size == 0 || size >= 0x7fff'ffffu;
-      if (!unknown && size > left) return size - left;
-      return std::nullopt;
-    }
+    if (bytes.substr(at, 4) == wanted) return SampleChunk{at, size, left, u32(bytes, 4, big_endian) + 8};
     at += 8 + static_cast<std::size_t>(std::min<std::uint64_t>(size + (size & 1), left));
   }
   return std::nullopt;
+}
+
+constexpr std::uint64_t kUnknownSize = 0x7fff'ffffu;  ///< from here on a writer did not know the length
+
+/// Bytes of samples that the header promises beyond the end of the file. libsndfile shortens such files
+/// silently. Sizes of 0 and from 2^31 - 1 on are what streaming writers leave when they do not know the
+/// length.
+std::optional<std::uint64_t> missing_chunk_bytes(std::string_view bytes) {
+  const auto chunk = sample_chunk(bytes);
+  if (!chunk || chunk->size == 0 || chunk->size >= kUnknownSize || chunk->size <= chunk->left) return std::nullopt;
+  return chunk->size - chunk->left;
+}
+
+/// Places of sizes that a streaming writer left at 0: samples follow, though neither the chunk nor the file says so.
+/// libsndfile reads 0xffffffff there as "to the end of the file", and 0 as no samples.
+std::vector<std::size_t> sizes_left_at_zero(std::string_view bytes) {
+  const auto chunk = sample_chunk(bytes);
+  if (!chunk || chunk->size != 0 || chunk->left == 0 || !bytes.starts_with("RIFF")) return {};
+  const bool file_ends_here = chunk->whole <= chunk->at + 8;
+  if (!file_ends_here && chunk->whole < kUnknownSize) return {};  // other chunks follow: there are no samples
+  return {4, chunk->at + 4};
+}
+
+/// The first sample that no sound has: not finite, or beyond kLargestSample.
+void check_samples(const Signal& signal, const std::string& name) {
+  for (Eigen::Index channel = 0; channel < signal.n_channels(); ++channel) {
+    for (Eigen::Index frame = 0; frame < signal.n_frames(); ++frame) {
+      const double x = signal.samples(frame, channel);
+      if (std::abs(x) <= kLargestSample) continue;
+      const std::string place = "frame " + std::to_string(frame) + ", channel " + std::to_string(channel);
+      if (!std::isfinite(x)) throw InputError(name, "has a sample that is not a finite number", place);
+      throw InputError(name + ", " + place, "has a sample that no sound has", to_text(x),
+                       "-1e12 to 1e12, where full scale is 1");
+    }
+  }
 }
 
 /// A whole Ogg file ends with a page that carries the end-of-stream flag (bit 2 of its sixth byte).
@@ -117,14 +159,14 @@ std::vector<double> read_samples(SNDFILE* file, int n_channels, const std::strin
 Signal read_sound(const fs::path& path) { return read_sound_bytes(read_file(path), path.string()); }
 
 Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
-  if (bytes.empty()) throw InputError(name, "is empty", "0 bytes", "a WAV, FLAC, OGG or AIFF file");
+  if (bytes.empty()) throw InputError(name, "is empty", "0 bytes", "a WAV, FLAC, OGG, MP3 or AIFF file");
   if (const auto missing = missing_chunk_bytes(bytes)) {
     throw InputError(name, "is truncated: its header promises more samples",
                      std::to_string(*missing) + " bytes missing");
   }
   if (ogg_is_cut(bytes)) throw InputError(name, "is truncated: its last Ogg page is missing");
   SF_VIRTUAL_IO io{cursor_length, cursor_seek, cursor_read, cursor_write, cursor_tell};
-  Cursor cursor{bytes};
+  Cursor cursor{bytes, sizes_left_at_zero(bytes)};
   SF_INFO info{};
   const File file(sf_open_virtual(&io, SFM_READ, &info, &cursor));
   if (!file) {
@@ -146,14 +188,7 @@ Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
       interleaved.data(), n_frames, n_channels);
   signal.sample_rate_hz = info.samplerate;
   signal.origin = name;
-  for (Eigen::Index channel = 0; channel < n_channels; ++channel) {
-    for (Eigen::Index frame = 0; frame < n_frames; ++frame) {
-      if (!std::isfinite(signal.samples(frame, channel))) {
-        throw InputError(name, "has a sample that is not a finite number",
-                         "frame " + std::to_string(frame) + ", channel " + std::to_string(channel));
-      }
-    }
-  }
+  check_samples(signal, name);
   return signal;
 }
 

@@ -14,9 +14,13 @@ enum class SampleFormat { kPcm16, kPcm24, kFloat32 };
 /// to anything.
 inline constexpr std::size_t kMaxSamples = 400'000'000;
 
-/// Reads WAV, FLAC, OGG, AIFF (whatever libsndfile reads), 100 Hz to 10 MHz, 1 to 1024 channels.
-/// @throws InputError: missing, not sound, empty, truncated, a NaN or infinite sample (its frame), a rate of
-/// 0.
+/// Largest magnitude of a sample (full scale = 1) that is taken for sound: squares and their sums stay finite.
+inline constexpr double kLargestSample = 1e12;
+
+/// Reads WAV, FLAC, OGG, MP3, AIFF (whatever libsndfile reads), 100 Hz to 10 MHz, 1 to 1024 channels. A WAV whose
+/// writer left its sizes at 0 is read to the file's end.
+/// @throws InputError: missing, not sound, empty, truncated, a sample that is not finite or beyond kLargestSample (its
+/// frame), a rate of 0.
 Signal read_sound(const std::filesystem::path& path);
 
 /// As read_sound, from bytes in memory (what the fuzz target calls). name: for messages.

@@ -138,6 +138,33 @@ TEST_F(SoundFile, NotANumberIsNamedWithFrameAndChannel) {
   EXPECT_NE(message_of(float_wav(samples, 48000, 2)).find("frame 13, channel 1"), std::string::npos);
 }
 
+TEST_F(SoundFile, ASampleBeyondAllSoundIsNamedWithFrameAndChannel) {
+  std::vector<float> samples(200, 0.1f);
+  samples[31] = 1e30f;  // frame 15, channel 1; a 64-bit table read as sound has 1e200
+  const std::string message = message_of(float_wav(samples, 44100, 2));
+  EXPECT_NE(message.find("frame 15, channel 1"), std::string::npos) << message;
+  EXPECT_NE(message.find("e+30;"), std::string::npos) << message;
+}
+
+TEST_F(SoundFile, AWavWhoseWriterLeftItsSizesAtZeroIsReadToTheEnd) {
+  std::vector<float> samples(500);
+  for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = 0.001f * static_cast<float>(i);
+  const std::string whole = float_wav(samples, 48000, 1);
+  const std::string none(4, '\0'), unknown(4, '\xff'), header_only{'$', 0, 0, 0};  // 36 bytes follow
+  for (const std::string& riff : {none, unknown, header_only}) {
+    std::string streamed = whole;
+    streamed.replace(4, 4, riff);
+    streamed.replace(40, 4, none);
+    const Signal read = klang::audio::read_sound_bytes(streamed, "streamed.wav");
+    ASSERT_EQ(read.n_frames(), 500);
+    EXPECT_EQ(read.samples(499, 0), static_cast<double>(samples[499]));
+  }
+  // Where the file's own size covers what follows an empty chunk of samples, that is another chunk.
+  std::string empty = whole;
+  empty.replace(40, 4, none);
+  EXPECT_NE(message_of(empty).find("no samples"), std::string::npos);
+}
+
 TEST_F(SoundFile, EmptyForeignZeroRateAndZeroFramesAreRefused) {
   EXPECT_NE(message_of("").find("is empty"), std::string::npos);
   EXPECT_NE(message_of("not a sound, only some text that goes on").find("not a sound file"), std::string::npos);

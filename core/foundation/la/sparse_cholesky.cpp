@@ -3,6 +3,7 @@
 #include <cholmod.h>
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 
 #include "core/foundation/base/check.hpp"
@@ -15,6 +16,10 @@ using Lower = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 
 constexpr int kAmdLimitNodes = 3000;
 constexpr Eigen::Index kOwnSolveFrom = 3;  // columns
+
+// METIS draws from the C library's rand(), which it seeds at each call: two at a time would take each other's numbers, and
+// the order, and with it the last bits of every solution, would change from run to run.
+std::mutex metis_mutex;
 
 // CHOLMOD reads, and never writes, what a shallow view of type cholmod_sparse points at.
 cholmod_sparse view(const Lower& lower) {
@@ -74,7 +79,10 @@ std::vector<int> block_ordering(const Lower& lower) {
   graph.packed = 1;
   std::vector<int> nodes(n_nodes);
   int done = 0;
-  if (n_nodes > kAmdLimitNodes) done = cholmod_metis(&graph, nullptr, 0, 1, nodes.data(), &common.value);
+  if (n_nodes > kAmdLimitNodes) {
+    const std::lock_guard lock(metis_mutex);
+    done = cholmod_metis(&graph, nullptr, 0, 1, nodes.data(), &common.value);
+  }
   if (!done) done = cholmod_amd(&graph, nullptr, 0, nodes.data(), &common.value);
   if (!done) {
     for (int i = 0; i < n_nodes; ++i) nodes[i] = i;

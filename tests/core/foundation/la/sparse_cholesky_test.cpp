@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <thread>
+#include <vector>
 
 #include "core/foundation/base/parallel.hpp"
 #include "core/physics/solid/assembly.hpp"
@@ -44,6 +46,17 @@ TEST(SparseCholesky, SolutionHasTheSameBitsOnOneThreadAsOnTwo) {
   const Eigen::MatrixXd two = factor.solve(b);
   klang::set_thread_count(0);
   EXPECT_TRUE(one == two);
+}
+
+TEST(SparseCholesky, OrderOfSeveralAtATimeIsThatOfOneAlone) {
+  const solid::SparseMatrix a = bar_matrix(6);  // large enough for METIS
+  ASSERT_GT(a.rows(), 3 * 3000);
+  const std::vector<int> alone = la::block_ordering(a);
+  std::vector<std::vector<int>> together(16);
+  std::vector<std::thread> threads;
+  for (std::vector<int>& order : together) threads.emplace_back([&] { order = la::block_ordering(a); });
+  for (std::thread& thread : threads) thread.join();
+  for (const std::vector<int>& order : together) EXPECT_TRUE(order == alone);
 }
 
 }  // namespace

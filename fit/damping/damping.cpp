@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/math/statistics.hpp"
 #include "core/geometry/mesh/surface_point.hpp"
@@ -47,7 +48,7 @@ class DampingCost : public ceres::CostFunction {
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     const Eigen::Index n = scale_.size();
     Gradient p{}, g{};
-    for (Eigen::Index j = 0; j < n; ++j) p[static_cast<std::size_t>(j)] = scale_[j] * std::exp(blocks[0][j]);
+    for (Eigen::Index j = 0; j < n; ++j) item(p, j) = scale_[j] * std::exp(blocks[0][j]);
     for (Eigen::Index i = 0; i < data_.omega.size(); ++i) {
       const double model = data_.log_total(law_, p.data(), i, g);
       if (!std::isfinite(model)) return false;
@@ -178,7 +179,7 @@ DampingCandidate candidate_of(const DampingLaw& law, const Data& data) {
     Gradient g{};
     data.log_total(law, best.value.data(), i, g);
     for (Eigen::Index j = 0; j < n_parameters; ++j) {
-      jacobian(i, j) = g[static_cast<std::size_t>(j)] * best.scale[j] / total[i];
+      jacobian(i, j) = item(g, j) * best.scale[j] / total[i];
     }
   }
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(jacobian.transpose() * jacobian);
@@ -279,7 +280,7 @@ DampingResult fit_damping(const std::vector<DecayPoint>& points, std::vector<std
             Eigen::VectorXd::Zero(n)};
   Eigen::VectorXd radiation(n), mount(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const DecayPoint& point = used[static_cast<std::size_t>(i)];
+    const DecayPoint& point = item(used, i);
     data.omega[i] = 2.0 * kPi * point.frequency_hz;
     data.log_decay[i] = std::log(point.decay_per_s);
     data.sigma[i] = point.decay_std_per_s / point.decay_per_s;

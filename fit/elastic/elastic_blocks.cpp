@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 
@@ -15,6 +17,29 @@ Eigen::MatrixXd product(const solid::SparseMatrix& lower, const Eigen::MatrixXd&
   const Eigen::MatrixXd image = lower.selfadjointView<Eigen::Lower>() * basis;
   const Eigen::MatrixXd full = basis.transpose() * image;
   return 0.5 * (full + full.transpose());
+}
+
+/// Frequencies without the mesh's error. Conforming elements are too stiff; the estimate of how much is right to a sixth
+/// (modal/mesh_error.hpp).
+Eigen::VectorXd corrected_hz(const modal::EigenResult& result) {
+  const Eigen::VectorXd frequency_hz = result.model.frequency_hz();
+  if (!result.mesh_relative_error) return frequency_hz;
+  return frequency_hz.array() * (1.0 - result.mesh_relative_error->array());
+}
+
+/// Takes the mesh's error out of the frequencies and sorts the modes by what they are then.
+/// @return the error of each
+Eigen::VectorXd correct(modal::EigenResult& result) {
+  const Eigen::VectorXd frequency_hz = corrected_hz(result);
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(frequency_hz.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return frequency_hz[a] < frequency_hz[b]; });
+  result.model.angular_frequency_rad_s = 2.0 * kPi * frequency_hz(order);
+  result.model.shapes = result.model.shapes(Eigen::all, order).eval();
+  result.relative_residual = result.relative_residual(order).eval();
+  if (!result.mesh_relative_error) return Eigen::VectorXd::Zero(frequency_hz.size());
+  return (*result.mesh_relative_error)(order);
 }
 
 class TetBlocks : public ElasticBlocks {
@@ -32,11 +57,14 @@ class TetBlocks : public ElasticBlocks {
 
   BlockModes lowest(const solid::Material& material, const ReducedSpectrumOptions& options, bool prove) override {
     // Free modes are fewer than the degrees of freedom; tiny meshes must not be asked for more.
-    const int most = std::max(1, std::min(options.max_count, static_cast<int>(assembled_.n_dofs()) / 3 - 6));
-    int count = options.count > 0 ? std::min(options.count, most) : std::min(24, most);
+    const int most = std::max(
+        1, std::min(std::max(options.max_count, options.min_count), static_cast<int>(assembled_.n_dofs()) / 3 - 6));
+    const int least = std::min(options.min_count, most);
+    int count = options.count > 0 ? std::min(options.count, most) : std::min(std::max(24, least), most);
     BlockModes modes;
     modes.result = solve(material, count, prove, true);
-    const auto highest_hz = [&] { return modes.result.model.frequency_hz()[modes.result.model.n_modes() - 1]; };
+    // Whether the band is filled is a question to the corrected frequencies: those of the mesh lie higher.
+    const auto highest_hz = [&] { return corrected_hz(modes.result).maxCoeff(); };
     if (options.count == 0 && count < most && highest_hz() < options.band.high_hz) {
       // Mode counts grow like f (plates) to f^3 (solids); between them f^1.5 is enough in most cases.
       const double ratio = std::min(options.band.high_hz / highest_hz(), 10.0);
@@ -44,15 +72,13 @@ class TetBlocks : public ElasticBlocks {
       modes.result = solve(material, count, prove, true);
     }
     if (options.count == 0) {  // those beyond the band are of no use
-      const auto useful = (modes.result.model.frequency_hz().array() <= 1.02 * options.band.high_hz).count() + 2;
-      count = std::max<int>(std::min<int>(count, static_cast<int>(useful)), 1);
+      const auto useful = (corrected_hz(modes.result).array() <= 1.02 * options.band.high_hz).count() + 2;
+      count = std::max({std::min<int>(count, static_cast<int>(useful)), least, 1});
     }
     modal::ModalModel& model = modes.result.model;
+    const Eigen::VectorXd error = correct(modes.result);
     modes.vectors = {free_rows(model.shapes)};
-    // Conforming elements are too stiff; the estimate of how much is right to a sixth (modal/mesh_error.hpp).
-    const Eigen::VectorXd error = modes.result.mesh_relative_error.value_or(Eigen::VectorXd::Zero(model.n_modes()));
     modes.correction = {error};
-    model.angular_frequency_rad_s.array() *= 1.0 - error.array();
     modes.relative_error = kLeftOfEstimate * error.head(count);
     model.angular_frequency_rad_s.conservativeResize(count);
     model.shapes.conservativeResize(Eigen::NoChange, count);
@@ -118,7 +144,7 @@ class SectionBlocks : public ElasticBlocks {
     for (int round = 0; round < 40; ++round) {
       // A few more than asked for: modes come into the band when material or dimensions change.
       all = body_.modes_up_to(material, 1.15 * highest_hz);
-      if (options.count == 0 || count(all) >= options.count) break;
+      if (count(all) >= std::max(options.count, options.min_count)) break;
       highest_hz *= 1.3;
     }
     BlockModes modes;
@@ -129,8 +155,9 @@ class SectionBlocks : public ElasticBlocks {
       harmonic.angular_frequency_sq.conservativeResize(n);
     }
     // Shapes are sampled for what is shown and written; the number is limited as it is with tetrahedra.
-    auto sampled = modal::sample_modes(body_, count(kept) > 0 ? kept : all, mesh_, material);
-    const auto limit = options.count > 0 ? options.count : 4 * options.max_count;
+    auto sampled = modal::sample_modes(
+        body_, count(kept) >= std::max({1, options.count, options.min_count}) ? kept : all, mesh_, material);
+    const auto limit = options.count > 0 ? options.count : std::max(4 * options.max_count, options.min_count);
     const Eigen::Index n = std::min<Eigen::Index>(sampled.model.n_modes(), limit);
     modes.relative_error = modal::section_mesh_error(shape_, divisions_, material, all, sampled, n);
     modes.result.status = modal::EigenStatus::kConverged;

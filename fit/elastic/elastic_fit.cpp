@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/foundation/base/check.hpp"
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/math/statistics.hpp"
@@ -26,7 +27,7 @@ Prediction predict(const ParameterSpace& space, const SpectrumModels& models, co
   const auto n = static_cast<Eigen::Index>(data.size());
   Prediction prediction{Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, space.size())};
   std::vector<char> needed(models.size(), 0);
-  for (const ElasticDatum& datum : data) needed[static_cast<std::size_t>(datum.specimen)] = 1;
+  for (const ElasticDatum& datum : data) item(needed, datum.specimen) = 1;
   parallel_for(models.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       if (!needed[s]) continue;
@@ -34,12 +35,12 @@ Prediction predict(const ParameterSpace& space, const SpectrumModels& models, co
       const Spectrum spectrum = models[s]->spectrum(local.point);
       const Eigen::MatrixXd by_x = spectrum.derivative * local.derivative;
       for (Eigen::Index i = 0; i < n; ++i) {
-        const ElasticDatum& datum = data[static_cast<std::size_t>(i)];
+        const ElasticDatum& datum = item(data, i);
         if (static_cast<std::size_t>(datum.specimen) != s) continue;
         const double share = 0.5 / static_cast<double>(datum.modes.size());
         prediction.log_frequency[i] = -std::log(2.0 * kPi);
         for (const int mode : datum.modes) {
-          prediction.log_frequency[i] += share * spectrum.log_angular_frequency_sq[mode];
+          prediction.log_frequency[i] += share * item(spectrum.log_angular_frequency_sq, mode);
           prediction.derivative.row(i) += share * by_x.row(mode);
         }
       }
@@ -71,7 +72,7 @@ class ElasticCost : public ceres::CostFunction {
         Eigen::MatrixXd::Zero(num_residuals(), m);
     const Prediction prediction = predict(space_, models_, data_, x);
     for (Eigen::Index i = 0; i < n; ++i) {
-      out[i] = (data_[static_cast<std::size_t>(i)].log_frequency - prediction.log_frequency[i]) / total_[i];
+      out[i] = (item(data_, i).log_frequency - prediction.log_frequency[i]) / total_[i];
       jacobian.row(i) = -prediction.derivative.row(i) / total_[i];
     }
     Eigen::Index row = n;
@@ -119,13 +120,13 @@ ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models
   fit.weight = Eigen::VectorXd::Ones(n);
   fit.scatter = options.model_std;
   Eigen::VectorXd sigma(n);
-  for (Eigen::Index i = 0; i < n; ++i) sigma[i] = data[static_cast<std::size_t>(i)].sigma;
+  for (Eigen::Index i = 0; i < n; ++i) sigma[i] = item(data, i).sigma;
   Prediction prediction;
   const auto measure = [&] {
     prediction = predict(space, models, data, fit.x);
     fit.residual.resize(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      fit.residual[i] = data[static_cast<std::size_t>(i)].log_frequency - prediction.log_frequency[i];
+      fit.residual[i] = item(data, i).log_frequency - prediction.log_frequency[i];
     }
   };
   measure();
@@ -179,8 +180,8 @@ ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models
   Eigen::MatrixXd common = Eigen::MatrixXd::Zero(n, 2);
   const double highest = prediction.log_frequency.size() ? prediction.log_frequency.maxCoeff() : 0.0;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const ElasticDatum& datum = data[static_cast<std::size_t>(i)];
-    const Eigen::VectorXd by_mode = models[static_cast<std::size_t>(datum.specimen)]->relative_error();
+    const ElasticDatum& datum = item(data, i);
+    const Eigen::VectorXd by_mode = item(models, datum.specimen)->relative_error();
     double error = 0.0;
     for (const int mode : datum.modes) {
       if (mode < by_mode.size()) error = std::max(error, by_mode[mode] / total[i]);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/math/statistics.hpp"
 #include "core/physics/modal/damping/damping_laws.hpp"
 
@@ -111,7 +112,7 @@ std::string determined_instead(const ParameterSpace& space, const ElasticFit& fi
   std::string text = "the partials determine only the combination";
   for (Eigen::Index j = 0; j < m; ++j) {
     if (std::abs(direction[j]) < 0.02) continue;
-    const std::string& name = space.coordinate_names()[static_cast<std::size_t>(j)];
+    const std::string& name = item(space.coordinate_names(), j);
     text += name == "poissons_ratio" ? " exp(" + shown("%.2g", direction[j]) + " " + name + ")"
                                      : " " + name + shown("^%.2g", direction[j]);
   }
@@ -124,7 +125,7 @@ Eigen::VectorXd regularisation_factors(const ParameterSpace& space, const Elasti
   Eigen::VectorXd factor = Eigen::VectorXd::Ones(space.size());
   const Eigen::MatrixXd covariance = inverse(fit.information + fit.prior_information);
   for (Eigen::Index j = 0; j < space.size(); ++j) {
-    const std::string& name = space.coordinate_names()[static_cast<std::size_t>(j)];
+    const std::string& name = item(space.coordinate_names(), j);
     const double scale =
         name == "poissons_ratio" || name == "lame_lambda_pa" ? scale_of("poissons_ratio", fit.x[j]) : 1.0;
     const double common = (fit.systematic.transpose() * covariance.col(j)).squaredNorm();
@@ -186,8 +187,7 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
       const double reach = 1e-6 * (space.high()[j] - space.low()[j]);
       const bool matters = std::abs(space.quantity(name, fit.x).gradient[j]) > 0.0;
       const bool bound = fit.x[j] - space.low()[j] <= reach || space.high()[j] - fit.x[j] <= reach;
-      const bool own =
-          space.coordinate_names()[static_cast<std::size_t>(j)] != "poissons_ratio" || name != "youngs_modulus_pa";
+      const bool own = item(space.coordinate_names(), j) != "poissons_ratio" || name != "youngs_modulus_pa";
       at_bound = at_bound || (bound && matters && own);
     }
     if (derived && !space.ratio_is_free()) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "fit/elastic/identifiability.hpp"
@@ -136,7 +137,7 @@ JointMatch refined(const ParameterSpace& space, const SpectrumModels& models, co
       joint.n_matched += joint.matches.back().n_matched;
       std::vector<int> first_modes;
       for (const int line : joint.matches.back().line_of_partial) {
-        first_modes.push_back(line < 0 ? -1 : joint.lines[s][static_cast<std::size_t>(line)].modes.front());
+        first_modes.push_back(line < 0 ? -1 : item(joint.lines[s], line).modes.front());
       }
       now.push_back(std::move(first_modes));
     }

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/foundation/base/check.hpp"
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 
 namespace klang::fit {
@@ -73,7 +74,7 @@ std::vector<int> greedy(std::vector<Candidate> candidates, std::size_t n_partial
   std::vector<int> line_of_partial(n_partials, -1), taken(lines.size(), 0);
   for (const Candidate& candidate : candidates) {
     const auto line = static_cast<std::size_t>(candidate.line);
-    int& chosen = line_of_partial[static_cast<std::size_t>(candidate.partial)];
+    int& chosen = item(line_of_partial, candidate.partial);
     const int places = std::min(2, static_cast<int>(lines[line].modes.size()));
     const double gain = candidate.gain + (taken[line] ? kSecondOfPair : 0.0);
     if (chosen >= 0 || taken[line] >= places || !(gain > 0.0)) continue;
@@ -109,7 +110,7 @@ std::vector<int> optimal(const std::vector<Candidate>& candidates, std::size_t n
   std::vector<int> line_of_partial(n_partials, -1);
   const std::vector<int> column = least_cost_assignment(cost);
   for (std::size_t i = 0; i < n_partials; ++i) {
-    if (column[i] < n_places) line_of_partial[i] = column_line[static_cast<std::size_t>(column[i])];
+    if (column[i] < n_places) line_of_partial[i] = item(column_line, column[i]);
   }
   return line_of_partial;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/files/mesh_file.hpp"
@@ -205,7 +206,7 @@ std::vector<Eigen::Index> ReducedSpectrum::order_at_start(const solid::Material&
   }
   std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<Eigen::Index> order;
-  for (int k = n_skipped_; k < n_skipped_ + n_modes_; ++k) order.push_back(lines[static_cast<std::size_t>(k)].second);
+  for (int k = n_skipped_; k < n_skipped_ + n_modes_; ++k) order.push_back(item(lines, k).second);
   return order;
 }
 
@@ -262,9 +263,9 @@ Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
     slopes.col(1) = quadratic(k_mu).cwiseQuotient(value);
     if (!mass_kg_) slopes.col(2).setConstant(-1.0);
     for (Eigen::Index a = 0; a < n_axes; ++a) {
-      const Axis& axis = axes_[static_cast<std::size_t>(a)];
+      const Axis& axis = item(axes_, a);
       const Matrices &s = axis.slope[b], &c = axis.curvature[b];
-      const double at_m = point.dimensions[static_cast<std::size_t>(a)];
+      const double at_m = item(point.dimensions, a);
       const double t = std::log(at_m / axis.start_m);
       const Eigen::MatrixXd k_slope = lambda * (s.stiffness_lambda + 2.0 * t * c.stiffness_lambda) +
                                       mu * (s.stiffness_mu + 2.0 * t * c.stiffness_mu);

@@ -44,6 +44,7 @@ struct ReducedSpectrumOptions {
   Band band;
   int count = 0;
   int max_count = 80;
+  int min_count = 0;
   double relative_step = 0.01;
   bool vary_ratio = true;
 
@@ -53,6 +54,7 @@ struct ReducedSpectrumOptions {
     visit({"band.high_hz", "Modes are wanted up to here", above(0.0)}, self.band.high_hz);
     visit({"count", "Modes; 0: as many as reach band.high_hz, at most max_count", at_least(0.0)}, self.count);
     visit({"max_count", "Of tetrahedra's modes; a section gives four times as many", at_least(1.0)}, self.max_count);
+    visit({"min_count", "Modes that are wanted whatever the band", at_least(0.0)}, self.min_count);
     visit({"relative_step", "Of dimensions, for their derivatives", inside(0.0, 0.1)}, self.relative_step);
     visit({"vary_ratio", "Poisson's ratio may change; otherwise a solve is saved"}, self.vary_ratio);
   }

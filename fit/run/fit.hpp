@@ -71,6 +71,7 @@ struct FitOptions {
 struct FitResult {
   FitStatus status = FitStatus::kNotRun;
   std::string message;
+  std::optional<solid::Material> material;       ///< at the solution; empty: nothing was fitted
   std::vector<FitParameter> parameters;          ///< asked ones first, then derived ones
   std::vector<std::vector<double>> correlation;  ///< of the identifiable asked parameters
   DampingResult damping;

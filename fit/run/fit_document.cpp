@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -85,7 +86,7 @@ std::vector<PartialRecord> partial_records(const FitResult& result, std::size_t 
   for (const Partial& partial : result.specimens[s].partials.partials) records.push_back({partial, {}});
   for (const PartialMatch& match : result.matches) {
     if (match.specimen == static_cast<int>(s) && match.mode >= 0)
-      records[static_cast<std::size_t>(match.partial)].matched_mode = match.mode;
+      item(records, match.partial).matched_mode = match.mode;
   }
   return records;
 }
@@ -116,6 +117,18 @@ SpecimenRecord specimen_record(const FitProblem& problem, const FitResult& resul
   record.strikes_s = specimen.ringdown.strikes_s;
   record.explained_energy = specimen.ringdown.explained_energy;
   record.files = files_of(specimen);
+  return record;
+}
+
+MaterialRecord material_record(const solid::Material& material) {
+  MaterialRecord record;
+  record.preset = material.name;
+  record.youngs_modulus_pa = material.youngs_modulus_pa();
+  record.poissons_ratio = material.poissons_ratio();
+  record.lame_lambda_pa = material.lame_lambda_pa;
+  record.lame_mu_pa = material.lame_mu_pa;
+  if (material.density_kg_m3 > 0.0) record.density_kg_m3 = material.density_kg_m3;
+  record.source = material.source;
   return record;
 }
 
@@ -157,13 +170,13 @@ FitDocument fit_document(const FitProblem& problem, const FitResult& result, Pro
   document.header.warnings = result.warnings;
   document.header.wall_time_s = result.wall_time_s;
   document.name = problem.name;
-  document.material = {problem.material.name, problem.material.lame_lambda_pa, problem.material.lame_mu_pa,
-                       problem.material.density_kg_m3, problem.material.source};
+  document.material = material_record(result.material.value_or(problem.material));
+  document.material_start = material_record(problem.material);
   document.parameters = result.parameters;
   document.correlation = correlation_record(result);
   document.damping = damping_records(result);
   for (const PartialMatch& match : result.matches)
-    document.matches.push_back(match_record(match, result.specimens[static_cast<std::size_t>(match.specimen)].name));
+    document.matches.push_back(match_record(match, item(result.specimens, match.specimen).name));
   for (std::size_t s = 0; s < result.specimens.size(); ++s) {
     add_predicted(result.specimens[s], document.predicted);
     document.specimens.push_back(specimen_record(problem, result, s));

@@ -12,15 +12,17 @@ namespace klang::fit {
 
 struct MaterialRecord {
   std::string preset;
-  std::optional<double> lame_lambda_pa, lame_mu_pa, density_kg_m3;
+  std::optional<double> youngs_modulus_pa, poissons_ratio, lame_lambda_pa, lame_mu_pa, density_kg_m3;
   std::string source;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit(null_if_empty({"preset", "its name, if it is one"}), self.preset);
-    visit({"lame_lambda_pa", "where the fit began"}, self.lame_lambda_pa);
-    visit({"lame_mu_pa", "where the fit began"}, self.lame_mu_pa);
-    visit({"density_kg_m3", "as given"}, self.density_kg_m3);
+    visit({"youngs_modulus_pa", "E"}, self.youngs_modulus_pa);
+    visit({"poissons_ratio", "nu"}, self.poissons_ratio);
+    visit({"lame_lambda_pa", "lambda"}, self.lame_lambda_pa);
+    visit({"lame_mu_pa", "mu"}, self.lame_mu_pa);
+    visit({"density_kg_m3", "null: by the mass of each specimen"}, self.density_kg_m3);
     visit({"source", "where the numbers are from"}, self.source);
   }
 };
@@ -173,7 +175,7 @@ struct SpecimenRecord {
 struct FitDocument {
   ResultHeader header;
   std::string name;
-  MaterialRecord material;
+  MaterialRecord material, material_start;
   std::vector<FitParameter> parameters;
   CorrelationRecord correlation;
   DampingRecords damping;
@@ -187,7 +189,8 @@ struct FitDocument {
   static void describe(Self& self, Visitor&& visit) {
     ResultHeader::describe(self.header, visit);
     visit({"name", "of the problem"}, self.name);
-    visit({"material", "as given"}, self.material);
+    visit({"material", "that the fit found; what no partial determines stayed where it began"}, self.material);
+    visit({"material_start", "where the fit began: as given"}, self.material_start);
     visit({"parameters", "asked ones first, then derived ones"}, self.parameters);
     visit({"correlation", "of the estimates"}, self.correlation);
     visit({"damping", "models that explain the decays"}, self.damping);

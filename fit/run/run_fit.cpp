@@ -29,6 +29,9 @@ std::vector<SpecimenResult> measured_specimens(const FitProblem& problem, const 
 
 void add_material(const FitProblem& problem, const detail::MaterialFit& fit, FitResult& result) {
   ElasticReport report = detail::material_report(problem, fit);
+  result.material = fit.fitted().material;
+  result.material->name.clear();
+  result.material->source = "fitted";
   result.parameters = std::move(report.parameters);
   result.correlation = std::move(report.correlation);
   result.cost_initial = fit.joint.fit.cost_initial;

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/stopwatch.hpp"
@@ -67,8 +68,8 @@ int mode_of(const std::string& mode, const mesh::ShapeSpec& shape, const modal::
     int n = 0;
     std::from_chars(mode.data() + 8, mode.data() + mode.size(), n);
     const auto families = bending_modes(shape, model);
-    if (n >= 1 && n <= static_cast<int>(families.size()) && !families[static_cast<std::size_t>(n - 1)].empty()) {
-      return families[static_cast<std::size_t>(n - 1)].front();
+    if (n >= 1 && n <= static_cast<int>(families.size()) && !item(families, n - 1).empty()) {
+      return item(families, n - 1).front();
     }
     throw InputError(kPlace, "no such bending mode among the computed ones", mode,
                      "bending 1 to bending " + std::to_string(families.size()));

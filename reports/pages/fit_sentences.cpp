@@ -103,7 +103,7 @@ void say_material(const fit::FitDocument& data, std::vector<std::string>& senten
                                     [](const fit::SpecimenRecord& s) { return !s.predicted; }) > 1;
   if (!found.empty()) {
     sentences.push_back(the_specimens(data) +
-                        (data.material.preset.empty() ? "" : ", taken as " + escaped(data.material.preset) + ",") +
+                        (data.material_start.preset.empty() ? "" : ", taken as " + escaped(data.material_start.preset) + ",") +
                         (plural ? " ring with " : " rings with ") + list_of(found) + ".");
   }
   std::string open;

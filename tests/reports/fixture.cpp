@@ -278,7 +278,7 @@ json write_fit(const std::filesystem::path& folder, const FitFixture& fixture) {
   fit::FitDocument document;
   document.header = header("fit", "converged", "klang fit six-chimes.toml -o out", {{"modes", 11.2}, {"fit", 3.4}});
   document.name = "Six chimes";
-  document.material.preset = "aluminium";
+  document.material_start.preset = "aluminium";
   document.material.density_kg_m3 = 2700.0;
   document.cost_initial = 5321.7;
   document.cost_final = 21.3;

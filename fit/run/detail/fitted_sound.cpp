@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 
 namespace klang::fit::detail {
@@ -31,8 +32,8 @@ audio::Signal fitted_sound(const SpecimenData& data, const SpecimenResult& speci
     const int mode = mode_near(measured[i].frequency_hz, specimen.partials, mode_of_partial);
     if (mode < 0) continue;
     Partial partial = measured[i];
-    partial.frequency_hz = specimen.predicted_frequency_hz[static_cast<std::size_t>(mode)];
-    const double decay = specimen.predicted_decay_per_s[static_cast<std::size_t>(mode)];
+    partial.frequency_hz = item(specimen.predicted_frequency_hz, mode);
+    const double decay = item(specimen.predicted_decay_per_s, mode);
     if (decay > 0.0) partial.decay_per_s = decay;
     sound.partials.partials.push_back(partial);
     kept.push_back(i);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 
@@ -76,6 +78,25 @@ void match_prediction(std::size_t specimen, const PartialTable& table, const Fit
 }  // namespace
 
 FitProblem MaterialFit::fitted() const { return at_solution(start, *space, joint.fit.x); }
+
+std::vector<int> MaterialFit::ranks_at_solution(std::size_t specimen) const {
+  const Eigen::VectorXd frequency_hz = model_frequencies(*space, spectra, specimen, joint.fit.x);
+  std::vector<int> order(static_cast<std::size_t>(frequency_hz.size())), rank(order.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return frequency_hz[a] < frequency_hz[b]; });
+  for (std::size_t k = 0; k < order.size(); ++k) item(rank, order[k]) = static_cast<int>(k);
+  return rank;
+}
+
+int MaterialFit::n_modes_matched(std::size_t specimen) const {
+  const std::vector<int> rank = ranks_at_solution(specimen);
+  int n = 0;
+  for (const int line : joint.matches[specimen].line_of_partial) {
+    if (line < 0) continue;
+    for (const int mode : item(joint.lines[specimen], line).modes) n = std::max(n, item(rank, mode) + 1);
+  }
+  return n;
+}
 
 MaterialFit fit_material(const FitProblem& problem, const MeasuredData& data, const FitOptions& options,
                          Monitor& monitor) {

@@ -29,6 +29,10 @@ struct MaterialFit {
   double models_wall_time_s = 0.0, match_wall_time_s = 0.0;
   /// The problem with its material and dimensions at the solution.
   FitProblem fitted() const;
+  /// Where each of a specimen's reduced modes stands among all when they are sorted at the solution.
+  std::vector<int> ranks_at_solution(std::size_t specimen) const;
+  /// Modes, from the lowest on, among which all are that a partial of the specimen is matched to.
+  int n_modes_matched(std::size_t specimen) const;
 };
 
 /// Stage 2: models of the specimens, their match with the partials and the fit, in up to three rounds: after a dimension

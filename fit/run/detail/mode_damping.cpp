@@ -4,6 +4,7 @@
 #include <iterator>
 #include <map>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/physics/modal/damping/damping_laws.hpp"
@@ -46,7 +47,7 @@ std::map<int, double> radiation_of(const SpecimenResult& specimen, const std::ve
     return {};
   }
   for (const acoustics::ModeTransfer& mode : radiated.transfer.modes)
-    decay_per_s[static_cast<int>(columns[static_cast<std::size_t>(mode.mode)])] = mode.decay_radiation_per_s;
+    decay_per_s[static_cast<int>(item(columns, mode.mode))] = mode.decay_radiation_per_s;
   return decay_per_s;
 }
 
@@ -66,7 +67,7 @@ std::vector<DecayPoint> decay_points(const std::vector<SpecimenResult>& specimen
                                      const std::vector<PartialMatch>& matches) {
   std::vector<DecayPoint> points;
   for (const PartialMatch& match : matches) {
-    if (!match.decay_per_s || specimens[static_cast<std::size_t>(match.specimen)].predicted) continue;
+    if (!match.decay_per_s || item(specimens, match.specimen).predicted) continue;
     points.push_back({match.frequency_hz, *match.decay_per_s, match.decay_std_per_s.value_or(0.0),
                       match.radiation_decay_per_s.value_or(0.0), match.mount_decay_per_kg.value_or(0.0)});
   }
@@ -126,8 +127,7 @@ ModeDamping fit_mode_damping(const FitProblem& problem, const std::vector<Specim
     match.model_decay_per_s =
         best->decay_per_s(2.0 * kPi * match.model_frequency_hz, match.radiation_decay_per_s.value_or(0.0),
                           match.mount_decay_per_kg.value_or(0.0));
-    result.predicted_decay_per_s[static_cast<std::size_t>(match.specimen)][static_cast<std::size_t>(match.mode)] =
-        *match.model_decay_per_s;
+    item(item(result.predicted_decay_per_s, match.specimen), match.mode) = *match.model_decay_per_s;
   }
   return result;
 }

@@ -1,22 +1,12 @@
 #include "fit/run/detail/mode_matches.hpp"
 
 #include <algorithm>
-#include <numeric>
 
+#include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 
 namespace klang::fit::detail {
 namespace {
-
-/// Where each of the reduced model's modes stands among all when they are sorted at the solution.
-std::vector<int> ranks_at_solution(const MaterialFit& fit, std::size_t specimen) {
-  const Eigen::VectorXd frequency_hz = model_frequencies(*fit.space, fit.spectra, specimen, fit.joint.fit.x);
-  std::vector<int> order(static_cast<std::size_t>(frequency_hz.size())), rank(order.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return frequency_hz[a] < frequency_hz[b]; });
-  for (std::size_t k = 0; k < order.size(); ++k) rank[static_cast<std::size_t>(order[k])] = static_cast<int>(k);
-  return rank;
-}
 
 /// Mode of each partial (-1: none). Of a line's modes the k-th lowest partial takes the k-th.
 std::vector<int> modes_of_partials(const PartialTable& table, const TableMatch& match,
@@ -25,9 +15,8 @@ std::vector<int> modes_of_partials(const PartialTable& table, const TableMatch& 
   for (std::size_t i = 0; i < table.partials.size(); ++i) {
     const int line = match.line_of_partial[i];
     if (line < 0) continue;
-    const auto k = static_cast<std::size_t>(line);
-    const auto place = std::min<std::size_t>(static_cast<std::size_t>(taken[k]++), lines[k].modes.size() - 1);
-    modes[i] = lines[k].modes[place];
+    const std::vector<int>& own = item(lines, line).modes;
+    modes[i] = own[std::min<std::size_t>(static_cast<std::size_t>(item(taken, line)++), own.size() - 1)];
   }
   return modes;
 }
@@ -63,13 +52,13 @@ ModeMatches match_modes(const MaterialFit& fit, const std::vector<SpecimenResult
     const SpecimenResult& specimen = specimens[s];
     std::vector<int>& modes = result.mode_of_partial[s];
     modes = modes_of_partials(specimen.partials, fit.joint.matches[s], fit.joint.lines[s]);
-    const std::vector<int> rank = ranks_at_solution(fit, s);
+    const std::vector<int> rank = fit.ranks_at_solution(s);
     std::vector<PartialMatch> matches;
     for (std::size_t i = 0; i < modes.size(); ++i) {
       if (modes[i] < 0) continue;
-      modes[i] = rank[static_cast<std::size_t>(modes[i])];
-      matches.push_back(match_of(specimen.partials.partials[i], modes[i],
-                                 specimen.predicted_frequency_hz[static_cast<std::size_t>(modes[i])]));
+      modes[i] = item(rank, modes[i]);
+      matches.push_back(
+          match_of(specimen.partials.partials[i], modes[i], item(specimen.predicted_frequency_hz, modes[i])));
       matches.back().specimen = static_cast<int>(s);
       matches.back().partial = static_cast<int>(i);
     }

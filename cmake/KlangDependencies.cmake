@@ -14,11 +14,12 @@ pkg_check_modules(RSVG REQUIRED IMPORTED_TARGET librsvg-2.0>=2.54 cairo>=1.16)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus>=3.3)
 find_package(PNG 1.6 REQUIRED)
 find_package(ZLIB 1.2 REQUIRED)
+find_package(pugixml 1.12 REQUIRED)
 find_package(OpenCL REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
 find_package(Spectra 1.0 REQUIRED NO_MODULE)
-find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel IOXML)  # files only; pictures are KLANG_WITH_VTK's
+find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel IOCore IOXML)  # files only; pictures are KLANG_WITH_VTK's
 
 function(klang_find_library target header library)
   string(TOUPPER ${target} prefix)

@@ -1,23 +1,15 @@
 #pragma once
 #include <vtkFieldData.h>
-#include <vtkSmartPointer.h>
 #include <vtkUnstructuredGrid.h>
 
 #include <Eigen/Core>
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
-class vtkXMLReader;
+#include "core/geometry/files/vtk_xml.hpp"
 
 namespace klang::mesh {
-
-/// VTK allocates what the header promises: refuses promises that no compression of this file could keep (InputError).
-void check_promises(std::string_view bytes, const std::string& name);
-
-/// Reads a VTK XML file's bytes without a word on the terminal. @return what is wrong, empty when all is well
-std::string update_reader(vtkXMLReader* reader, const std::string& bytes, const std::string& name);
 
 /// Named arrays of a model file. Field data and point data take them alike; reading gives back every bit.
 void add_numbers(vtkFieldData* fields, const std::string& name, const double* values, Eigen::Index n);
@@ -32,7 +24,8 @@ class GridFile {
  public:
   /// version_field holds one integer that must equal version.
   GridFile(const std::filesystem::path& path, std::string what, const char* version_field, int version);
-  vtkUnstructuredGrid* grid() const { return grid_; }
+  GridFile(std::string bytes, const std::string& name, std::string what, const char* version_field, int version);
+  const VtkXmlFile& file() const { return file_; }
   [[noreturn]] void fail(const std::string& problem) const;  ///< "PATH: is no WHAT: problem"
 
   Eigen::VectorXd numbers(const std::string& name) const;
@@ -41,10 +34,13 @@ class GridFile {
   double number(const std::string& name) const;
   std::vector<int> integers(const std::string& name) const;
   std::string text(const std::string& name) const;
+  /// Of the points: n_components numbers each, one after the other.
+  std::vector<double> point_numbers(const std::string& name, std::int64_t n_components = 1) const;
+  std::vector<int> point_integers(const std::string& name) const;
 
  private:
   std::string place_, what_;
-  vtkSmartPointer<vtkUnstructuredGrid> grid_;
+  VtkXmlFile file_;
 };
 
 }  // namespace klang::mesh

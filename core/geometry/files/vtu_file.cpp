@@ -1,64 +1,23 @@
-#include <vtkCell.h>
 #include <vtkCellType.h>
-#include <vtkCommand.h>
-#include <vtkDataArray.h>
-#include <vtkIdList.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkUnstructuredGrid.h>
-#include <vtkXMLUnstructuredGridReader.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/geometry/files/byte_cursor.hpp"
 #include "core/geometry/files/detail/mesh_formats.hpp"
-#include "core/geometry/files/vtk_fields.hpp"
+#include "core/geometry/files/vtk_xml.hpp"
 
 namespace klang::mesh::detail {
 namespace {
 
 constexpr std::string_view kSetPrefix = "node_set:";
 
-/// Keeps the first line that VTK would print.
-class FirstMessage : public vtkCommand {
- public:
-  static FirstMessage* New() { return new FirstMessage; }
-  void Execute(vtkObject*, unsigned long, void* data) override {
-    if (text.empty()) text = data != nullptr ? static_cast<const char*>(data) : "error";
-  }
-  std::string text;
-};
-
-void read_with_vtk(std::string_view bytes, const std::string& name, vtkUnstructuredGrid* grid) {
-  if (bytes.substr(0, 4096).find("<VTKFile") == std::string_view::npos)
-    throw InputError(name, "not a VTK XML file", "", "<VTKFile");
-  if (bytes.substr(0, 4096).find("UnstructuredGrid") == std::string_view::npos)
-    throw InputError(name, "not an unstructured grid", "", "VTKFile type UnstructuredGrid");
-  if (bytes.find("</VTKFile>") == std::string_view::npos)
-    throw InputError(name, "the file is truncated", "", "</VTKFile> at its end");
-  check_promises(bytes, name);
-  vtkNew<FirstMessage> message;
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  reader->AddObserver(vtkCommand::ErrorEvent, message);
-  reader->AddObserver(vtkCommand::WarningEvent, message);
-  reader->SetReaderErrorObserver(message);
-  reader->SetParserErrorObserver(message);
-  reader->SetReadFromInputString(1);
-  reader->SetInputString(std::string(bytes));
-  try {
-    reader->Update();
-  } catch (const std::exception& error) {
-    throw InputError(name, "the VTK reader failed", error.what());
-  }
-  if (!message->text.empty()) {
-    // "ERROR: In file.cxx, line 1\nvtkClass (0x...): text": the last part is for people.
-    const std::size_t at = message->text.find("): ");
-    std::string text = at == std::string::npos ? message->text : message->text.substr(at + 3);
-    while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-    throw InputError(name, "the VTK reader refused it", text.substr(0, 200));
-  }
-  grid->ShallowCopy(reader->GetOutput());
+/// Vertices, lines and faces, which are left out; what else is no tetrahedron is refused.
+bool is_no_solid(int type) {
+  static constexpr int kTypes[] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  21, 22,
+                                   23, 28, 30, 34, 35, 36, 68, 69, 70, 75, 76, 77};
+  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
 }
 
 std::string base64(std::string_view bytes) {
@@ -102,58 +61,41 @@ std::string xml_text(std::string_view text) {
 }  // namespace
 
 TetMesh read_vtu(std::string_view bytes, const std::string& name) {
-  vtkNew<vtkUnstructuredGrid> grid;
-  read_with_vtk(bytes, name, grid);
+  const VtkXmlFile file(std::string(bytes), name, "UnstructuredGrid");
   TetMesh mesh;
-  mesh.nodes_m.resize(grid->GetNumberOfPoints(), 3);
-  for (vtkIdType i = 0; i < grid->GetNumberOfPoints(); ++i) {
-    double x[3];
-    grid->GetPoint(i, x);
-    for (int a = 0; a < 3; ++a) mesh.nodes_m(i, a) = x[a];
-  }
+  mesh.nodes_m = file.points();
+  const VtkCells cells = file.cells();
   int columns = 0;
   std::vector<std::array<int, 10>> rows;
-  vtkNew<vtkIdList> ids;
-  for (vtkIdType cell = 0; cell < grid->GetNumberOfCells(); ++cell) {
-    const int type = grid->GetCellType(cell);
+  for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
+    const int type = cells.types[cell];
     const std::string element = "element " + std::to_string(cell);
     if (type != VTK_TETRA && type != VTK_QUADRATIC_TETRA) {
-      vtkCell* other = grid->GetCell(cell);
-      if (other == nullptr || other->GetCellDimension() == 3)
-        throw InputError(name, element + " is a solid that is not a tetrahedron",
-                         "VTK cell type " + std::to_string(type), "types 10 and 24");
-      continue;
+      if (is_no_solid(type)) continue;
+      throw InputError(name, element + " is a solid that is not a tetrahedron", "VTK cell type " + std::to_string(type),
+                       "types 10 and 24");
     }
-    grid->GetCellPoints(cell, ids);
+    const std::int64_t begin = cells.begin(cell), n_corners = cells.offsets[cell] - begin;
     const int n = type == VTK_TETRA ? 4 : 10;
-    if (ids->GetNumberOfIds() != n)
-      throw InputError(name, element + " has a wrong number of nodes", std::to_string(ids->GetNumberOfIds()),
-                       std::to_string(n));
+    if (n_corners != n)
+      throw InputError(name, element + " has a wrong number of nodes", std::to_string(n_corners), std::to_string(n));
     if (columns != 0 && columns != n) throw InputError(name, element + ": linear and quadratic tetrahedra are mixed");
     columns = n;
     std::array<int, 10> row{};
-    for (int c = 0; c < n; ++c) {
-      const vtkIdType id = ids->GetId(c);
-      if (id < 0 || id >= grid->GetNumberOfPoints())
-        throw InputError(name, element + ": node out of range", std::to_string(id),
-                         "0 to " + std::to_string(grid->GetNumberOfPoints() - 1));
-      row[c] = static_cast<int>(id);
-    }
+    for (int c = 0; c < n; ++c) row[c] = static_cast<int>(cells.connectivity[static_cast<std::size_t>(begin + c)]);
     rows.push_back(row);
   }
   mesh.elements.resize(static_cast<Eigen::Index>(rows.size()), columns == 10 ? 10 : 4);
   for (std::size_t e = 0; e < rows.size(); ++e)
     for (Eigen::Index c = 0; c < mesh.elements.cols(); ++c) mesh.elements(static_cast<Eigen::Index>(e), c) = rows[e][c];
-  vtkPointData* data = grid->GetPointData();
-  for (int a = 0; a < data->GetNumberOfArrays(); ++a) {
-    vtkDataArray* array = data->GetArray(a);
-    if (array == nullptr || array->GetName() == nullptr || array->GetNumberOfTuples() != grid->GetNumberOfPoints())
-      continue;
-    const std::string_view array_name = array->GetName();
+  for (const std::string& array_name : file.array_names(VtkPlace::kPointData)) {
     if (!array_name.starts_with(kSetPrefix)) continue;
-    std::vector<int>& nodes = mesh.node_sets[std::string(array_name.substr(kSetPrefix.size()))];
-    for (vtkIdType i = 0; i < array->GetNumberOfTuples(); ++i)
-      if (array->GetComponent(i, 0) != 0.0) nodes.push_back(static_cast<int>(i));
+    const std::optional<VtkArray> array = file.find(VtkPlace::kPointData, array_name);
+    if (!array) continue;
+    std::vector<int>& nodes = mesh.node_sets[array_name.substr(kSetPrefix.size())];
+    const auto step = static_cast<std::size_t>(array->n_components);
+    for (std::size_t i = 0; i * step < array->size(); ++i)
+      if (array->number(i * step) != 0.0) nodes.push_back(static_cast<int>(i));
   }
   return mesh;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <filesystem>
+#include <string>
 
 #include "core/geometry/mesh/tet_mesh.hpp"
 #include "core/physics/solid/material.hpp"
@@ -24,7 +25,10 @@ struct ModalModel {
 /// material and provenance as field data. Reading gives back every bit.
 void write_modal_model(const std::filesystem::path& path, const ModalModel& model,
                        const std::string& provenance_json = "{}");
+/// @throws InputError: not such a file, or parts that do not fit together: cells that are no mesh, missing or short arrays, values
+/// that are not finite, frequencies above 1e9 rad/s, shapes above 1e12
 ModalModel read_modal_model(const std::filesystem::path& path);
+ModalModel read_modal_model_bytes(std::string bytes, const std::string& name);
 
 /// The same body of another density: omega and shapes scale by sqrt(rho / new rho) (S02, errata 6).
 ModalModel with_density(const ModalModel& model, double density_kg_m3);

@@ -6,8 +6,11 @@
 #include <vtkPoints.h>
 
 #include <cstdio>
+#include <optional>
 
+#include "core/foundation/base/output_file.hpp"
 #include "core/geometry/files/vtk_fields.hpp"
+#include "core/geometry/mesh/import_check.hpp"
 #include "core/physics/modal/modal_model.hpp"
 
 namespace klang::modal {
@@ -22,6 +25,8 @@ using mesh::write_grid;
 constexpr int kFileVersion = 1;
 constexpr int kLinearTet = 10;     // VTK_TETRA
 constexpr int kQuadraticTet = 24;  // VTK_QUADRATIC_TETRA: the node order of mesh::TetMesh
+constexpr double kHighestRadS = 1e9;
+constexpr double kLargestShape = 1e12;  // of a mass-normalised mode [1/sqrt(kg)]: that of a body of 1e-24 kg
 constexpr const char* kNodeSetPrefix = "node_set:";
 
 std::string mode_name(Eigen::Index k) {
@@ -30,37 +35,28 @@ std::string mode_name(Eigen::Index k) {
   return name;
 }
 
-mesh::TetMesh read_mesh(vtkUnstructuredGrid* grid, const GridFile& parts) {
+mesh::TetMesh read_mesh(const GridFile& parts) {
+  const mesh::VtkXmlFile& file = parts.file();
   mesh::TetMesh mesh;
-  auto* points = grid->GetPoints() == nullptr ? nullptr : vtkDoubleArray::SafeDownCast(grid->GetPoints()->GetData());
-  if (points == nullptr || points->GetNumberOfComponents() != 3) parts.fail("points of double precision are missing");
-  const vtkIdType n_nodes = points->GetNumberOfTuples();
-  mesh.nodes_m = Eigen::Map<const mesh::Points>(points->GetPointer(0), n_nodes, 3);
-  const vtkIdType n_elements = grid->GetNumberOfCells();
-  const int type = n_elements > 0 ? grid->GetCellType(0) : 0;
+  mesh.nodes_m = file.points();
+  if (!mesh.nodes_m.allFinite()) parts.fail("a point is not finite");
+  const Eigen::Index n_nodes = mesh.nodes_m.rows();
+  const mesh::VtkCells cells = file.cells();
+  const int type = cells.types.empty() ? 0 : cells.types[0];
   if (type != kLinearTet && type != kQuadraticTet) parts.fail("its cells are not tetrahedra");
   const int n_corners = type == kLinearTet ? 4 : 10;
-  mesh.elements.resize(n_elements, n_corners);
-  for (vtkIdType e = 0; e < n_elements; ++e) {
-    vtkIdType n = 0;
-    const vtkIdType* nodes = nullptr;
-    grid->GetCellPoints(e, n, nodes);
-    if (grid->GetCellType(e) != type || n != n_corners) parts.fail("cells of several kinds");
-    for (int k = 0; k < n_corners; ++k) {
-      if (nodes[k] < 0 || nodes[k] >= n_nodes) parts.fail("a cell names a point that is not there");
-      mesh.elements(e, k) = static_cast<int>(nodes[k]);
-    }
+  mesh.elements.resize(static_cast<Eigen::Index>(cells.types.size()), n_corners);
+  for (std::size_t e = 0; e < cells.types.size(); ++e) {
+    if (cells.types[e] != type || cells.offsets[e] - cells.begin(e) != n_corners) parts.fail("cells of several kinds");
+    for (int k = 0; k < n_corners; ++k)
+      mesh.elements(static_cast<Eigen::Index>(e), k) =
+          static_cast<int>(cells.connectivity[static_cast<std::size_t>(cells.begin(e) + k)]);
   }
-  auto* fields = grid->GetFieldData();
   const std::string prefix = kNodeSetPrefix;
-  for (int k = 0; k < fields->GetNumberOfArrays(); ++k) {
-    auto* array = vtkIntArray::SafeDownCast(fields->GetAbstractArray(k));
-    if (array == nullptr || array->GetName() == nullptr) continue;
-    const std::string name = array->GetName();
+  for (const std::string& name : file.array_names(mesh::VtkPlace::kFieldData)) {
     if (!name.starts_with(prefix)) continue;
     auto& set = mesh.node_sets[name.substr(prefix.size())];
-    for (vtkIdType i = 0; i < array->GetNumberOfValues(); ++i) {
-      const int node = array->GetValue(i);
+    for (const int node : parts.integers(name)) {
       if (node < 0 || node >= n_nodes) parts.fail("a node set names a point that is not there");
       set.push_back(node);
     }
@@ -115,20 +111,27 @@ void write_modal_model(const std::filesystem::path& path, const ModalModel& mode
   write_grid(path, grid, "modal model");
 }
 
-ModalModel read_modal_model(const std::filesystem::path& path) {
-  const GridFile parts(path, "modal model", "klang_modal_model", kFileVersion);
-  vtkUnstructuredGrid* grid = parts.grid();
-
+ModalModel read_modal_model_bytes(std::string bytes, const std::string& name) {
+  const GridFile parts(std::move(bytes), name, "modal model", "klang_modal_model", kFileVersion);
   ModalModel model;
-  model.mesh = read_mesh(grid, parts);
+  model.mesh = read_mesh(parts);
+  const mesh::TetMesh checked = mesh::checked_import(model.mesh, name);
+  if (checked.n_nodes() != model.mesh.n_nodes() || checked.elements != model.mesh.elements)
+    parts.fail("an element is turned inside out, or a point belongs to none");
   model.angular_frequency_rad_s = parts.numbers("angular_frequency_rad_s");
+  if (!model.angular_frequency_rad_s.allFinite() || !(model.angular_frequency_rad_s.array() >= 0.0).all() ||
+      !(model.angular_frequency_rad_s.array() <= kHighestRadS).all())
+    parts.fail("a frequency is not within 0 to 1e9 rad/s");
+  if (model.n_modes() > static_cast<Eigen::Index>(parts.file().array_names(mesh::VtkPlace::kPointData).size()))
+    parts.fail("there are more frequencies than mode shapes");
   model.shapes.resize(3 * model.mesh.n_nodes(), model.n_modes());
   for (Eigen::Index k = 0; k < model.n_modes(); ++k) {
-    auto* shape = vtkDoubleArray::SafeDownCast(grid->GetPointData()->GetAbstractArray(mode_name(k).c_str()));
-    if (shape == nullptr || shape->GetNumberOfComponents() != 3 || shape->GetNumberOfTuples() != model.mesh.n_nodes()) {
-      parts.fail("array " + mode_name(k) + " is missing");
-    }
-    model.shapes.col(k) = Eigen::Map<const Eigen::VectorXd>(shape->GetPointer(0), model.shapes.rows());
+    const std::vector<double> shape = parts.point_numbers(mode_name(k), 3);
+    if (static_cast<Eigen::Index>(shape.size()) != model.shapes.rows())
+      parts.fail("array " + mode_name(k) + " is short");
+    model.shapes.col(k) = Eigen::Map<const Eigen::VectorXd>(shape.data(), model.shapes.rows());
+    if (!model.shapes.col(k).allFinite() || !(model.shapes.col(k).cwiseAbs().maxCoeff() <= kLargestShape))
+      parts.fail("array " + mode_name(k) + " has a value that no mode shape has");
   }
   model.material.lame_lambda_pa = parts.number("lame_lambda_pa");
   model.material.lame_mu_pa = parts.number("lame_mu_pa");
@@ -138,6 +141,10 @@ ModalModel read_modal_model(const std::filesystem::path& path) {
   solid::validate(model.material);
   model.support = solid::parse_support(parts.text("support"));
   return model;
+}
+
+ModalModel read_modal_model(const std::filesystem::path& path) {
+  return read_modal_model_bytes(read_file(path), path.string());
 }
 
 }  // namespace klang::modal

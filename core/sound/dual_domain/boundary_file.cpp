@@ -3,18 +3,13 @@
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCellType.h>
-#include <vtkDataArray.h>
 #include <vtkDoubleArray.h>
-#include <vtkIdList.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
-#include <vtkUnstructuredGrid.h>
-#include <vtkXMLPolyDataReader.h>
 #include <vtkXMLPolyDataWriter.h>
-#include <vtkXMLUnstructuredGridReader.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -28,7 +23,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/geometry/files/byte_cursor.hpp"
 #include "core/geometry/files/surface_file.hpp"
-#include "core/geometry/files/vtk_fields.hpp"
+#include "core/geometry/files/vtk_xml.hpp"
 
 namespace klang::bubble {
 namespace {
@@ -36,80 +31,65 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-template <class Reader>
-vtkSmartPointer<vtkPointSet> read_with(const std::string& bytes, const std::string& name, const char* type) {
-  vtkNew<Reader> reader;
-  if (const std::string problem = mesh::update_reader(reader, bytes, name); !problem.empty())
-    throw InputError(name, problem);
-  if (bytes.substr(0, 4096).find(type) == std::string::npos)
-    throw InputError(name, "is no VTK file of this type", {}, type);
-  return reader->GetOutput();
-}
-
 /// Normals that the file carries must point the way its faces do.
-void check_normals(const std::string& name, const BoundaryMesh& mesh, const std::vector<vtkIdType>& cell_of,
-                   vtkPointSet* data) {
-  vtkDataArray* of_cells = data->GetCellData()->GetArray("Normals");
-  vtkDataArray* of_points = data->GetPointData()->GetArray("Normals");
-  const auto usable = [](vtkDataArray* a) { return a != nullptr && a->GetNumberOfComponents() == 3; };
-  const auto normal = [](vtkDataArray* a, vtkIdType i) {
-    double n[3];
-    a->GetTuple(i, n);
-    return Vector3d(n[0], n[1], n[2]);
+void check_normals(const mesh::VtkXmlFile& file, const BoundaryMesh& mesh, const std::vector<std::size_t>& cell_of) {
+  const auto normals_of = [&](mesh::VtkPlace place) {
+    std::optional<mesh::VtkArray> array = file.find(place, "Normals");
+    if (array && array->n_components != 3) array.reset();
+    return array;
+  };
+  const std::optional<mesh::VtkArray> of_cells = normals_of(mesh::VtkPlace::kCellData),
+                                      of_points = normals_of(mesh::VtkPlace::kPointData);
+  const auto normal = [](const mesh::VtkArray& a, std::size_t i) {
+    return Vector3d(a.number(3 * i), a.number(3 * i + 1), a.number(3 * i + 2));
   };
   for (Index t = 0; t < mesh.surface.triangles.rows(); ++t) {
     Vector3d p[3];
-    bool all_against = usable(of_points);
+    bool all_against = of_points.has_value();
     for (int c = 0; c < 3; ++c) p[c] = mesh.surface.vertices_m.row(mesh.surface.triangles(t, c)).transpose();
     const Vector3d face = (p[1] - p[0]).cross(p[2] - p[0]);
     for (int c = 0; c < 3 && all_against; ++c)
-      all_against = normal(of_points, mesh.surface.triangles(t, c)).dot(face) < 0.0;
-    const vtkIdType cell = cell_of[static_cast<std::size_t>(t)];
-    if (all_against || (usable(of_cells) && normal(of_cells, cell).dot(face) < 0.0))
-      throw InputError(name, "inconsistent normals: the array Normals at face " + std::to_string(cell) +
-                                 " points against the order of its corners");
+      all_against = normal(*of_points, static_cast<std::size_t>(mesh.surface.triangles(t, c))).dot(face) < 0.0;
+    const std::size_t cell = cell_of[static_cast<std::size_t>(t)];
+    if (all_against || (of_cells && normal(*of_cells, cell).dot(face) < 0.0))
+      throw InputError(file.name(), "inconsistent normals: the array Normals at face " + std::to_string(cell) +
+                                        " points against the order of its corners");
   }
 }
 
 BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
-  const std::string name = path.string(), bytes = read_file(path);
-  const vtkSmartPointer<vtkPointSet> data =
-      polygons ? read_with<vtkXMLPolyDataReader>(bytes, name, "PolyData")
-               : read_with<vtkXMLUnstructuredGridReader>(bytes, name, "UnstructuredGrid");
+  const std::string name = path.string();
+  const mesh::VtkXmlFile file(read_file(path), name, polygons ? "PolyData" : "UnstructuredGrid");
   BoundaryMesh mesh;
   mesh.name = name;
-  const vtkIdType n_points = data->GetNumberOfPoints();
-  mesh.surface.vertices_m.resize(n_points, 3);
-  for (vtkIdType i = 0; i < n_points; ++i) {
-    double x[3];
-    data->GetPoint(i, x);
-    for (int a = 0; a < 3; ++a) mesh.surface.vertices_m(i, a) = x[a];
-  }
-  vtkDataArray* region = data->GetCellData()->GetArray("region");
-  if (region == nullptr || region->GetNumberOfTuples() != data->GetNumberOfCells())
+  mesh.surface.vertices_m = file.points();
+  const std::optional<mesh::VtkArray> region = file.find(mesh::VtkPlace::kCellData, "region");
+  if (!region)
     throw InputError(name, "the cell array \"region\" is missing", {}, "per face: 0 free surface, 1 rigid wall");
+  const mesh::VtkCells cells = file.cells();
   std::vector<Eigen::Vector3i> triangles;
-  std::vector<vtkIdType> cell_of;
-  vtkNew<vtkIdList> ids;
-  for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
-    const int type = data->GetCellType(cell);
+  std::vector<std::size_t> cell_of;
+  for (std::size_t cell = 0; cell < cells.types.size(); ++cell) {
+    const int type = cells.types[cell];
     if (type == VTK_VERTEX || type == VTK_POLY_VERTEX || type == VTK_LINE || type == VTK_POLY_LINE ||
         type == VTK_EMPTY_CELL)
       continue;
     if (type != VTK_TRIANGLE && type != VTK_QUAD && type != VTK_POLYGON)
       throw InputError(name, "face " + std::to_string(cell) + " is no triangle, quad or polygon",
                        "VTK cell type " + std::to_string(type), "5, 7, 9");
-    data->GetCellPoints(cell, ids);
-    const double value = region->GetComponent(cell, 0);
+    const double value = region->number(cell * static_cast<std::size_t>(region->n_components));
     if (!(std::floor(value) == value && value >= 0.0 && value <= 3.0))
       throw InputError(name, "face " + std::to_string(cell) + " has an unknown region", to_text(value),
                        "0 free surface, 1 rigid wall, 2 solid in the liquid, 3 its dry part");
-    for (vtkIdType c = 0; c < ids->GetNumberOfIds(); ++c)
-      if (ids->GetId(c) < 0 || ids->GetId(c) >= n_points)
-        throw InputError(name, "face " + std::to_string(cell) + ": vertex out of range", std::to_string(ids->GetId(c)));
-    for (vtkIdType c = 1; c + 1 < ids->GetNumberOfIds(); ++c) {
-      triangles.emplace_back(static_cast<int>(ids->GetId(0)), static_cast<int>(ids->GetId(c)),
-                             static_cast<int>(ids->GetId(c + 1)));
+    const auto corner = [&](std::int64_t i) {
+      return static_cast<int>(cells.connectivity[static_cast<std::size_t>(cells.begin(cell) + i)]);
+    };
+    const std::int64_t n_corners = cells.offsets[cell] - cells.begin(cell);
+    if (n_corners < 3)
+      throw InputError(name, "face " + std::to_string(cell) + " has too few corners", std::to_string(n_corners),
+                       "3 or more");
+    for (std::int64_t c = 1; c + 1 < n_corners; ++c) {
+      triangles.emplace_back(corner(0), corner(c), corner(c + 1));
       mesh.region.push_back(static_cast<int>(value));
       cell_of.push_back(cell);
     }
@@ -117,7 +97,7 @@ BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
   mesh.surface.triangles.resize(static_cast<Index>(triangles.size()), 3);
   for (std::size_t t = 0; t < triangles.size(); ++t)
     mesh.surface.triangles.row(static_cast<Index>(t)) = triangles[t].transpose();
-  check_normals(name, mesh, cell_of, data);
+  check_normals(file, mesh, cell_of);
   return mesh;
 }
 

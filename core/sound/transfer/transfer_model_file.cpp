@@ -11,6 +11,7 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
 #include "core/geometry/files/vtk_fields.hpp"
 #include "core/sound/waves/spherical_harmonics.hpp"
 
@@ -46,15 +47,6 @@ struct IntegerColumn {
 constexpr IntegerColumn kIntegers[] = {{"mode", [](ModeTransfer& t) -> int& { return t.mode; }},
                                        {"order", [](ModeTransfer& t) -> int& { return t.multipole.order; }},
                                        {"n_bem_elements", [](ModeTransfer& t) -> int& { return t.n_bem_elements; }}};
-
-template <typename Array>
-Array* column(const GridFile& file, const char* name, vtkIdType n) {
-  auto* array = Array::SafeDownCast(file.grid()->GetPointData()->GetAbstractArray(name));
-  if (array == nullptr || array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != n) {
-    file.fail(std::string("point array ") + name + " is missing");
-  }
-  return array;
-}
 
 }  // namespace
 
@@ -106,33 +98,33 @@ void write_transfer_model(const std::filesystem::path& path, const TransferModel
 }
 
 TransferModel read_transfer_model(const std::filesystem::path& path) {
-  const GridFile file(path, kWhat, kVersionField, kFileVersion);
+  return read_transfer_model_bytes(read_file(path), path.string());
+}
+
+TransferModel read_transfer_model_bytes(std::string bytes, const std::string& name) {
+  const GridFile file(std::move(bytes), name, kWhat, kVersionField, kFileVersion);
   TransferModel model;
   model.medium.density_kg_m3 = file.number("density_kg_m3");
   model.medium.sound_speed_m_s = file.number("sound_speed_m_s");
   model.medium.validate();
-  const vtkIdType n_modes = file.grid()->GetNumberOfPoints();
-  model.modes.resize(static_cast<std::size_t>(n_modes));
+  const mesh::Points centres = file.file().points();
+  const auto n_modes = static_cast<std::size_t>(centres.rows());
+  model.modes.resize(n_modes);
   if (n_modes > 0) {
-    auto* centres = vtkDoubleArray::SafeDownCast(file.grid()->GetPoints()->GetData());
-    if (centres == nullptr || centres->GetNumberOfComponents() != 3)
-      file.fail("points of double precision are missing");
-    for (vtkIdType i = 0; i < n_modes; ++i) {
-      centres->GetTypedTuple(i, model.modes[static_cast<std::size_t>(i)].multipole.centre_m.data());
-    }
+    for (std::size_t i = 0; i < n_modes; ++i)
+      model.modes[i].multipole.centre_m = centres.row(static_cast<Eigen::Index>(i)).transpose();
     for (const NumberColumn& c : kNumbers) {
-      auto* array = column<vtkDoubleArray>(file, c.name, n_modes);
-      for (vtkIdType i = 0; i < n_modes; ++i) c.of(model.modes[static_cast<std::size_t>(i)]) = array->GetValue(i);
+      const std::vector<double> values = file.point_numbers(c.name);
+      for (std::size_t i = 0; i < n_modes; ++i) c.of(model.modes[i]) = values[i];
     }
     for (const IntegerColumn& c : kIntegers) {
-      auto* array = column<vtkIntArray>(file, c.name, n_modes);
-      for (vtkIdType i = 0; i < n_modes; ++i) c.of(model.modes[static_cast<std::size_t>(i)]) = array->GetValue(i);
+      const std::vector<int> values = file.point_integers(c.name);
+      for (std::size_t i = 0; i < n_modes; ++i) c.of(model.modes[i]) = values[i];
     }
-    auto* has_residual = column<vtkIntArray>(file, "has_residual", n_modes);
-    auto* residual = column<vtkDoubleArray>(file, "residual", n_modes);
-    for (vtkIdType i = 0; i < n_modes; ++i) {
-      if (has_residual->GetValue(i) != 0) model.modes[static_cast<std::size_t>(i)].residual = residual->GetValue(i);
-    }
+    const std::vector<int> has_residual = file.point_integers("has_residual");
+    const std::vector<double> residual = file.point_numbers("residual");
+    for (std::size_t i = 0; i < n_modes; ++i)
+      if (has_residual[i] != 0) model.modes[i].residual = residual[i];
   }
   const Eigen::VectorXd coefficients = file.numbers("coefficients_pa");
   if (!coefficients.allFinite()) file.fail("a coefficient is not finite");

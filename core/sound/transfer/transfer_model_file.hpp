@@ -14,6 +14,7 @@ void write_transfer_model(const std::filesystem::path& path, const TransferModel
                           const std::string& provenance_json = "{}");
 /// @throws InputError when the file is no transfer model or its parts do not fit together
 TransferModel read_transfer_model(const std::filesystem::path& path);
+TransferModel read_transfer_model_bytes(std::string bytes, const std::string& name);
 /// The provenance it was written with.
 std::string read_transfer_provenance(const std::filesystem::path& path);
 

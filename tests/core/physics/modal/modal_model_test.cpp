@@ -69,6 +69,21 @@ TEST(ModalModelFileErrors, AreInputErrorsAndLeaveNothingBehind) {
     klang::write_file(broken, std::string_view(bytes).substr(0, static_cast<std::size_t>(share * bytes.size())));
     EXPECT_THROW(read_modal_model(broken), InputError) << share;
   }
+  std::string other_header = bytes;
+  const std::size_t at = other_header.find("header_type=\"UInt32\"");
+  ASSERT_NE(at, std::string::npos);
+  klang::write_file(broken, other_header.replace(at, 20, "header_type=\"UInt64\""));
+  EXPECT_THROW(read_modal_model(broken), InputError) << "counts of another width";
+  for (const double value : {1e300, HUGE_VAL}) {
+    ModalModel absurd = model;
+    absurd.shapes(0, 0) = value;
+    write_modal_model(broken, absurd);
+    EXPECT_THROW(read_modal_model(broken), InputError) << value;
+  }
+  ModalModel turned = model;
+  std::swap(turned.mesh.elements(0, 0), turned.mesh.elements(0, 1));
+  write_modal_model(broken, turned);
+  EXPECT_THROW(read_modal_model(broken), InputError) << "an element inside out";
   klang::write_file(broken, "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid/></VTKFile>");
   EXPECT_THROW(read_modal_model(broken), InputError);
 }

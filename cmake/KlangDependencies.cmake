@@ -12,6 +12,7 @@ pkg_check_modules(CRYPTO REQUIRED IMPORTED_TARGET libcrypto>=3)
 pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5-serial>=1.10)
 pkg_check_modules(RSVG REQUIRED IMPORTED_TARGET librsvg-2.0>=2.54 cairo>=1.16)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus>=3.3)
+pkg_check_modules(BULLET REQUIRED bullet-float64>=3.24)  # float64: the other build's collision tolerances are 1e-3 m
 find_package(PNG 1.6 REQUIRED)
 find_package(ZLIB 1.2 REQUIRED)
 find_package(pugixml 1.12 REQUIRED)
@@ -38,6 +39,12 @@ klang_find_library(klang_tetgen tetgen.h tet)
 klang_find_library(klang_cholmod cholmod.h cholmod suitesparseconfig)
 klang_find_library(klang_openblas cblas.h openblas)
 klang_find_library(klang_mumps dmumps_c.h dmumps_seq mumps_common_seq)
+
+# Collision and what it is built on alone; system headers, whose warnings are not ours.
+add_library(klang_bullet INTERFACE IMPORTED GLOBAL)
+target_include_directories(klang_bullet SYSTEM INTERFACE ${BULLET_INCLUDE_DIRS})
+target_compile_definitions(klang_bullet INTERFACE BT_USE_DOUBLE_PRECISION)
+target_link_libraries(klang_bullet INTERFACE BulletCollision-float64 LinearMath-float64)
 
 if(KLANG_WITH_VTK)
   find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel FiltersCore FiltersGeneral

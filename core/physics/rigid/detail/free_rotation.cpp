@@ -1,0 +1,48 @@
+#include <cmath>
+
+#include "core/physics/rigid/detail/body_state.hpp"
+
+namespace klang::rigid::detail {
+namespace {
+
+using Eigen::Vector3d;
+
+bool is_ball(const Eigen::Matrix3d& inertia) {
+  return (inertia - inertia(0, 0) * Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= 1e-14 * inertia(0, 0);
+}
+
+/// One midpoint step: L1 - L0 = h (L0 + L1)/2 x w((L0 + L1)/2), by fixed-point iteration, which contracts by h |w|.
+void midpoint_step(const BodyState& body, Vector3d& l, Eigen::Quaterniond& turn, double h) {
+  Vector3d end = l;
+  for (int k = 0; k < 60; ++k) {
+    const Vector3d mean = 0.5 * (l + end);
+    const Vector3d next = l + h * mean.cross(body.inverse_inertia * mean);
+    const double change = (next - end).norm();
+    end = next;
+    if (change <= 1e-17 * l.norm()) break;
+  }
+  const Vector3d half = 0.5 * h * (body.inverse_inertia * (0.5 * (l + end)));
+  turn =
+      (turn * Eigen::Quaterniond(1.0, half.x(), half.y(), half.z())).normalized();  // Cayley: tan(angle / 2) = |half|
+  l = end;
+}
+
+}  // namespace
+
+void rotate_freely(BodyState& body, double h) {
+  if (body.spin.squaredNorm() == 0) return;
+  if (is_ball(body.inertia)) {
+    const double angle = body.spin.norm() * h;
+    body.turn = (Eigen::Quaterniond(Eigen::AngleAxisd(angle, body.spin.normalized())) * body.turn).normalized();
+    return;
+  }
+  const Vector3d world = body.angular_momentum();
+  Vector3d l = body.turn.conjugate() * world;
+  const double outer = 1 / (4 - std::cbrt(4.0)), inner = 1 - 4 * outer;
+  for (const double share : {outer, outer, inner, outer, outer}) midpoint_step(body, l, body.turn, share * h);
+  // From the momentum of the world, so that its round-off does not add up over the steps.
+  const Eigen::Matrix3d r = body.turn.toRotationMatrix();
+  body.spin = r * (body.inverse_inertia * (r.transpose() * world));
+}
+
+}  // namespace klang::rigid::detail

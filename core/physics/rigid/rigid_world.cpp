@@ -1,0 +1,385 @@
+#include "core/physics/rigid/rigid_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/rigid/detail/collisions.hpp"
+#include "core/physics/rigid/detail/impact_rounds.hpp"
+#include "core/physics/rigid/impact_pulse.hpp"
+
+namespace klang::rigid {
+namespace {
+
+using detail::BodyState;
+using detail::Contact;
+using Eigen::Vector3d;
+
+constexpr double kSlop = 2e-5;  // inner lengths: bodies this near touch
+
+/// Columns: the normal and two tangents.
+Eigen::Matrix3d axes_of(const Vector3d& normal) {
+  Eigen::Matrix3d axes;
+  axes.col(0) = normal;
+  axes.col(1) = normal.unitOrthogonal();
+  axes.col(2) = normal.cross(axes.col(1));
+  return axes;
+}
+
+/// When in the step a gap that is closed at its end was zero: gap + u (t - dt) + a (t - dt)^2 / 2 = 0.
+double touch_time(double gap, double speed, double acceleration, double dt) {
+  const double approach = std::max(0.0, -speed), square = approach * approach - 2 * acceleration * gap;
+  if (!(square > 0)) return 0.0;
+  return std::clamp(dt + 2 * gap / (approach + std::sqrt(square)), 0.0, dt);
+}
+
+}  // namespace
+
+void RigidWorldOptions::validate() const {
+  checked("solver", "rate_hz", rate_hz, 100, 1e6);
+  checked("solver", "iterations", iterations, 1, 100000);
+  for (int i = 0; i < 3; ++i) checked("world", "gravity_m_s2", gravity_m_s2[i], -1e3, 1e3);
+}
+
+struct RigidWorld::State {
+  RigidWorldOptions options;
+  int exponent = 0;  // inner length = 4^exponent m, inner time = 2^exponent s
+  bool has_unit = false;
+  double length = 1.0, time = 1.0;
+  long long n_steps = 0;
+  std::vector<RigidBodySpec> specs;
+  std::vector<BodyState> bodies;
+  std::vector<Contact> held;  // lasting contacts of the last step, to start from
+  detail::Collisions collisions;
+  EnergyLedger ledger;
+  double start_j = 0.0;
+
+  double dt() const { return time / options.rate_hz; }
+  /// Slower touches are held, not bounced: a body at rest reaches half of it in a step.
+  double rest_speed() const { return std::max(2 * options.gravity_m_s2.norm() * dt(), 1e-9); }
+  double joules(double inner) const { return inner / length; }
+  double energy() const;
+  void take_unit_from(const RigidBodySpec& body);
+  void book();
+  std::vector<BodyState> flown() const;
+  std::vector<Contact> contacts_at(const std::vector<BodyState>& there);
+  double hold(std::vector<Contact>& contacts, detail::Bodies& view);
+  double push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps);
+  void warm_start(std::vector<Contact>& contacts, detail::Bodies& view) const;
+  void record(const std::vector<Contact>& contacts, const std::vector<BodyState>& there, StepRecord& record) const;
+  void lose(detail::ImpactLosses losses);
+};
+
+/// One of the two can be negative where an impulse turns speed along the normal into speed across; both together where a solve
+/// was not finished.
+void RigidWorld::State::lose(detail::ImpactLosses losses) {
+  const double sum = losses.normal + losses.friction;
+  if (losses.normal < 0) losses = {0.0, sum};
+  if (losses.friction < 0) losses = {std::max(sum, 0.0), 0.0};
+  ledger.contact_j += joules(losses.normal);
+  ledger.friction_j += joules(losses.friction);
+  ledger.correction_j += joules(std::min(sum, 0.0));
+}
+
+double RigidWorld::State::energy() const {
+  double sum = 0.0;
+  for (const BodyState& b : bodies) {
+    if (b.there && !b.fixed()) sum += b.kinetic() - b.mass * options.gravity_m_s2.dot(b.centre);
+  }
+  return sum;
+}
+
+void RigidWorld::State::take_unit_from(const RigidBodySpec& body) {
+  exponent = static_cast<int>(std::lround(-std::log2(body.size_m()) / 2));
+  length = std::ldexp(1.0, 2 * exponent);
+  time = std::ldexp(1.0, exponent);
+  has_unit = true;
+}
+
+void RigidWorld::State::book() {
+  ledger.time_s = static_cast<double>(n_steps) / options.rate_hz;
+  ledger.kinetic_j = ledger.potential_j = 0.0;
+  for (const BodyState& b : bodies) {
+    if (!b.there || b.fixed()) continue;
+    ledger.kinetic_j += joules(b.kinetic());
+    ledger.potential_j -= joules(b.mass * options.gravity_m_s2.dot(b.centre));
+  }
+  ledger.residual_j = ledger.sum_j() - start_j;
+}
+
+/// Where the bodies would be at the step's end without contacts.
+std::vector<BodyState> RigidWorld::State::flown() const {
+  std::vector<BodyState> there = bodies;
+  for (std::size_t i = 0; i < there.size(); ++i) {
+    BodyState& b = there[i];
+    if (!b.there || b.fixed()) continue;
+    detail::fly_to(b, dt(), options.gravity_m_s2);
+    detail::rotate_freely(b, dt());
+    const double way = (b.centre - bodies[i].centre).norm();
+    if (!(way <= length * specs[i].smallest_half_width_m())) {
+      throw InputError("body " + specs[i].name,
+                       "moves farther than its smallest half-width in one step: rate_hz is too low",
+                       to_text(way / length) + " m", "at most " + to_text(specs[i].smallest_half_width_m()) + " m");
+    }
+  }
+  return there;
+}
+
+std::vector<Contact> RigidWorld::State::contacts_at(const std::vector<BodyState>& there) {
+  std::vector<Contact> contacts = collisions.find(there, kSlop, options.floor.has_value());
+  detail::Bodies view{{const_cast<BodyState*>(there.data()), there.size()}, {}};
+  for (Contact& c : contacts) {
+    const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(std::max(c.b, 0));
+    c.axes = axes_of(c.normal);
+    c.arm_a = c.place - there[a].centre;
+    c.arm_b = c.b >= 0 ? Vector3d(c.place - there[b].centre) : Vector3d::Zero();
+    const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
+    c.restitution = pair_restitution(specs[a].skin, other);
+    c.friction = pair_friction(specs[a].skin, other);
+    Vector3d pull = Vector3d::Zero();
+    if (!there[a].fixed()) pull += options.gravity_m_s2;
+    if (c.b >= 0 && !there[b].fixed()) pull -= options.gravity_m_s2;
+    c.touch = touch_time(std::min(c.gap, 0.0), detail::relative_velocity(c, view)[0], pull.dot(c.normal), dt());
+  }
+  return contacts;
+}
+
+/// Impulses of the last step at the same place of the same pair, which a resting contact has again.
+void RigidWorld::State::warm_start(std::vector<Contact>& contacts, detail::Bodies& view) const {
+  constexpr double kNear = 1e-2;
+  for (Contact& c : contacts) {
+    const Contact* nearest = nullptr;
+    double least = kNear;
+    for (const Contact& old : held) {
+      if (old.a != c.a || old.b != c.b || old.parts != c.parts) continue;
+      const double distance = (old.arm_a - c.arm_a).norm();
+      if (distance < least) least = distance, nearest = &old;
+    }
+    if (nearest == nullptr) continue;
+    c.lasting = c.axes.transpose() * (nearest->axes * nearest->lasting);
+    c.lasting[0] = std::max(0.0, c.lasting[0]);
+    push(c, c.lasting, view);
+  }
+}
+
+/// The rest of the step after the impacts: gravity and the forces of contacts that last. Returns what is left of their conditions.
+double RigidWorld::State::hold(std::vector<Contact>& contacts, detail::Bodies& view) {
+  std::vector<Vector3d> before;
+  std::vector<Contact*> all;
+  for (Contact& c : contacts) {
+    before.push_back(relative_velocity(c, view));
+    all.push_back(&c);
+  }
+  std::vector<Vector3d> velocity;
+  for (BodyState& b : bodies) {
+    velocity.push_back(b.velocity);
+    if (b.there && !b.fixed()) b.velocity += (dt() - b.clock) * options.gravity_m_s2;
+  }
+  // What comes fast and has not touched yet is an impact of the next step.
+  for (Contact& c : contacts) c.target = c.gap > 0 && relative_velocity(c, view)[0] < -rest_speed() ? -HUGE_VAL : 0.0;
+  warm_start(contacts, view);
+  const double tolerance = 1e-9 * options.gravity_m_s2.norm() * dt() + 1e-15;
+  const double residual = solve_contacts(all, &Contact::lasting, options.iterations, tolerance, view);
+  detail::ImpactLosses losses;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Vector3d mean = 0.5 * (before[i] + relative_velocity(contacts[i], view));
+    losses.normal -= contacts[i].lasting[0] * mean[0];
+    losses.friction -= contacts[i].lasting.tail<2>().dot(mean.tail<2>());
+  }
+  lose(losses);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    BodyState& b = bodies[i];
+    if (!b.there || b.fixed()) continue;
+    b.centre += (dt() - b.clock) * 0.5 * (velocity[i] + b.velocity);
+    b.clock = 0.0;
+    detail::rotate_freely(b, dt());
+  }
+  return residual;
+}
+
+/// Bodies that overlap by more than two slops go apart by a fifth of the overlap. Returns the deepest overlap.
+double RigidWorld::State::push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps) {
+  double deepest = 0.0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    deepest = std::max(deepest, -gaps[i]);
+    if (!(gaps[i] < -2 * kSlop)) continue;
+    const double mass_a = bodies[static_cast<std::size_t>(c.a)].inverse_mass;
+    const double mass_b = c.b >= 0 ? bodies[static_cast<std::size_t>(c.b)].inverse_mass : 0.0;
+    const double way = 0.2 * (-gaps[i] - kSlop) / (mass_a + mass_b);
+    const auto move = [&](int body, double share) {
+      BodyState& b = bodies[static_cast<std::size_t>(body)];
+      b.centre += share * way * c.normal;
+      ledger.correction_j += joules(b.mass * options.gravity_m_s2.dot(share * way * c.normal));
+    };
+    if (mass_a > 0) move(c.a, mass_a);
+    if (mass_b > 0) move(c.b, -mass_b);
+  }
+  return deepest / length;
+}
+
+void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::vector<BodyState>& there,
+                               StepRecord& record) const {
+  detail::Bodies view{{const_cast<BodyState*>(there.data()), there.size()}, {}};
+  for (const BodyState& b : there) view.inverse_inertia.push_back(b.world_inverse_inertia());
+  const double begin_s = static_cast<double>(n_steps) / options.rate_hz;
+  for (const Contact& c : contacts) {
+    const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(std::max(c.b, 0));
+    ContactImpulse row;
+    row.a = c.a;
+    row.b = c.b;
+    row.place_m = c.place / length;
+    row.normal = c.normal;
+    row.place_a_m = specs[a].centre_m + there[a].turn.conjugate() * c.arm_a / length;
+    row.place_b_m = c.b >= 0 ? Vector3d(specs[b].centre_m + there[b].turn.conjugate() * c.arm_b / length) : row.place_m;
+    if (c.impact.squaredNorm() > 0) {
+      const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
+      const auto radius = [](const RigidBodySpec& s) {
+        if (s.skin.radius_m > 0) return s.skin.radius_m;
+        return s.ball_radius_m > 0 ? s.ball_radius_m : 0.1 * s.smallest_half_width_m();
+      };
+      const double curvature = 1 / radius(specs[a]) + (c.b >= 0 ? 1 / radius(specs[b]) : 0.0);
+      row.kind = events::ImpulseKind::kImpact;
+      row.time_s = begin_s + c.touch / time;
+      row.approach_m_s = c.approach / time;
+      row.impulse_n_s = c.axes * c.impact / time;
+      if (row.approach_m_s > 0) {
+        row.duration_s = hertz_duration_s(1 / mobility(c, view)[0], 1 / curvature,
+                                          contact_modulus_pa(specs[a].skin, other), row.approach_m_s);
+      }
+      record.contacts.push_back(row);
+    }
+    if (c.lasting.squaredNorm() > 0) {
+      row.kind = events::ImpulseKind::kLasting;
+      row.time_s = begin_s;
+      row.approach_m_s = 0.0;
+      row.duration_s = 1 / options.rate_hz;
+      row.impulse_n_s = c.axes * c.lasting / time;
+      record.contacts.push_back(row);
+    }
+  }
+  std::stable_sort(record.contacts.begin(), record.contacts.end(),
+                   [](const ContactImpulse& x, const ContactImpulse& y) { return x.time_s < y.time_s; });
+}
+
+RigidWorld::RigidWorld(const RigidWorldOptions& options) : state_(std::make_unique<State>()) {
+  options.validate();
+  state_->options = options;
+}
+RigidWorld::~RigidWorld() = default;
+RigidWorld::RigidWorld(RigidWorld&&) noexcept = default;
+RigidWorld& RigidWorld::operator=(RigidWorld&&) noexcept = default;
+
+StepRecord RigidWorld::step() {
+  State& s = *state_;
+  StepRecord record;
+  const std::vector<BodyState> there = s.flown();
+  std::vector<Contact> contacts = s.contacts_at(there);
+  detail::Bodies view{s.bodies, {}};
+  for (const BodyState& b : s.bodies) view.inverse_inertia.push_back(b.world_inverse_inertia());
+  std::vector<double> gaps;  // at the step's begin
+  detail::Bodies end{{const_cast<BodyState*>(there.data()), there.size()}, {}};
+  for (const Contact& c : contacts) {
+    gaps.push_back(c.gap - 0.5 * s.dt() * (relative_velocity(c, view)[0] + relative_velocity(c, end)[0]));
+  }
+  const detail::ImpactRules rules{s.options.gravity_m_s2, s.rest_speed(),
+                                  s.options.collisions == CollisionOrder::kSimultaneous};
+  s.lose(detail::solve_impacts(contacts, rules, view));
+  record.solver_residual_m_s = s.hold(contacts, view) / s.time;
+  record.deepest_m = s.push_apart(contacts, gaps);
+  s.record(contacts, there, record);
+  s.held = std::move(contacts);
+  ++s.n_steps;
+  s.book();
+  return record;
+}
+
+int RigidWorld::add(const RigidBodySpec& body) {
+  body.validate();
+  State& s = *state_;
+  if (!s.has_unit) s.take_unit_from(body);
+  BodyState b;
+  b.mass = body.mass_kg;
+  b.inertia = s.length * s.length * body.inertia_kg_m2;
+  if (!body.fixed) {
+    b.inverse_mass = 1 / body.mass_kg;
+    b.inverse_inertia = b.inertia.inverse();
+    b.velocity = s.time * body.velocity_m_s;  // 4^k / 2^k
+    b.spin = body.angular_velocity_rad_s / s.time;
+  }
+  b.turn = body.orientation.normalized();
+  b.centre = s.length * (body.position_m + b.turn * body.centre_m);
+  const double before = s.energy();
+  s.bodies.push_back(b);
+  s.specs.push_back(body);
+  const int number = static_cast<int>(s.bodies.size()) - 1;
+  s.collisions.add(number, body, s.length, !body.fixed);
+  s.ledger.work_j += s.joules(s.energy() - before);
+  if (s.n_steps == 0) {  // what is there at the start is the scene's, not work
+    s.ledger.work_j = 0.0;
+    s.start_j = 0.0;
+    s.book();
+    s.start_j = s.ledger.sum_j();
+  }
+  s.book();
+  return number;
+}
+
+void RigidWorld::remove(int body) {
+  State& s = *state_;
+  const double before = s.energy();
+  s.bodies.at(static_cast<std::size_t>(body)).there = false;
+  s.collisions.remove(body);
+  s.ledger.work_j += s.joules(s.energy() - before);
+  s.book();
+}
+
+int RigidWorld::n_bodies() const { return static_cast<int>(state_->bodies.size()); }
+bool RigidWorld::is_there(int body) const { return state_->bodies.at(static_cast<std::size_t>(body)).there; }
+double RigidWorld::time_s() const { return state_->ledger.time_s; }
+const RigidBodySpec& RigidWorld::spec(int body) const { return state_->specs.at(static_cast<std::size_t>(body)); }
+
+events::Pose RigidWorld::pose(int body) const {
+  const BodyState& b = state_->bodies.at(static_cast<std::size_t>(body));
+  events::Pose pose;
+  pose.body = body;
+  pose.time_s = time_s();
+  pose.position_m = b.centre / state_->length - b.turn * spec(body).centre_m;
+  pose.orientation_wxyz << b.turn.w(), b.turn.x(), b.turn.y(), b.turn.z();
+  return pose;
+}
+
+Vector3d RigidWorld::centre_m(int body) const {
+  return state_->bodies.at(static_cast<std::size_t>(body)).centre / state_->length;
+}
+Vector3d RigidWorld::velocity_m_s(int body) const {
+  return state_->bodies.at(static_cast<std::size_t>(body)).velocity / state_->time;
+}
+Vector3d RigidWorld::angular_velocity_rad_s(int body) const {
+  return state_->bodies.at(static_cast<std::size_t>(body)).spin * state_->time;
+}
+
+void RigidWorld::set_velocity(int body, const Vector3d& velocity_m_s, const Vector3d& angular_velocity_rad_s) {
+  State& s = *state_;
+  BodyState& b = s.bodies.at(static_cast<std::size_t>(body));
+  if (b.fixed()) throw InputError("body " + spec(body).name, "is fixed and has no velocity");
+  const double before = b.kinetic();
+  b.velocity = s.time * velocity_m_s;
+  b.spin = angular_velocity_rad_s / s.time;
+  s.ledger.work_j += s.joules(b.kinetic() - before);
+  s.book();
+}
+
+const EnergyLedger& RigidWorld::ledger() const { return state_->ledger; }
+
+std::optional<RigidWorld::Overlap> RigidWorld::overlap(double tolerance_m) const {
+  State& s = *state_;
+  std::optional<Overlap> deepest;
+  for (const Contact& c : s.collisions.find(s.bodies, 0.0, s.options.floor.has_value())) {
+    const double depth_m = -c.gap / s.length;
+    if (depth_m > tolerance_m && (!deepest || depth_m > deepest->depth_m)) deepest = Overlap{c.a, c.b, depth_m};
+  }
+  return deepest;
+}
+
+}  // namespace klang::rigid

@@ -1,0 +1,93 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/physics/events/motion.hpp"
+#include "core/physics/rigid/contact.hpp"
+#include "core/physics/rigid/energy_ledger.hpp"
+#include "core/physics/rigid/rigid_body.hpp"
+
+namespace klang::rigid {
+
+/// How impacts that happen in one step are solved.
+enum class CollisionOrder {
+  kPairwise,  ///< one pair after the other, in the order of their touch, at most five rounds: what is seen in a cradle
+  kSimultaneous  ///< all at once with v+ = -e v- at every point (Newton)
+};
+constexpr auto words_of(CollisionOrder) {
+  return std::array{Word{CollisionOrder::kPairwise, "pairwise"}, Word{CollisionOrder::kSimultaneous, "simultaneous"}};
+}
+
+struct RigidWorldOptions {
+  double rate_hz = 10000.0;
+  int iterations = 200;  ///< most sweeps over the contacts that last, per step; it ends earlier where they are solved
+  CollisionOrder collisions = CollisionOrder::kPairwise;
+  Eigen::Vector3d gravity_m_s2 = {0.0, 0.0, -9.81};
+  std::optional<Skin> floor;  ///< of the plane z = 0; none: no floor
+
+  void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"rate_hz", "steps per second", between(100.0, 1e6)}, self.rate_hz);
+    visit({"iterations", "most sweeps over lasting contacts per step", between(1, 100000)}, self.iterations);
+    visit({"collisions", "impacts in one step: pairwise (one pair after the other) or simultaneous"}, self.collisions);
+  }
+};
+
+/// What one step did.
+struct StepRecord {
+  std::vector<ContactImpulse> contacts;  ///< one per point with an impulse
+  double solver_residual_m_s = 0.0;      ///< worst violation of the conditions of lasting contacts, as a speed
+  double deepest_m = 0.0;                ///< largest penetration at the step's begin
+};
+
+/// Rigid bodies that fall, touch, slide and roll.
+///
+/// A step of dt = 1/rate: bodies fly on a parabola to where they would be; collision detection there (Bullet) finds points that
+/// would have touched, and the moment tau of touch in the step. There impacts are solved (Newton's restitution, Coulomb's
+/// cone), then the contacts that last hold with a force over the rest of the step, whose mean velocity moves the body: in
+/// flight, in an impact and in rest the energy that a contact takes is J . (u- + u+)/2 to the last bit. Free rotation keeps energy
+/// and angular momentum (composition of implicit midpoint steps, order 4).
+///
+/// All is computed in units in which the bodies are about 1 long (lengths times 4^k, times times 2^k, gravity unchanged), so that a
+/// scene of the same shape at 4^k times the size moves in the same bits (Froude).
+class RigidWorld {
+ public:
+  explicit RigidWorld(const RigidWorldOptions& options);
+  ~RigidWorld();
+  RigidWorld(RigidWorld&&) noexcept;
+  RigidWorld& operator=(RigidWorld&&) noexcept;
+
+  /// Returns its number. What it brings of energy is booked as work. @throws InputError
+  int add(const RigidBodySpec& body);
+  void remove(int body);  ///< numbers of the others stay; its energy leaves as work
+  int n_bodies() const;   ///< with those that were removed
+  bool is_there(int body) const;
+
+  /// @throws InputError where a body moves by more than its smallest half-width in one step: the rate is too low
+  StepRecord step();
+  double time_s() const;
+
+  const RigidBodySpec& spec(int body) const;  ///< as it was added
+  events::Pose pose(int body) const;          ///< of its frame, now
+  Eigen::Vector3d centre_m(int body) const;
+  Eigen::Vector3d velocity_m_s(int body) const;  ///< of its centre
+  Eigen::Vector3d angular_velocity_rad_s(int body) const;
+  void set_velocity(int body, const Eigen::Vector3d& velocity_m_s, const Eigen::Vector3d& angular_velocity_rad_s);
+
+  const EnergyLedger& ledger() const;
+  /// Deepest overlap of two bodies as they stand [m] and which; nothing: none deeper than tolerance_m.
+  struct Overlap {
+    int a = 0, b = -1;  ///< b = -1: the floor
+    double depth_m = 0.0;
+  };
+  std::optional<Overlap> overlap(double tolerance_m) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace klang::rigid

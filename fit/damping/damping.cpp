@@ -12,6 +12,7 @@
 #include "core/foundation/math/statistics.hpp"
 #include "core/geometry/mesh/surface_point.hpp"
 #include "core/physics/modal/damping/damping_laws.hpp"
+#include "fit/least_squares/least_squares.hpp"
 
 namespace klang::fit {
 namespace {
@@ -109,9 +110,7 @@ Solution solve_from(const DampingLaw& law, const Data& data, const Eigen::Vector
     options.max_num_iterations = 200;
     options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 1e-12;
     options.max_num_consecutive_invalid_steps = 100;  // round-off at the bottom of a valley is no failure
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
+    const ceres::Solver::Summary summary = least_squares(options, problem);
     if (!summary.IsSolutionUsable()) return solution;
     solution.value = x.array().exp() * solution.scale.array();
     const Eigen::VectorXd residual = residuals_of(law, data, solution.value);

@@ -10,6 +10,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/math/statistics.hpp"
+#include "fit/least_squares/least_squares.hpp"
 
 namespace klang::fit {
 namespace {
@@ -152,9 +153,7 @@ ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models
       solver.gradient_tolerance = 1e-12;
       solver.parameter_tolerance = 1e-10;
       solver.max_num_consecutive_invalid_steps = 30;
-      solver.logging_type = ceres::SILENT;
-      ceres::Solver::Summary summary;
-      ceres::Solve(solver, &problem, &summary);
+      const ceres::Solver::Summary summary = least_squares(solver, problem);
       fit.n_iterations += static_cast<int>(summary.iterations.size());
       fit.converged = summary.termination_type == ceres::CONVERGENCE;
       if (!summary.IsSolutionUsable()) return fit;

@@ -9,6 +9,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/random.hpp"
+#include "fit/least_squares/least_squares.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 
 namespace klang::fit {
@@ -63,10 +64,7 @@ ProxyPoint Search::refined(ProxyPoint p, bool keep_lowest) const {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = 60;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  least_squares(options, problem);
   p.s = square[0];
   p.t = square[1];
   return p;

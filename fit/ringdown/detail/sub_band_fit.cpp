@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/foundation/base/conventions.hpp"
+#include "fit/least_squares/least_squares.hpp"
 
 namespace klang::fit::detail {
 namespace {
@@ -184,15 +185,11 @@ RefinedFit refine(const SubBand& band, const std::vector<Pole>& start, bool prec
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
-  options.logging_type = ceres::SILENT;
-  options.minimizer_progress_to_stdout = false;
-  options.num_threads = 1;
   options.max_num_iterations = precise ? 40 : 15;
   options.function_tolerance = precise ? 1e-9 : 1e-5;
   options.gradient_tolerance = 1e-14;
   options.parameter_tolerance = 1e-10;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  const ceres::Solver::Summary summary = least_squares(options, problem);
   if (!summary.IsSolutionUsable()) return result;
   for (std::size_t i = 0; i < start.size(); ++i) {
     result.poles[i].frequency_hz = start[i].frequency_hz + x[2 * i] / (2 * kPi * time_s);

@@ -8,6 +8,7 @@
 #include "reports/pages/page_parts.hpp"
 #include "reports/pages/plot_parts.hpp"
 #include "reports/pages/regression_figures.hpp"
+#include "reports/pages/sound_media.hpp"
 #include "validate/regression/regression_document.hpp"
 
 namespace klang::reports::detail {
@@ -39,6 +40,19 @@ std::size_t count_of(const validate::RegressionDocument& data, bool failed) {
   }));
 }
 
+constexpr const char* kFailedPill = "<span class=\"tag bad\">failed</span>";
+constexpr const char* kOpenPill = "<span class=\"tag fair\">not judged</span>";
+constexpr const char* kPassedPill = "<span class=\"tag good\">passed</span>";
+
+std::string verdict_of(const validate::PartialRecord& p) {
+  if (!p.note.empty()) return kOpenPill;
+  if (!p.sound) return "<span class=\"tag bad\">missing</span>";
+  if (!p.reference) return "<span class=\"tag bad\">superfluous</span>";
+  const bool kept = (!p.cents || std::abs(*p.cents) <= p.cents_tolerance.value_or(0)) &&
+                    (!p.decay_change || std::abs(*p.decay_change) <= p.decay_tolerance.value_or(0));
+  return kept ? "within" : kFailedPill;
+}
+
 std::string partials_table(const validate::RegressionDocument& data) {
   std::string body;
   for (const validate::PartialRecord& p : data.partials) {
@@ -48,21 +62,20 @@ std::string partials_table(const validate::RegressionDocument& data) {
     const auto decay = [](const std::optional<validate::ComparedPartial>& side) {
       return side && side->decay_per_s ? escaped(with_std(*side->decay_per_s, side->decay_std_per_s)) : "—";
     };
-    const std::string note = !p.note.empty() ? "not judged: " + p.note
-                             : !p.sound      ? "missing"
-                             : !p.reference  ? "superfluous"
-                                             : "";
-    body += "<tr" + std::string(p.note.empty() ? "" : " class=\"open\"") + ">" + number_cell(frequency(p.reference)) +
+    body += "<tr" + std::string(p.note.empty() ? "" : " class=\"open\"") + ">" +
+            tag("td", verdict_of(p), "class=\"nw\"") + number_cell(frequency(p.reference)) +
             number_cell(frequency(p.sound)) + number_cell(deviation(p.cents, p.cents_tolerance, 1)) +
             number_cell(decay(p.reference)) + number_cell(decay(p.sound)) +
-            number_cell(deviation(p.decay_change, p.decay_tolerance, 100)) + tag("td", escaped(note)) + "</tr>\n";
+            number_cell(deviation(p.decay_change, p.decay_tolerance, 100)) + "</tr>\n";
+    if (!p.note.empty()) body += "<tr class=\"note\"><td colspan=\"7\">" + escaped(p.note) + "</td></tr>\n";
   }
   return scrolled(
-      "<table><thead><tr><th scope=\"col\" class=\"n\">Reference [Hz]</th><th scope=\"col\" class=\"n\">Sound "
+      "<table><thead><tr><th scope=\"col\">Verdict</th><th scope=\"col\" class=\"n\">Reference [Hz]</th><th "
+      "scope=\"col\" class=\"n\">Sound "
       "[Hz]</th><th scope=\"col\" "
       "class=\"n\">Difference [cents]</th><th scope=\"col\" class=\"n\">Decay, reference [1/s]</th><th scope=\"col\" "
       "class=\"n\">sound [1/s]</th>"
-      "<th scope=\"col\" class=\"n\">Change [%]</th><th scope=\"col\"></th></tr></thead>\n<tbody>" +
+      "<th scope=\"col\" class=\"n\">Change [%]</th></tr></thead>\n<tbody>" +
           body + "</tbody></table>",
       "Partials");
 }
@@ -73,19 +86,17 @@ std::string claims_table(const validate::RegressionDocument& data) {
     for (const validate::Claim& claim : data.claims) {
       const int kind = claim.passed ? 2 : claim.not_judged.empty() ? 0 : 1;
       if (kind != wanted) continue;
-      const char* pills[] = {"<span class=\"tag bad\">failed</span>", "<span class=\"tag fair\">not judged</span>",
-                             "<span class=\"tag good\">passed</span>"};
-      body += "<tr" + std::string(kind == 1 ? " class=\"open\"" : "") + ">" +
+      const char* pills[] = {kFailedPill, kOpenPill, kPassedPill};
+      body += "<tr" + std::string(kind == 1 ? " class=\"open\"" : "") + ">" + tag("td", pills[kind], "class=\"nw\"") +
               tag("th",
                   escaped(claim.words) +
                       (claim.not_judged.empty() ? "" : "<br><small>" + escaped(claim.not_judged) + "</small>"),
                   "scope=\"row\"") +
-              tag("td", pills[kind]) + number_cell(rounded(claim.measured, 3)) +
-              number_cell(rounded(claim.tolerance, 3)) + "</tr>\n";
+              number_cell(rounded(claim.measured, 3)) + number_cell(rounded(claim.tolerance, 3)) + "</tr>\n";
     }
   }
   return scrolled(
-      "<table><thead><tr><th scope=\"col\">Claim</th><th scope=\"col\">Verdict</th><th scope=\"col\" "
+      "<table><thead><tr><th scope=\"col\">Verdict</th><th scope=\"col\">Claim</th><th scope=\"col\" "
       "class=\"n\">Difference</th><th "
       "scope=\"col\" class=\"n\">Tolerance</th></tr></thead>\n<tbody>" +
           body + "</tbody></table>",
@@ -122,6 +133,10 @@ std::vector<std::string> sentences_of(const validate::RegressionDocument& r) {
   } else if (failed == 0) {
     sentences.push_back("The sound keeps to its reference: <b>none of " +
                         counted(r.claims.size() - open, "judged claim", "judged claims") + " failed</b>.");
+  } else if (r.header.message) {
+    sentences.push_back("The sound differs from its reference for <b>one reason</b>: " + escaped(*r.header.message) +
+                        ". " + capitalised(counted(failed, "claim", "claims")) + " of " +
+                        std::to_string(r.claims.size() - open) + " that could be judged failed with it.");
   } else {
     sentences.push_back("The sound differs from its reference in <b>" + counted(failed, "claim", "claims") +
                         "</b> of " + std::to_string(r.claims.size() - open) +
@@ -142,7 +157,16 @@ std::vector<std::string> sentences_of(const validate::RegressionDocument& r) {
 }
 
 std::string overlay_html(const validate::RegressionDocument& data, ReportFolder& folder) {
-  std::string html;
+  const validate::RegressionFiles files = data.files.value_or(validate::RegressionFiles{});
+  SoundPair sounds;
+  sounds.recorded = folder.sound_beside(files.sound.value_or(""));
+  sounds.computed = folder.sound_beside(files.reference.value_or(""));
+  sounds.recorded_words = "Sound";
+  sounds.computed_words = "Reference, as its partials ring";
+  for (const validate::PartialRecord& p : data.partials)
+    if (p.reference) sounds.highest_hz = std::max(sounds.highest_hz, p.reference->frequency_hz);
+  const SoundMedia media = sound_media(sounds, 1, folder);
+  std::string html = players(media, sounds);
   const auto add = [&](const char* stem, const std::optional<Svg>& svg, const char* caption) {
     if (!svg) return;
     folder.add_figure(stem, *svg);
@@ -157,6 +181,7 @@ std::string overlay_html(const validate::RegressionDocument& data, ReportFolder&
   add("partials", regression_partials_figure(data),
       "How far the partials lie from the reference. A mark outside its bar is a failed claim; hollow marks were not "
       "judged.");
+  html += spectrogram_html(media, "Spectrograms of the sound and of the reference’s partials on one scale of level.");
   return html;
 }
 
@@ -168,12 +193,18 @@ Page make(const validate::RegressionDocument& data, ReportFolder& folder) {
   page.verdict = {passed                                   ? "Passed"
                   : data.header.status == "nothing_judged" ? "Nothing could be judged"
                                                            : "Not passed",
-                  passed ? "good" : "bad", data.header.message.value_or("")};
+                  passed ? "good" : "bad", ""};
   page.sentences = sentences_of(data);
   page.key_figures = key_figures(data);
-  page.sections = {{"overlay", "Overlay", overlay_html(data, folder)},
-                   {"partials", "Partials", partials_table(data)},
-                   {"claims", "Claims", claims_table(data)}};
+  page.sections = {
+      {"overlay", "Overlay", overlay_html(data, folder)},
+      {"partials", "Partials", partials_table(data)},
+      {"claims", "Claims",
+       data.header.message ? more("All claims, failed for one reason", claims_table(data)) : claims_table(data)}};
+  if (data.files) {
+    add_if_there(data.files->sound, "– the sound", folder, page.downloads);
+    add_if_there(data.files->reference, "– the reference’s partials", folder, page.downloads);
+  }
   add_if_there("junit.xml", "– the claims for a test report", folder, page.downloads);
   page.downloads.push_back(kFiguresDownload);
   return page;

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/random.hpp"
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
@@ -64,6 +65,30 @@ TEST_F(KlangRegress, SameObjectPassesAndWritesPageAndJUnit) {
                            "out/figures/partials.png"})
     EXPECT_TRUE(std::filesystem::exists(scratch_.path() / file)) << file;
   EXPECT_EQ(run_klang("report out/regression.json", scratch_.path()).exit_code, 0);
+}
+
+TEST_F(KlangRegress, NothingJudgedIsExitOneInJsonJUnitAndPage) {
+  // Takes that scatter by tens of cents show nothing of a fourth.
+  scratch_.write("t1.wav", ring(-30.0, 11));
+  scratch_.write("t2.wav", ring(0.0, 12));
+  scratch_.write("t3.wav", ring(30.0, 13));
+  ASSERT_EQ(run_klang("regress make t1.wav t2.wav t3.wav -o wild.json -q", scratch_.path()).exit_code, 0);
+  const json reference = read_json(scratch_.path() / "wild.json");
+  json wild = reference;
+  for (json& p : wild["partials"]) p["frequency_scatter_cents"] = 20.0, p["decay_scatter"] = 0.5;
+  scratch_.write("wild.json", wild.dump());
+  const auto run = run_klang("regress check wild.json a.wav --no-levels -o out", scratch_.path());
+  EXPECT_EQ(run.exit_code, 1) << run.out;
+  EXPECT_NE(run.out.find("NOT PASSED (no partial could be judged)"), std::string::npos) << run.out;
+  const json result = read_json(scratch_.path() / "out/regression.json");
+  EXPECT_EQ(result["status"], "nothing_judged");
+  EXPECT_EQ(result["passed"], false);
+  const std::string xml = klang::read_file(scratch_.path() / "out/junit.xml", 1 << 20);
+  EXPECT_NE(xml.find("failures=\"1\""), std::string::npos) << xml;
+  const std::string page = klang::read_file(scratch_.path() / "out/report.html", 64 << 20);
+  EXPECT_NE(page.find("Nothing could be judged"), std::string::npos);
+  EXPECT_EQ(page.find("none of"), std::string::npos);
+  EXPECT_NE(page.find("<audio"), std::string::npos);
 }
 
 TEST_F(KlangRegress, ShiftOfThreeCentsIsExitOneAndAFailureInJUnit) {

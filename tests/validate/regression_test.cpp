@@ -7,9 +7,13 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/sound/audio/resample.hpp"
 #include "tests/validate/synthetic_pairs.hpp"
+#include "validate/regression/detail/band_levels.hpp"
+#include "validate/regression/detail/common_reason.hpp"
 #include "validate/regression/detail/partial_pairs.hpp"
 #include "validate/regression/detail/quantiles.hpp"
+#include "validate/regression/detail/take_scatter.hpp"
 
 namespace klang::validate {
 namespace {
@@ -68,6 +72,199 @@ TEST(Quantiles, NormalAndStudentMatchTheTables) {
   EXPECT_LE(std::abs(detail::student_two_sided(0.01, 1) - 63.65674116287399), 1e-7);
   EXPECT_LE(std::abs(detail::student_two_sided(0.001, 10) - 4.586893858702636), 1e-8);
   EXPECT_LE(std::abs(detail::student_two_sided(0.02, 1e9) - detail::normal_two_sided(0.02)), 1e-9);
+}
+
+// Abramowitz and Stegun 1964, table 26.9.
+TEST(Quantiles, FisherTailMatchesTheTable) {
+  EXPECT_LE(std::abs(detail::fisher_tail(4.10, 2, 10) - 0.05), 1e-4);
+  EXPECT_LE(std::abs(detail::fisher_tail(7.56, 2, 10) - 0.01), 1e-4);
+  EXPECT_LE(std::abs(detail::fisher_tail(2.71, 5, 20) - 0.05), 1e-4);
+}
+
+/// Values of three takes about 0 with a standard deviation, the analyses' own being exact.
+detail::Samples three(double std, RandomStream& random) {
+  detail::Samples samples;
+  for (std::size_t k = 0; k < 3; ++k) samples.add(std * random.normal(), 0.0, k);
+  return samples;
+}
+
+TEST(TakeScatter, QuantitiesOfOneScatterShareTheirDegreesOfFreedom) {
+  RandomStream random(3, 1);
+  int shared = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    std::vector<detail::Samples> quantities;
+    for (int i = 0; i < 8; ++i) quantities.push_back(three(1.0, random));
+    const detail::Scatter scatter = detail::moderated_scatter(quantities);
+    shared += scatter.dof >= 10.0;
+    for (const double s : scatter.std) {
+      EXPECT_GE(s, 0.2);
+      EXPECT_LE(s, 3.0);
+    }
+  }
+  EXPECT_GE(shared, 30);
+}
+
+TEST(TakeScatter, AQuantityThatScattersTenTimesAsMuchKeepsItsOwnScatterOnFewDegrees) {
+  RandomStream random(3, 2);
+  std::vector<detail::Samples> quantities;
+  for (int i = 0; i < 8; ++i) quantities.push_back(three(i == 0 ? 100.0 : i < 4 ? 1.0 : 0.01, random));
+  const detail::Scatter scatter = detail::moderated_scatter(quantities);
+  EXPECT_GE(scatter.std[0], 10.0 * scatter.std[7]);
+  EXPECT_LE(scatter.dof, 8.0);
+}
+
+TEST(TakeScatter, WhatTheAnalysesExplainIsNoScatter) {
+  RandomStream random(3, 3);
+  std::vector<detail::Samples> quantities(20);
+  for (auto& q : quantities)
+    for (std::size_t k = 0; k < 3; ++k) q.add(random.normal(), 1.3, k);
+  for (const double s : detail::moderated_scatter(quantities).std) EXPECT_LE(s, 1e-12);
+}
+
+TEST(TakeScatter, TakesThatMoveAsAWholeAreSeenAndIndependentOnesAreNot) {
+  RandomStream random(3, 4);
+  int seen = 0, invented = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<detail::Samples> together(5), alone(5);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double common = random.normal();
+      for (auto& q : together) q.add(common + 0.2 * random.normal(), 0.0, k);
+      for (auto& q : alone) q.add(random.normal(), 0.0, k);
+    }
+    seen += detail::common_scatter(together, 3) > 0.0;
+    invented += detail::common_scatter(alone, 3) > 0.0;
+  }
+  EXPECT_GE(seen, 180);
+  EXPECT_LE(invented, 20);  // 5 % of 200 and three deviations
+}
+
+TEST(BandLevels, AreTheSameAtEverySampleRate) {
+  const RingingObject object = bell();
+  std::vector<Eigen::VectorXd> levels;
+  for (const double rate : {44100.0, 48000.0, 32000.0, 96000.0, 22050.0, 192000.0}) {
+    RandomStream random(1, 1);
+    Take take;
+    take.sample_rate_hz = rate;
+    take.snr_db = 300.0;
+    take.onset_s = 0.1003;
+    take.duration_s = 0.8;
+    const audio::Signal sound = recorded(object, take, random);
+    const Eigen::MatrixXf power =
+        detail::band_powers(sound.samples.col(0), {rate, take.onset_s, 0.04, 0.01, -13, 88, 60});
+    Eigen::VectorXd thirds(22);
+    for (Eigen::Index i = 0; i < 22; ++i) thirds[i] = 10.0 * std::log10(power.middleRows(4 * i, 4).sum());
+    levels.push_back(thirds);
+  }
+  for (const Eigen::VectorXd& other : levels)
+    for (Eigen::Index i = 0; i < 22; ++i) {
+      if (levels[0][i] < levels[0].maxCoeff() - 50.0) continue;
+      EXPECT_LE(std::abs(other[i] - levels[0][i]), 0.05) << "third " << i;
+    }
+}
+
+TEST(BandLevels, ASineInABandHasItsPower) {
+  const double rate = 48000.0;
+  Eigen::VectorXd x(9600);
+  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = 0.5 * std::sin(2 * kPi * 1000.0 * static_cast<double>(i) / rate);
+  const Eigen::MatrixXf power = detail::band_powers(x, {rate, 0.05, 0.04, 0.01, -13, 88, 4});
+  EXPECT_LE(std::abs(10.0 * std::log10(power.middleRows(52, 4).col(0).sum() / 0.25f)), 0.05);
+}
+
+TEST(HeardLimit, IsWhereAnOlderSampleRateEndsAndElseHalfTheSampleRate) {
+  RandomStream random(4, 4);
+  audio::Signal sound = recorded(bell(), Take{.sample_rate_hz = 16000.0}, random);
+  EXPECT_EQ(detail::heard_limit_hz(sound.samples.col(0), 16000.0), 8000.0);
+  const audio::Signal finer = audio::resample(sound, 48000.0);
+  const double limit = detail::heard_limit_hz(finer.samples.col(0), 48000.0);
+  EXPECT_GE(limit, 6500.0);
+  EXPECT_LE(limit, 8000.0);
+}
+
+// Above what a recording carries nothing is missing.
+TEST(Regression, PartialsAboveACodersLimitAreSkippedNotMissing) {
+  RingingObject object = bell();
+  object.push_back({12000, 20, 0.1, 0.0});
+  RandomStream random(4, 5);
+  Take take;
+  take.sample_rate_hz = 48000.0;
+  const ReferenceSpectrum reference = make_reference({describe(recorded(object, take, random))});
+  ASSERT_EQ(reference.partials.size(), 6u);
+  const audio::Signal coded = audio::resample(audio::resample(recorded(object, take, random), 16000.0), 48000.0);
+  const RegressionResult result = compare(reference, describe(coded));
+  EXPECT_TRUE(result.passed()) << result.n_failed();
+  EXPECT_EQ(result.partials.back().note, "outside the band that was analysed");
+}
+
+/// A sound of the object as takes scatter, without its recording: partials as an analysis at 60 dB would give them.
+SoundDescription scattered(const SoundDescription& like, double shift_cents, RandomStream& random) {
+  SoundDescription take = like;
+  for (fit::Partial& p : take.partials.partials) {
+    p.frequency_hz *= std::exp2((shift_cents + random.normal()) / 1200.0);
+    *p.decay_per_s *= std::exp(0.1 * random.normal());
+  }
+  return take;
+}
+
+// Bar: three takes that scatter by 1 cent and 10 % of decay; a fourth passes judged, four cents sharp does not pass.
+TEST(Regression, ThreeTakesOfOneCentPassAFourthAndCatchFourCents) {
+  const SoundDescription like = take_of(
+      {{523, 4, 0.25, 0.3}, {1436, 8, 0.2, 1.0}, {2788, 11, 0.1, 2.0}, {4520, 20, 0.12, 0.2}, {6608, 28, 0.08, 2.2}}, 1,
+      60.0);
+  ASSERT_EQ(like.partials.partials.size(), 5u);
+  RandomStream random(6, 1);
+  RegressionOptions options;
+  options.levels = false;
+  int alarms = 0, judged = 0, sharp_passed = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    const ReferenceSpectrum reference =
+        make_reference({scattered(like, 0.0, random), scattered(like, 0.0, random), scattered(like, 0.0, random)});
+    const RegressionResult same = compare(reference, scattered(like, 0.0, random), options);
+    alarms += same.status == RegressionStatus::kJudged && !same.passed();
+    judged += same.passed();
+    sharp_passed += compare(reference, scattered(like, 4.0, random), options).passed();
+  }
+  EXPECT_LE(alarms, 7);  // 0.5 % asked: 2, and more than three deviations
+  EXPECT_GE(judged, 340);
+  EXPECT_LE(sharp_passed, 4);
+}
+
+TEST(Regression, NothingJudgedDoesNotPassAndFailsAClaim) {
+  const SoundDescription like = take_of(bell(), 1, 60.0);
+  RandomStream random(6, 2);
+  const auto wild = [&] {
+    SoundDescription take = like;
+    for (fit::Partial& p : take.partials.partials) p.frequency_hz *= std::exp2(8.0 * random.normal() / 1200.0);
+    for (fit::Partial& p : take.partials.partials) *p.decay_per_s *= std::exp(0.5 * random.normal());
+    return take;
+  };
+  RegressionOptions options;
+  options.levels = false;
+  const ReferenceSpectrum reference = make_reference({wild(), wild(), wild()});
+  const RegressionResult result = compare(reference, like, options);
+  EXPECT_EQ(result.status, RegressionStatus::kNothingJudged);
+  EXPECT_FALSE(result.passed());
+  EXPECT_TRUE(failed(find(result, "anything-judged")));
+}
+
+TEST(Regression, AWrongSampleRateIsOneReason) {
+  RingingObject fast = bell();
+  fast[2].frequency_hz = 1500;
+  RingingObject object = fast;
+  for (auto& p : fast) p.frequency_hz *= 48000.0 / 44100.0;
+  const RegressionResult result = compare(make_reference({take_of(object, 1)}), take_of(fast, 2));
+  EXPECT_NE(result.reason.find("5 of 5 strong partials lie 146.7 cents higher"), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("48000 to 44100 Hz"), std::string::npos) << result.reason;
+  EXPECT_TRUE(compare(make_reference({take_of(object, 1)}), take_of(object, 2)).reason.empty());
+  const RingingObject other = {{333, 5, 0.2, 0.0}, {777, 9, 0.2, 0.0}, {1777, 12, 0.2, 0.0}, {5100, 20, 0.2, 0.0}};
+  EXPECT_NE(compare(make_reference({take_of(object, 1)}), take_of(other, 2)).reason.find("another object"),
+            std::string::npos);
+}
+
+TEST(Regression, ABurstOfTheBlowIsNotMissed) {
+  RingingObject first = bell();
+  first.push_back({3000, 600, 0.3, 0.0});  // over in 5 ms
+  const RegressionResult result = compare(make_reference({take_of(first, 1, 60.0)}), take_of(bell(), 2, 60.0));
+  for (const Claim& claim : result.claims) EXPECT_FALSE(claim.name.ends_with(".there") && failed(&claim)) << claim.name;
 }
 
 TEST(PartialPairs, DoubletsDoNotChangePlacesAndLonersStayAlone) {

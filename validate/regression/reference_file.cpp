@@ -145,6 +145,9 @@ json to_json(const ReferenceSpectrum& reference) {
           {"origin", reference.origin},
           {"n_takes", reference.n_takes},
           {"scatter_dof", reference.scatter_dof},
+          {"decay_scatter_dof", reference.decay_scatter_dof},
+          {"level_scatter_dof", reference.level_scatter_dof},
+          {"common_scatter_cents", reference.common_scatter_cents},
           {"sample_rate_hz", reference.sample_rate_hz},
           {"duration_s", reference.duration_s},
           {"contact_s", reference.contact_s},
@@ -177,6 +180,9 @@ ReferenceSpectrum parse_reference(std::string_view text, const std::string& name
   r.origin = file.text("origin");
   r.n_takes = file.integer("n_takes", 1, 1'000'000);
   r.scatter_dof = file.number("scatter_dof", 0.0, 1e9);
+  r.decay_scatter_dof = file.optional_number("decay_scatter_dof", 0.0, 1e9).value_or(r.scatter_dof);
+  r.level_scatter_dof = file.optional_number("level_scatter_dof", 0.0, 1e9).value_or(r.n_takes - 1.0);
+  r.common_scatter_cents = file.optional_number("common_scatter_cents", 0.0, 1e4).value_or(0.0);
   r.sample_rate_hz = file.number("sample_rate_hz", 1.0, 1e8);
   r.duration_s = file.number("duration_s", 1e-6, 1e6);
   r.contact_s = file.number("contact_s", 0.0, 10.0);

@@ -6,32 +6,19 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "validate/regression/detail/partial_pairs.hpp"
+#include "validate/regression/detail/take_scatter.hpp"
 
 namespace klang::validate {
 namespace {
 
 constexpr double kQuietestDb = -200.0;
+constexpr double kCentsPerNeper = 1731.2340490667561;
+constexpr double kLevelRange = 1e-4;      // of the loudest third octave: weaker ones are not judged
+constexpr double kThirdsPerDegree = 3.0;  // neighbouring bands share their partials, and so their scatter
+
+using detail::Samples;
 
 double to_db(double power) { return std::max(kQuietestDb, 10.0 * std::log10(std::max(power, 1e-30))); }
-
-/// Values of one quantity over the takes.
-struct Samples {
-  std::vector<double> value, std;
-
-  double variance() const {  // of the values
-    if (value.size() < 2) return 0.0;
-    double mean = 0.0, sum = 0.0;
-    for (const double x : value) mean += x / static_cast<double>(value.size());
-    for (const double x : value) sum += (x - mean) * (x - mean);
-    return sum / static_cast<double>(value.size() - 1);
-  }
-  double own_variance() const {  // that the analyses explain
-    double sum = 0.0;
-    for (const double s : std) sum += s * s / static_cast<double>(std.size());
-    return sum;
-  }
-  double excess() const { return variance() - own_variance(); }
-};
 
 struct Mean {
   double value = 0.0, std = 0.0;
@@ -53,32 +40,21 @@ Mean weighted_mean(const Samples& samples, double scatter) {
 struct Track {
   Samples frequency, decay, amplitude;
 
-  void add(const fit::Partial& p, double gain_db) {
-    frequency.value.push_back(std::log(p.frequency_hz));
-    frequency.std.push_back(p.frequency_std_hz.value_or(0.0) / p.frequency_hz);
-    if (p.decay_per_s && *p.decay_per_s > 0.0) {
-      decay.value.push_back(std::log(*p.decay_per_s));
-      decay.std.push_back(p.decay_std_per_s.value_or(0.0) / *p.decay_per_s);
-    }
-    if (p.amplitude && *p.amplitude > 0.0) {
-      amplitude.value.push_back(std::log(*p.amplitude) - gain_db * std::log(10.0) / 20.0);
-      amplitude.std.push_back(p.amplitude_std.value_or(0.0) / *p.amplitude);
-    }
+  void add(const fit::Partial& p, double gain_db, std::size_t take) {
+    frequency.add(std::log(p.frequency_hz), p.frequency_std_hz.value_or(0.0) / p.frequency_hz, take);
+    if (p.decay_per_s && *p.decay_per_s > 0.0)
+      decay.add(std::log(*p.decay_per_s), p.decay_std_per_s.value_or(0.0) / *p.decay_per_s, take);
+    if (p.amplitude && *p.amplitude > 0.0)
+      amplitude.add(std::log(*p.amplitude) - gain_db * std::log(10.0) / 20.0,
+                    p.amplitude_std.value_or(0.0) / *p.amplitude, take);
   }
 };
 
-/// Mean over the tracks of what exceeds the analyses' deviations, as a standard deviation.
 template <class Member>
-double pooled_scatter(const std::vector<Track>& tracks, Member member) {
-  double sum = 0.0, dof = 0.0;
-  for (const Track& track : tracks) {
-    const Samples& samples = track.*member;
-    if (samples.value.size() < 2) continue;
-    const double n = static_cast<double>(samples.value.size() - 1);
-    sum += n * samples.excess();
-    dof += n;
-  }
-  return dof > 0.0 ? std::sqrt(std::max(0.0, sum / dof)) : 0.0;
+detail::Scatter scatter_of(const std::vector<Track>& tracks, Member member) {
+  std::vector<Samples> samples;
+  for (const Track& track : tracks) samples.push_back(track.*member);
+  return detail::moderated_scatter(samples);
 }
 
 fit::Partial mean_partial(const Track& track, double frequency_scatter, double decay_scatter) {
@@ -92,7 +68,7 @@ fit::Partial mean_partial(const Track& track, double frequency_scatter, double d
     p.decay_std_per_s = *p.decay_per_s * d.std;
   }
   if (!track.amplitude.value.empty()) {
-    const double scatter = std::sqrt(std::max(0.0, track.amplitude.excess()));
+    const double scatter = std::sqrt(std::max(0.0, track.amplitude.variance() - track.amplitude.own_variance()));
     const Mean a = weighted_mean(track.amplitude, scatter);
     p.amplitude = std::exp(a.value);
     p.amplitude_std = *p.amplitude * a.std;
@@ -121,14 +97,23 @@ void merge_fingerprints(const std::vector<SoundDescription>& takes, const std::v
   }
   result.third_scatter_db.assign(static_cast<std::size_t>(mean.n_thirds()), 0.0);
   if (takes.size() < 2) return;
+  std::vector<Samples> levels;
+  std::vector<std::size_t> bands;
+  float loudest_third = 0.0f;
+  for (Eigen::Index i = 0; i < mean.n_thirds(); ++i)
+    loudest_third = std::max(loudest_third, mean.power.middleRows(4 * i, 4).sum());
   for (Eigen::Index i = 0; i < mean.n_thirds(); ++i) {
-    Samples levels;
-    for (const Eigen::MatrixXf& take : aligned) {
-      levels.value.push_back(
-          to_db(static_cast<double>(take.middleRows(4 * i, 4).sum()) / static_cast<double>(n_frames)));
-    }
-    result.third_scatter_db[static_cast<std::size_t>(i)] = std::sqrt(levels.variance());
+    if (!(mean.power.middleRows(4 * i, 4).sum() > static_cast<float>(kLevelRange) * loudest_third)) continue;
+    levels.emplace_back();
+    bands.push_back(static_cast<std::size_t>(i));
+    for (std::size_t k = 0; k < takes.size(); ++k)
+      levels.back().add(
+          to_db(static_cast<double>(aligned[k].middleRows(4 * i, 4).sum()) / static_cast<double>(n_frames)), 0.0, k);
   }
+  const detail::Scatter scatter = detail::moderated_scatter(levels);
+  for (std::size_t i = 0; i < bands.size(); ++i) result.third_scatter_db[bands[i]] = scatter.std[i];
+  const double together = static_cast<double>(bands.size()) / kThirdsPerDegree;
+  result.level_scatter_dof = std::min(scatter.dof, std::max(1.0, together) * static_cast<double>(takes.size() - 1));
   const float loudest = mean.power.maxCoeff();
   double sum = 0.0, count = 0.0;
   for (const Eigen::MatrixXf& take : aligned) {
@@ -192,7 +177,7 @@ ReferenceSpectrum make_reference(const std::vector<SoundDescription>& takes) {
 
   std::vector<Track> tracks(gathering.size());
   for (std::size_t k = 0; k < takes.size(); ++k) {
-    for (const auto& [i, j] : pairs[k]) tracks[i].add(takes[k].partials.partials[j], gain_db[k]);
+    for (const auto& [i, j] : pairs[k]) tracks[i].add(takes[k].partials.partials[j], gain_db[k], k);
   }
   std::vector<Track> kept;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -205,22 +190,20 @@ ReferenceSpectrum make_reference(const std::vector<SoundDescription>& takes) {
   if (kept.empty()) throw InputError(result.origin, "no partial is in more than half of the takes");
   std::sort(loners_hz.begin(), loners_hz.end());
   result.occasional_hz = std::move(loners_hz);
-  const double frequency_scatter = pooled_scatter(kept, &Track::frequency),
-               decay_scatter = pooled_scatter(kept, &Track::decay);
-  for (const Track& track : kept) {
-    const double own_frequency = std::max(frequency_scatter, std::sqrt(std::max(0.0, track.frequency.excess())));
-    const double own_decay = std::max(decay_scatter, std::sqrt(std::max(0.0, track.decay.excess())));
-    const bool several = takes.size() > 1;
+  const detail::Scatter frequency = scatter_of(kept, &Track::frequency), decay = scatter_of(kept, &Track::decay);
+  result.scatter_dof = frequency.dof;
+  result.decay_scatter_dof = decay.dof;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
     ReferencePartial p;
-    p.partial = mean_partial(track, several ? own_frequency : 0.0, several ? own_decay : 0.0);
-    if (several) {
-      p.frequency_scatter_cents = own_frequency * 1200.0 / std::log(2.0);
-      p.decay_scatter = own_decay;
-    }
-    p.n_takes = static_cast<int>(track.frequency.value.size());
-    result.scatter_dof += static_cast<double>(p.n_takes - 1);
+    p.partial = mean_partial(kept[i], frequency.std[i], decay.std[i]);
+    p.frequency_scatter_cents = frequency.std[i] * kCentsPerNeper;
+    p.decay_scatter = decay.std[i];
+    p.n_takes = static_cast<int>(kept[i].frequency.value.size());
     result.partials.push_back(p);
   }
+  std::vector<Samples> frequencies;
+  for (const Track& track : kept) frequencies.push_back(track.frequency);
+  result.common_scatter_cents = detail::common_scatter(frequencies, takes.size()) * kCentsPerNeper;
   std::sort(result.partials.begin(), result.partials.end(), [](const ReferencePartial& a, const ReferencePartial& b) {
     return a.partial.frequency_hz < b.partial.frequency_hz;
   });

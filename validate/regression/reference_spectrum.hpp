@@ -24,7 +24,10 @@ struct ReferencePartial {
 struct ReferenceSpectrum {
   std::string origin;  ///< of the takes, comma separated
   int n_takes = 0;
-  double scatter_dof = 0.0;  ///< degrees of freedom behind the scatters of frequency and decay; 0 with one take
+  /// Degrees of freedom behind the scatters of frequency, decay and levels; 0 with one take.
+  double scatter_dof = 0.0, decay_scatter_dof = 0.0, level_scatter_dof = 0.0;
+  double common_scatter_cents =
+      0.0;  ///< of the takes' common shift where it is more than the partials' scatter explains
   double sample_rate_hz = 0.0, duration_s = 0.0;  ///< lowest, shortest
   double contact_s = 0.0;                         ///< longest of the takes
   Band band;
@@ -39,8 +42,8 @@ struct ReferenceSpectrum {
 };
 
 /// Several takes of one object become one reference: takes are aligned by onset and level, partials are paired, means are
-/// weighted by the inverse variances, and the scatter between takes is what exceeds the analyses' own deviations: of each
-/// partial, and never less than the mean over all partials.
+/// weighted by the inverse variances, and the scatter between takes is what exceeds the analyses' own deviations, of each partial
+/// but with the strength of all (detail::moderated_scatter).
 /// @throws InputError without a take
 ReferenceSpectrum make_reference(const std::vector<SoundDescription>& takes);
 

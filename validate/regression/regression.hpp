@@ -14,6 +14,7 @@ namespace klang::validate {
 struct RegressionOptions {
   double false_alarm_rate = 0.005;  ///< over all claims of the comparison
   double catch_cents = 3.0;         ///< a judged partial shows a shift of this much in 99 of 100
+  double catch_shift_cents = 5.0;   ///< and all partials together this much, where takes scatter
   double catch_decay = 0.10;        ///< and a relative change of its decay of this much
   double floor_cents = 0.5;         ///< least tolerances, whatever the noise: what no exponential describes
   double floor_decay = 0.02;
@@ -28,6 +29,9 @@ struct RegressionOptions {
     visit({"false_alarm_rate", "Of a whole comparison", between(1e-9, 0.5)}, self.false_alarm_rate);
     visit({"catch_cents", "Not judged: partials too weak to show a shift of this much", between(0.01, 1000.0)},
           self.catch_cents);
+    visit({"catch_shift_cents", "Not judged: takes that scatter too much to show a common shift of this much",
+           between(0.01, 1000.0)},
+          self.catch_shift_cents);
     visit({"catch_decay", "Not judged: decays too uncertain to show this relative change", between(0.001, 10.0)},
           self.catch_decay);
     visit({"floor_cents", "Least tolerance of a frequency", between(0.0, 1000.0)}, self.floor_cents);
@@ -69,6 +73,7 @@ enum class RegressionStatus { kNotRun, kJudged, kNothingJudged };
 struct RegressionResult {
   RegressionStatus status = RegressionStatus::kNotRun;
   std::vector<Claim> claims;
+  std::string reason;        ///< one sentence for many failed claims; may be empty
   double factor = 0.0;       ///< k: tolerances are k standard deviations
   double gain_db = 0.0;      ///< of the sound over the reference; taken off before levels are compared
   double common_s = 0.0;     ///< from the onsets on
@@ -86,10 +91,12 @@ struct RegressionResult {
 
 /// Holds a sound against a reference. Onsets are put together, levels are aligned by the partials' amplitudes, bands and times
 /// are those that both have. A claim
-///   |difference| <= max(floor, k sqrt(std_reference^2 + std_sound^2 + scatter^2))
-/// with both analyses' standard deviations and the scatter between takes; k from the normal (with scatter: Student's)
-/// distribution such that all claims together give false_alarm_rate (Sidak). Claims: frequency and decay of each partial, no
-/// partial missing or superfluous, third-octave levels, log-spectral distance. Not judged rather than passed: a partial whose
+///   |difference| <= max(floor, sqrt(k^2 (std_reference^2 + std_sound^2) + k_t^2 scatter^2 (1 + 1/n)))
+/// with both analyses' standard deviations and the prediction interval of one more take after n; k from the normal, k_t from
+/// Student's distribution such that all claims together give false_alarm_rate (Sidak). Claims: frequency and decay of each
+/// partial, with several takes of all partials together (it gets half of the false alarms: the mean over the partials shows a
+/// shift that scatter hides in each), no partial missing or superfluous, third-octave levels, log-spectral distance. Where no
+/// partial's claim could be judged and none failed, the claim "anything-judged" fails. Not judged rather than passed: a partial whose
 /// tolerance is so wide that a change of catch_cents (catch_decay) would slip through in more than 1 of 100; a partial
 /// that the other recording's noise would hide; partials that run together in one of the two; a band near the noise.
 /// @throws InputError: options out of range, an empty spectrum, a fingerprint of other windows or bands

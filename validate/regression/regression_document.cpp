@@ -50,6 +50,7 @@ RegressionDocument regression_document(ResultHeader header, const RegressionResu
   document.header.status = result.passed()                              ? "passed"
                            : result.status == RegressionStatus::kJudged ? "not_passed"
                                                                         : "nothing_judged";
+  if (!result.reason.empty()) document.header.message = result.reason;
   document.passed = result.passed();
   document.n_failed = result.n_failed();
   document.n_not_judged = result.n_not_judged();

@@ -47,6 +47,16 @@ struct LevelsRecord {
   }
 };
 
+struct RegressionFiles {
+  std::optional<std::string> sound, reference;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"sound", "what was held against the reference"}, self.sound);
+    visit({"reference", "the reference's partials, rung at the sound's onset and level"}, self.reference);
+  }
+};
+
 struct RegressionDocument {
   ResultHeader header;
   std::string name;
@@ -59,12 +69,13 @@ struct RegressionDocument {
   std::vector<PartialRecord> partials;
   std::vector<ThirdComparison> third_octaves;
   LevelsRecord spectrogram;
+  std::optional<RegressionFiles> files;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     ResultHeader::describe(self.header, visit);
     visit({"name", "sound against reference"}, self.name);
-    visit({"passed", "no judged claim failed, and one was judged"}, self.passed);
+    visit({"passed", "no judged claim failed, and one of the partials' was judged"}, self.passed);
     visit({"n_failed", "claims"}, self.n_failed);
     visit({"n_not_judged", "claims"}, self.n_not_judged);
     visit({"factor", "tolerances are so many standard deviations"}, self.factor);
@@ -79,11 +90,12 @@ struct RegressionDocument {
     visit({"partials", "of the reference, of the sound, or of both"}, self.partials);
     visit({"third_octaves", "mean levels over the common time"}, self.third_octaves);
     visit({"spectrogram", "levels over time and frequency"}, self.spectrogram);
+    visit(absent_if_empty({"files", "with -o: beside the result"}), self.files);
   }
   /// @throws InputError naming a list that does not go with its neighbour
   void check(const std::string& place) const;
 };
-/// header.status becomes passed, not_passed or nothing_judged.
+/// header.status becomes passed, not_passed or nothing_judged, header.message the one reason of many failures, if there is one.
 RegressionDocument regression_document(ResultHeader header, const RegressionResult& result,
                                        const ReferenceSpectrum& reference);
 

@@ -4,77 +4,28 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/sound/audio/fft.hpp"
 #include "core/sound/audio/nyquist.hpp"
 #include "core/sound/audio/strikes.hpp"
 #include "fit/ringdown/ringdown.hpp"
+#include "validate/regression/detail/band_levels.hpp"
 
 namespace klang::validate {
 namespace {
 
 constexpr const char* kPlace = "sound";
-constexpr int kLastThird = 12;          // 15.8 kHz
-constexpr double kHannBandwidth = 1.5;  // equivalent noise bandwidth in bins
-
-/// Edge below band i (of a twelfth octave), i may be the number of bands.
-double edge_hz(int first_third, Eigen::Index i) {
-  return 1000.0 * std::pow(10.0, 0.1 * (first_third - 0.5 + 0.25 * static_cast<double>(i)));
-}
-
-/// Power of one window in each band: bins count by the share of their width that lies in the band.
-Eigen::VectorXf band_powers(const Eigen::VectorXd& x, Eigen::Index begin, Eigen::Index window_n, double rate,
-                            int first_third, Eigen::Index n_bands) {
-  const Eigen::Index n_fft = audio::good_fft_size(2 * window_n);
-  Eigen::VectorXd block = Eigen::VectorXd::Zero(window_n);
-  double weight = 0.0;
-  for (Eigen::Index i = 0; i < window_n; ++i) {
-    const double w = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(window_n));
-    weight += w;
-    if (begin + i < x.size()) block[i] = w * x[begin + i];
-  }
-  const Eigen::VectorXd power = audio::real_spectrum(block, n_fft).cwiseAbs2();
-  const double scale =
-      4.0 / (weight * weight * kHannBandwidth * static_cast<double>(n_fft) / static_cast<double>(window_n));
-  const double bin_hz = rate / static_cast<double>(n_fft);
-  // cumulative(k): all power below the lower edge of bin k
-  Eigen::VectorXd cumulative(power.size() + 1);
-  cumulative[0] = 0.0;
-  for (Eigen::Index k = 0; k < power.size(); ++k) cumulative[k + 1] = cumulative[k] + power[k];
-  const auto below = [&](double frequency_hz) {
-    const double position = std::clamp(frequency_hz / bin_hz + 0.5, 0.0, static_cast<double>(power.size()) - 1e-9);
-    const auto k = static_cast<Eigen::Index>(position);
-    return cumulative[k] + (position - static_cast<double>(k)) * power[k];
-  };
-  Eigen::VectorXf bands(n_bands);
-  for (Eigen::Index i = 0; i < n_bands; ++i) {
-    bands[i] = static_cast<float>(scale * (below(edge_hz(first_third, i + 1)) - below(edge_hz(first_third, i))));
-  }
-  return bands;
-}
-
-Eigen::MatrixXf frames_of(const Eigen::VectorXd& x, double rate, double onset_s, const Fingerprint& layout,
-                          Eigen::Index n_bands, Eigen::Index n_frames) {
-  const auto window_n = static_cast<Eigen::Index>(std::llround(layout.window_s * rate));
-  Eigen::MatrixXf power(n_bands, n_frames);
-  for (Eigen::Index t = 0; t < n_frames; ++t) {
-    const auto begin =
-        static_cast<Eigen::Index>(std::llround((onset_s + static_cast<double>(t) * layout.hop_s) * rate));
-    power.col(t) = band_powers(x, begin, window_n, rate, layout.first_third, n_bands);
-  }
-  return power;
-}
-
+constexpr int kLastThird = 12;  // 15.8 kHz
+/// @param high_hz  no third octave reaches above
 Fingerprint fingerprint(const Eigen::VectorXd& x, const Eigen::VectorXd& rest, double rate, double onset_s,
-                        double duration_s) {
+                        double duration_s, double high_hz) {
   Fingerprint result;
   int last_third = kLastThird;
-  while (last_third > result.first_third && audio::ThirdOctave{last_third}.high_hz() > audio::highest_compared_hz(rate))
-    --last_third;
+  while (last_third > result.first_third && audio::ThirdOctave{last_third}.high_hz() > high_hz) --last_third;
   const Eigen::Index n_bands = 4 * (last_third - result.first_third + 1);
   const auto n_frames = std::max<Eigen::Index>(
       1, static_cast<Eigen::Index>(std::floor((duration_s - result.window_s) / result.hop_s)) + 1);
-  result.power = frames_of(x, rate, onset_s, result, n_bands, n_frames);
-  const Eigen::MatrixXf left = frames_of(rest, rate, onset_s, result, n_bands, n_frames);
+  const detail::BandFrames frames{rate, onset_s, result.window_s, result.hop_s, result.first_third, n_bands, n_frames};
+  result.power = detail::band_powers(x, frames);
+  const Eigen::MatrixXf left = detail::band_powers(rest, frames);
   // The second half: what the partials leave of the blow itself is over. The median withstands a knock; of the noise in a
   // narrow band (an exponential variable) it is ln 2 of the mean.
   result.noise.resize(n_bands);
@@ -99,7 +50,7 @@ Eigen::VectorXd loudest_channel(const audio::Signal& sound) {
 }  // namespace
 
 double Fingerprint::centre_hz(Eigen::Index band) const {
-  return std::sqrt(edge_hz(first_third, band) * edge_hz(first_third, band + 1));
+  return std::sqrt(detail::band_edge_hz(first_third, band) * detail::band_edge_hz(first_third, band + 1));
 }
 
 void DescriptionOptions::validate() const {
@@ -114,7 +65,8 @@ double noise_density(const Fingerprint& fingerprint, double frequency_hz) {
   const auto i = std::clamp<Eigen::Index>(std::lround(third), 0, fingerprint.n_thirds() - 1);
   std::vector<double> densities;
   for (Eigen::Index k = 4 * i; k < 4 * i + 4; ++k) {
-    const double width_hz = edge_hz(fingerprint.first_third, k + 1) - edge_hz(fingerprint.first_third, k);
+    const double width_hz =
+        detail::band_edge_hz(fingerprint.first_third, k + 1) - detail::band_edge_hz(fingerprint.first_third, k);
     densities.push_back(0.5 * static_cast<double>(fingerprint.noise[k]) / width_hz);
   }
   std::sort(densities.begin(), densities.end());
@@ -123,6 +75,21 @@ double noise_density(const Fingerprint& fingerprint, double frequency_hz) {
 
 double SoundDescription::noise_density(double frequency_hz) const {
   return validate::noise_density(fingerprint, frequency_hz);
+}
+
+audio::Signal rung(const std::vector<fit::Partial>& partials, double gain, double onset_s, Eigen::Index n_frames,
+                   double sample_rate_hz) {
+  audio::Signal sound{Eigen::MatrixXd::Zero(n_frames, 1), sample_rate_hz, "partials"};
+  for (const fit::Partial& p : partials) {
+    if (!(p.frequency_hz <= audio::highest_compared_hz(sample_rate_hz)) || !p.amplitude) continue;
+    for (auto i = std::max<Eigen::Index>(0, static_cast<Eigen::Index>(std::ceil(onset_s * sample_rate_hz)));
+         i < n_frames; ++i) {
+      const double t = static_cast<double>(i) / sample_rate_hz - onset_s;
+      sound.samples(i, 0) += gain * *p.amplitude * std::exp(-std::max(0.0, p.decay_per_s.value_or(0.0)) * t) *
+                             std::sin(2.0 * kPi * p.frequency_hz * t);
+    }
+  }
+  return sound;
 }
 
 double ring_10db_s(const std::vector<fit::Partial>& partials) {
@@ -152,7 +119,8 @@ SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& 
   audio::Signal mono{loudest_channel(sound), rate, sound.origin};
 
   fit::RingdownOptions ringdown;
-  ringdown.band = {options.band.low_hz, std::min(options.band.high_hz, audio::highest_compared_hz(rate))};
+  const double limit_hz = std::min(audio::highest_compared_hz(rate), detail::heard_limit_hz(mono.samples.col(0), rate));
+  ringdown.band = {options.band.low_hz, std::min(options.band.high_hz, limit_hz)};
   ringdown.min_snr_db = options.min_snr_db;
   const fit::RingdownResult found = fit::identify_ringdown(mono, ringdown, monitor);
   if (!found.usable()) throw InputError(sound.origin, "has no partial above the noise", found.message);
@@ -176,8 +144,8 @@ SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& 
     result.warnings.push_back("levels up to the second of " + std::to_string(found.strikes_s.size()) + " strikes");
   }
   const Eigen::VectorXd rest = mono.samples.col(0) - fit::resynthesise(found, mono.n_frames()).samples.col(0);
-  result.fingerprint =
-      fingerprint(mono.samples.col(0), rest, rate, result.onset_s, std::min(result.duration_s, options.max_duration_s));
+  result.fingerprint = fingerprint(mono.samples.col(0), rest, rate, result.onset_s,
+                                   std::min(result.duration_s, options.max_duration_s), limit_hz);
   result.ring_10db_s = ring_10db_s(result.partials.partials);
   return result;
 }

@@ -26,7 +26,7 @@ struct Fingerprint {
 };
 
 struct DescriptionOptions {
-  Band band{50.0, 18000.0};     ///< high_hz is cut to 0.45 of the sample rate
+  Band band{50.0, 18000.0};     ///< high_hz is cut to 0.45 of the sample rate, and to what a coder left
   double max_duration_s = 4.0;  ///< of the fingerprint
   double min_snr_db = 10.0;     ///< of RingdownOptions
   void validate() const;        ///< InputError
@@ -66,6 +66,10 @@ double noise_density(const Fingerprint& fingerprint, double frequency_hz);
 ///         identify_ringdown refuses
 SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& options = {},
                           Monitor& monitor = silent_monitor());
+
+/// The partials' sound, struck at a time: sum A gain e^(-d t) sin(2 pi f t), up to 0.45 of the sample rate, in one channel.
+audio::Signal rung(const std::vector<fit::Partial>& partials, double gain, double onset_s, Eigen::Index n_frames,
+                   double sample_rate_hz);
 
 /// Time in which sum A^2/(4 d) e^(-2 d t) over partials with amplitude and decay falls by 10 dB [s]; 0 without any.
 double ring_10db_s(const std::vector<fit::Partial>& partials);

@@ -32,11 +32,12 @@ double incomplete_beta(double a, double b, double x) {
   return front * sum;
 }
 
-/// P(|T| > t).
-double student_tail(double t, double dof) {
-  const double x = dof / (dof + t * t), a = 0.5 * dof, b = 0.5;
+double any_incomplete_beta(double a, double b, double x) {
   return x < (a + 1.0) / (a + b + 2.0) ? incomplete_beta(a, b, x) : 1.0 - incomplete_beta(b, a, 1.0 - x);
 }
+
+/// P(|T| > t).
+double student_tail(double t, double dof) { return any_incomplete_beta(0.5 * dof, 0.5, dof / (dof + t * t)); }
 
 /// Where a falling tail passes a probability; in log t, so that heavy tails are reached.
 template <class Tail>
@@ -51,6 +52,10 @@ double crossing(double probability, Tail&& tail) {
 }
 
 }  // namespace
+
+double fisher_tail(double f, double d1, double d2) {
+  return any_incomplete_beta(0.5 * d2, 0.5 * d1, d2 / (d2 + d1 * f));
+}
 
 double normal_two_sided(double probability) {
   return crossing(probability, [](double z) { return std::erfc(z / std::sqrt(2.0)); });

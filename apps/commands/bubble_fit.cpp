@@ -41,13 +41,14 @@ int run_fit(FitOptions options, const CommonOptions& common) {
   if (!options.output.empty()) out = std::make_unique<OutputDirectory>(options.output);
 
   const drops::BubbleSearchResult found = drops::find_bubbles(recording, options.search, monitor);
-  const drops::PitchFitResult pitch = drops::fit_pitch(found, rises, options.search, pitch_options);
+  const drops::PitchFitResult pitch = drops::fit_pitch(found, rises, options.search, pitch_options, monitor);
 
   std::vector<std::filesystem::path> inputs = {options.recording};
   if (!options.rise.empty()) inputs.emplace_back(options.rise);
   const nlohmann::json used = {{"band_hz", {options.search.band.low_hz, options.search.band.high_hz}},
                                {"min_snr_db", options.search.min_snr_db},
                                {"max_bubbles", options.search.max_bubbles},
+                               {"max_work", options.search.max_work},
                                {"amplitude_exponent", options.search.amplitude_exponent},
                                {"thermal", options.thermal},
                                {"phi0_m", json_number(pitch_options.phi0_m)}};
@@ -90,7 +91,10 @@ int run_fit(FitOptions options, const CommonOptions& common) {
         say(common, "  %s = %.5g +- %.2g (95 %%: %.5g to %.5g)\n", n.name.c_str(), *n.value, *n.standard_deviation,
             *n.low95, *n.high95);
   if (out) say(common, "report: %s\n", (std::filesystem::path(options.output) / "report.html").c_str());
-  return kDone;
+  for (const std::string& warning : document.header.warnings) warn(warning);
+  if (document.header.status == "ok") return kDone;
+  say(common, "REFUSED: no recording of bubbles: %s\n", document.header.message.value_or("").c_str());
+  return kNumericalFailure;
 }
 
 }  // namespace
@@ -101,7 +105,7 @@ Subcommand add_bubble_fit(CLI::App& group, CommonOptions& common) {
       group.add_subcommand("fit", "Bubbles in a recording of water drops: radius, damping, onset, pitch constants");
   app->add_option("recording", options->recording, "WAV, FLAC, OGG, MP3 or AIFF")->required();
   add_band_option(*app, common, options->band);
-  add_fields(*app, common, options->search, {{"min_snr_db"}, {"max_bubbles"}, {"amplitude_exponent"}});
+  add_fields(*app, common, options->search, {{"min_snr_db"}, {"max_bubbles"}, {"max_work"}, {"amplitude_exponent"}});
   add_thermal_option(*app, options->thermal);
   app->add_option(
       "--rise", options->rise,
@@ -111,7 +115,8 @@ Subcommand add_bubble_fit(CLI::App& group, CommonOptions& common) {
   app->footer(
       "Examples:\n"
       "  klang bubble fit drops.wav --json d.json -o drops-report\n"
-      "  klang bubble fit drops.wav --rise rise.csv --phi0-m -0.01");
+      "  klang bubble fit drops.wav --rise rise.csv --phi0-m -0.01\n"
+      "Exit code 3: the recording as a whole is none of bubbles; the result says why and what was found all the same.");
   return {app,
           [options, &common] { return run_fit(*options, common); },
           {result_kind<fit::bubble::BubblesDocument>("bubbles", "bubbles.json of `klang bubble fit`")}};

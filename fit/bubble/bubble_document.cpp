@@ -104,7 +104,13 @@ BubblesDocument bubbles_document(ResultHeader header, const BubbleSearchResult& 
   document.header = std::move(header);
   for (const FoundBubble& b : found.found)
     (b.is_bubble() ? document.bubbles : document.rejected).push_back(bubble_record(b));
-  document.header.status = document.bubbles.empty() ? "nothing_found" : "ok";
+  document.evidence = evidence_of(found);
+  const std::string refusal = refusal_of(found, *document.evidence);
+  document.header.status = document.bubbles.empty() ? "nothing_found" : refusal.empty() ? "ok" : "not_bubbles";
+  if (!refusal.empty()) document.header.message = refusal;
+  if (found.stopped_early)
+    document.header.warnings.push_back(
+        "the search ended at its limit of work: weaker rings were not searched for; --max-work raises it");
   document.explained_energy = found.explained_energy;
   document.theory = theory_record(search);
   document.pitch = pitch_fit_record(pitch);

@@ -5,6 +5,7 @@
 
 #include "core/foundation/config/result_header.hpp"
 #include "fit/bubble/pitch_fit.hpp"
+#include "fit/bubble/recording_verdict.hpp"
 
 /// bubbles.json of `klang bubble fit`.
 namespace klang::fit::bubble {
@@ -115,6 +116,7 @@ struct BubblesDocument {
   std::optional<double> duration_s, sample_rate_hz;
   std::optional<int> n_channels;
   std::optional<double> explained_energy;
+  std::optional<RecordingEvidence> evidence;
   std::vector<BubbleRecord> bubbles, rejected;
   TheoryRecord theory;
   PitchFitRecord pitch;
@@ -128,6 +130,7 @@ struct BubblesDocument {
     visit({"sample_rate_hz", "of the recording"}, self.sample_rate_hz);
     visit({"n_channels", "of the recording"}, self.n_channels);
     visit({"explained_energy", "in band, 0 to 1"}, self.explained_energy);
+    visit({"evidence", "that it is a recording of bubbles, shares of energy from 0 to 1"}, self.evidence);
     visit({"bubbles", "in order of onset"}, self.bubbles);
     visit({"rejected", "rings that are no bubbles"}, self.rejected);
     visit({"theory", "what every measured decay is held against"}, self.theory);
@@ -138,8 +141,8 @@ struct BubblesDocument {
   void check(const std::string& place) const;
 };
 
-/// Without what only the recording knows: name, duration, sample rate, channels, files. header.status becomes ok or
-/// nothing_found.
+/// Without what only the recording knows: name, duration, sample rate, channels, files. header.status becomes ok,
+/// nothing_found or not_bubbles (with the reason as its message).
 BubblesDocument bubbles_document(ResultHeader header, const BubbleSearchResult& found, const PitchFitResult& pitch,
                                  const BubbleSearchOptions& search);
 

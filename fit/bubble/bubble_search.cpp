@@ -5,8 +5,9 @@
 
 namespace klang::fit::bubble {
 
-std::vector<RingGroup> ring_groups(const BubbleSearchResult& result, const BubbleSearchOptions& options) {
-  return detail::Search(result.mono, options, silent_monitor()).windows(result);
+std::vector<RingGroup> ring_groups(const BubbleSearchResult& result, const BubbleSearchOptions& options,
+                                   Monitor& monitor) {
+  return detail::Search(result.mono, options, monitor).windows(result);
 }
 
 BubbleSearchResult find_bubbles(const audio::Signal& recording, const BubbleSearchOptions& options, Monitor& monitor) {

@@ -12,10 +12,14 @@
 
 namespace klang::fit::bubble {
 
+/// Limit of the work of a search, in samples at which a chirp is evaluated: about 50 million take a second.
+inline constexpr double kWorkAtOnce = 1.2e9, kWorkPerSecond = 3e8;
+
 struct BubbleSearchOptions {
   Band band{200.0, 20000.0};  ///< high_hz is cut to 0.45 of the sample rate
   double min_snr_db = 17.0;
   int max_bubbles = 500;
+  double max_work = 1.0;  ///< times kWorkAtOnce + kWorkPerSecond * duration
   klang::bubble::BubbleMedium medium;
   klang::bubble::BubbleTheory theory = klang::bubble::BubbleTheory::kLeighton;
   double amplitude_exponent = 1.5;  ///< ChirpLaw
@@ -28,6 +32,9 @@ struct BubbleSearchOptions {
     visit({"band.high_hz", "Highest frequency", above(0.0)}, self.band.high_hz);
     visit({"min_snr_db", "Energy of a ring over the noise's spectral density", between(10.0, 120.0)}, self.min_snr_db);
     visit({"max_bubbles", "Strongest N", between(1.0, 10000.0)}, self.max_bubbles);
+    visit({"max_work", "The search ends after so many times its usual limit of work (docs/bubbles.md)",
+           between(0.01, 1000.0)},
+          self.max_work);
     visit({"medium", "Liquid and gas"}, self.medium);
     visit({"amplitude_exponent", "n of |p| ~ omega^n as the pitch rises", between(-5.0, 5.0)}, self.amplitude_exponent);
     visit({"soft_attack", "Each ring takes the soft or the hard attack, whichever fits"}, self.soft_attack);
@@ -62,14 +69,17 @@ enum class BubbleSearchStatus { kNotRun, kDone, kNothingFound };
 struct BubbleSearchResult {
   BubbleSearchStatus status = BubbleSearchStatus::kNotRun;
   std::string message;
+  bool stopped_early = false;      ///< the limit of work was reached: what is weaker was not searched for
   std::vector<FoundBubble> found;  ///< in order of onset, whatever their verdict
   NoiseSpectrum noise;
-  audio::Signal mono;                      ///< what was searched
-  std::optional<double> explained_energy;  ///< 0..1, of the energy in the band
+  audio::Signal mono;                           ///< what was searched
+  std::optional<double> explained_energy;       ///< 0..1, of the energy in the band
+  std::optional<double> explained_above_noise;  ///< 0..1, of what it has above stationary noise
 };
 
 /// Bubbles in a recording: the loudest decaying chirp is fitted and taken away until none stands above the noise; chirps
 /// that overlap are fitted together. Docs: docs/bubbles.md.
+/// @throws Interrupted when the monitor asks for it
 /// @throws InputError: options out of range, silence, less than 256 samples, samples that are not finite
 BubbleSearchResult find_bubbles(const audio::Signal& recording, const BubbleSearchOptions& options = {},
                                 Monitor& monitor = silent_monitor());
@@ -79,7 +89,8 @@ struct RingGroup {
   std::vector<std::size_t> members;  ///< numbers in BubbleSearchResult::found
   std::shared_ptr<const ChirpWindow> window;
 };
-std::vector<RingGroup> ring_groups(const BubbleSearchResult& result, const BubbleSearchOptions& options);
+std::vector<RingGroup> ring_groups(const BubbleSearchResult& result, const BubbleSearchOptions& options,
+                                   Monitor& monitor = silent_monitor());
 
 /// Spectral density of the noise: the lower quartile over short frames, smoothed over a sixth of an octave.
 NoiseSpectrum noise_spectrum(const Eigen::VectorXd& samples, double sample_rate_hz);

@@ -10,6 +10,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/sound/audio/fft.hpp"
+#include "fit/least_squares/least_squares.hpp"
 
 namespace klang::fit::bubble {
 namespace {
@@ -42,6 +43,7 @@ class ChirpCost final : public ceres::CostFunction {
       Eigen::Matrix<double, Chirp::kParameters, 1> x;
       x.head<2>() = Eigen::Map<const Eigen::Vector2d>(parameters[pitch_group_[b]]);
       x.tail<kOwn>() = Eigen::Map<const Eigen::Matrix<double, kOwn, 1>>(parameters[n_groups_ + static_cast<int>(b)]);
+      if (w.work) w.work->count(n, jacobians != nullptr);
       evaluate_chirp(laws_[b], Chirp::from(x.cwiseProduct(scale)), w.first_s, w.sample_rate_hz, value,
                      jacobians ? &slopes : nullptr);
       sum += value;
@@ -172,6 +174,10 @@ Eigen::Matrix<double, Chirp::kParameters, 1> chirp_scale(const ChirpLaw& law) {
 
 double fit_amplitude(const ChirpWindow& window, const ChirpLaw& law, Chirp& chirp) {
   const Eigen::Index n = window.taper.size();
+  if (window.work) {
+    window.work->monitor().throw_if_stopped();
+    window.work->count(2 * n, false);
+  }
   Eigen::MatrixXd columns(window.n_real_data(), 2);
   Eigen::VectorXd value(n);
   for (int i = 0; i < 2; ++i) {
@@ -259,10 +265,8 @@ ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws
   options.linear_solver_type = ceres::DENSE_QR;
   options.function_tolerance = 1e-8;
   options.parameter_tolerance = 1e-10;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  const ceres::Solver::Summary summary =
+      least_squares(options, problem, window.work ? window.work->monitor() : silent_monitor());
   fit.ok = summary.IsSolutionUsable();
   for (std::size_t b = 0; b < start.size(); ++b) {
     Eigen::Matrix<double, Chirp::kParameters, 1> x;

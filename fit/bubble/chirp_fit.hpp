@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fit/bubble/chirp_model.hpp"
+#include "fit/bubble/search_work.hpp"
 
 namespace ceres {
 class CostFunction;
@@ -28,6 +29,7 @@ struct ChirpWindow {
   Eigen::Index n_fft = 0, first_bin = 0, n_bins = 0;
   Eigen::VectorXcd data;   ///< n_bins
   Eigen::VectorXd weight;  ///< sqrt(2) / standard deviation of a bin's noise: real and imaginary part get variance 1
+  std::shared_ptr<SearchWork> work;  ///< counts what is evaluated in this window and stops its fits; may be null
 
   /// @param samples    samples first, first + 1, ... of the recording, less what other bubbles make of it
   /// @param n_samples  of the whole recording, whose ends are no edges of the sound
@@ -71,9 +73,10 @@ struct ChirpFit {
 Eigen::MatrixXd parameter_covariance(ceres::Problem& problem, const std::vector<double*>& blocks);
 
 /// Best complex amplitude of a chirp with all else held. @return chi square it leaves
+/// @throws Interrupted when the window's monitor asks for it
 double fit_amplitude(const ChirpWindow& window, const ChirpLaw& law, Chirp& chirp);
 
-/// Maximum-posterior chirps of a window from a start.
+/// Maximum-posterior chirps of a window from a start. Not ok when the window's monitor stopped it.
 ChirpFit fit_chirps(const ChirpWindow& window, const std::vector<ChirpLaw>& laws, const std::vector<Chirp>& start,
                     const PitchPrior& prior, int max_iterations, bool with_covariance);
 

@@ -10,6 +10,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/csv.hpp"
 #include "core/foundation/math/spline.hpp"
+#include "fit/least_squares/least_squares.hpp"
 
 namespace klang::fit::bubble {
 namespace {
@@ -188,7 +189,7 @@ Eigen::MatrixXd shared_covariance(ceres::Problem& problem, Joint& joint) {
 }
 
 /// The joint fit from a start, where it beats the best so far.
-void fit_from(const BubbleSearchResult& found, const JointProblem& of, Joint joint, JointFit& best) {
+void fit_from(const BubbleSearchResult& found, const JointProblem& of, Joint joint, Monitor& monitor, JointFit& best) {
   ceres::Problem problem;
   std::vector<ceres::ResidualBlockId> ids;
   for (const RingGroup& group : of.groups) ids.push_back(add_group(found, of, group, joint, problem));
@@ -200,10 +201,8 @@ void fit_from(const BubbleSearchResult& found, const JointProblem& of, Joint joi
   solver.max_num_iterations = 60;
   solver.linear_solver_type = ceres::DENSE_QR;
   solver.function_tolerance = 1e-9;
-  solver.logging_type = ceres::SILENT;
-  solver.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
+  const ceres::Solver::Summary summary = least_squares(solver, problem, monitor);
+  monitor.throw_if_stopped();
   if (!summary.IsSolutionUsable() || !(summary.final_cost < best.joint.cost)) return;
   best.joint = joint;
   best.joint.cost = summary.final_cost;
@@ -284,7 +283,7 @@ std::vector<BubbleRise> read_rises(const std::filesystem::path& path) {
 }
 
 PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<BubbleRise>& rises,
-                         const BubbleSearchOptions& search, const PitchFitOptions& options) {
+                         const BubbleSearchOptions& search, const PitchFitOptions& options, Monitor& monitor) {
   PitchFitResult result;
   validate_fields("pitch", options);
   JointProblem problem = joint_problem(found, rises, options.max_factor);
@@ -294,7 +293,7 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
     if (!rises.empty()) result.message = "no bubble was found near the rises' onsets; " + result.message;
     return result;
   }
-  problem.groups = ring_groups(found, search);
+  problem.groups = ring_groups(found, search, monitor);
   std::erase_if(problem.groups, [&](const RingGroup& group) {
     return std::none_of(group.members.begin(), group.members.end(),
                         [&](std::size_t i) { return problem.along[i] != nullptr; });
@@ -304,7 +303,7 @@ PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<Bubb
   // The published constants, and others: the problem has valleys where the chirps are weak.
   for (const double start_q : {124.0, 50.0, 300.0}) {
     const std::array<double, 2> start = {std::log(73.0 * std::exp(1.24) / 124.0), std::log(start_q)};
-    fit_from(found, problem, joint_start(found, problem.laws, start), best);
+    fit_from(found, problem, joint_start(found, problem.laws, start), monitor, best);
   }
   if (best.joint.cost >= 1e300) {
     result.status = PitchStatus::kFailed;

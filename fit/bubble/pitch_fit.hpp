@@ -66,6 +66,7 @@ struct PitchFitResult {
 /// q = eta / |phi0| only (pitch_formulas.hpp): with a rise both follow, with phi0 too K and eta do; with neither, only each
 /// bubble's rate K v e^(eta (1 - d/|phi0|)) and growth eta v / |phi0|.
 PitchFitResult fit_pitch(const BubbleSearchResult& found, const std::vector<BubbleRise>& rises,
-                         const BubbleSearchOptions& search, const PitchFitOptions& options = {});
+                         const BubbleSearchOptions& search, const PitchFitOptions& options = {},
+                         Monitor& monitor = silent_monitor());
 
 }  // namespace klang::fit::bubble

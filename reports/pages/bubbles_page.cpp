@@ -185,6 +185,9 @@ std::vector<std::string> sentences_of(const BubblesDocument& data) {
   const std::vector<BubbleRecord>& bubbles = data.bubbles;
   if (bubbles.empty())
     return {"No bubble was heard: no ring that decays as a gas bubble of its pitch does stands above the noise."};
+  if (data.header.status == "not_bubbles")
+    return {"As a whole this is <b>no recording of bubbles</b>: " + escaped(data.header.message.value_or("")) +
+            ". The rings below look like bubbles one by one; none of their numbers is to be relied on."};
   const auto clarity = [](const BubbleRecord& row) {
     return row.snr_db.value_or(0) - (row.verdict == "bubble" ? 0 : 200);
   };
@@ -230,7 +233,14 @@ Page make(const BubblesDocument& data, ReportFolder& folder) {
   page.over = "Klangprobe · bubbles in a recording";
   page.title = data.name.empty() ? "Result" : data.name;
   const std::size_t n = data.bubbles.size();
-  page.verdict = {n > 0 ? capitalised(counted(n, "bubble", "bubbles")) : "No bubble", n > 0 ? "good" : "fair", ""};
+  const bool refused = data.header.status == "not_bubbles";
+  page.verdict = {refused ? "No recording of bubbles"
+                  : n > 0 ? capitalised(counted(n, "bubble", "bubbles"))
+                          : "No bubble",
+                  refused ? "bad"
+                  : n > 0 ? "good"
+                          : "fair",
+                  ""};
   page.sentences = sentences_of(data);
   page.key_figures = key_figures(data);
   std::string damping;

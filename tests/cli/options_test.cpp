@@ -135,12 +135,12 @@ int expect_defaults(const Program& program, const std::string& path) {
 TEST(Commands, DefaultsShownAreThoseOfTheStructs) {
   const Program program(all_commands());
   EXPECT_EQ(expect_defaults<fit::RingdownOptions>(program, "klang analyze"), 2);
-  EXPECT_EQ(expect_defaults<fit::bubble::BubbleSearchOptions>(program, "klang bubble fit"), 3);
+  EXPECT_EQ(expect_defaults<fit::bubble::BubbleSearchOptions>(program, "klang bubble fit"), 4);
   EXPECT_EQ(expect_defaults<fit::ProxyFitOptions>(program, "klang proxy fit"), 4);
   EXPECT_EQ(expect_defaults<acoustics::RadiateOptions>(program, "klang transfer"), 5);
   EXPECT_EQ(expect_defaults<soundbank::BuildOptions>(program, "klang proxy build"), 9);
   EXPECT_EQ(expect_defaults<validate::DebrisStudyOptions>(program, "klang proxy study"), 16);
-  EXPECT_EQ(expect_defaults<validate::RegressionOptions>(program, "klang regress check"), 8);
+  EXPECT_EQ(expect_defaults<validate::RegressionOptions>(program, "klang regress check"), 9);
   EXPECT_EQ(expect_defaults<validate::DescriptionOptions>(program, "klang regress make"), 2);
   EXPECT_EQ(expect_defaults<validate::StudyOptions>(program, "klang converge"), 2);
   EXPECT_EQ(expect_defaults<bubble::TransferSeriesOptions>(program, "klang bubble transfer"), 11);

@@ -27,6 +27,9 @@ constexpr std::array<std::pair<double, double>, 8> kStartPitches = {{{0.0, 0.0},
                                                                      {50.0, 20.0},
                                                                      {50.0, 60.0},
                                                                      {-15.0, 0.0}}};  // rate, growth [1/s]
+constexpr double kLastShare =
+    1.5;  // of the limit of work, within which what was found is still fitted for the last time
+constexpr double kPieceS = 10.0, kLeastAbove = 0.05;
 constexpr int kMostFailures = 20;  // candidates in a row that were none: the rest are weaker still
 
 }  // namespace
@@ -90,7 +93,32 @@ ChirpWindow Search::window_of(const std::vector<const FoundBubble*>& group) cons
     evaluate_chirp(bubble->law, bubble->chirp, static_cast<double>(span.first) / rate_, rate_, value);
     samples.segment(span.first - first, value.size()) += value;
   }
-  return ChirpWindow(samples, rate_, first, residual_.size(), low, high, result_.noise);
+  ChirpWindow window(samples, rate_, first, residual_.size(), low, high, result_.noise);
+  window.work = work_;
+  return window;
+}
+
+/// Gain at the band's edges, 0 outside: steep ones would ring before a strong onset.
+double Search::band_edge(double f) const {
+  const double x = std::clamp(std::min((f / options_.band.low_hz - 1.0) / 0.25, (1.0 - f / high_hz_) / 0.1), 0.0, 1.0);
+  return x * x * (3.0 - 2.0 * x);
+}
+
+/// Of stationary noise alone, whitened, over the whole recording.
+double Search::noise_energy() const {
+  constexpr int kSteps = 2000;
+  double sum = 0.0;
+  for (int k = 0; k < kSteps; ++k) sum += std::pow(band_edge(0.5 * rate_ * (k + 0.5) / kSteps), 2) / kSteps;
+  return sum * static_cast<double>(residual_.size());
+}
+
+/// The filters over the whole recording, some seconds at a time: the caller may stop it.
+void Search::look_everywhere() {
+  const auto piece = static_cast<Eigen::Index>(kPieceS * rate_);
+  for (Eigen::Index first = 0; first < residual_.size(); first += piece) {
+    monitor_.throw_if_stopped();
+    filters_->update(whitened_, first, std::min(residual_.size(), first + piece));
+  }
 }
 
 void Search::whiten(const Eigen::VectorXd& change, Eigen::Index first, Eigen::Index n) {
@@ -103,10 +131,8 @@ void Search::whiten(const Eigen::VectorXd& change, Eigen::Index first, Eigen::In
   Eigen::VectorXcd spectrum = audio::real_spectrum(padded, even);
   for (Eigen::Index k = 0; k < spectrum.size(); ++k) {
     const double f = rate_ * static_cast<double>(k) / static_cast<double>(even);
-    // Steep edges would ring before a strong onset.
-    const double edge =
-        std::clamp(std::min((f / options_.band.low_hz - 1.0) / 0.25, (1.0 - f / high_hz_) / 0.1), 0.0, 1.0);
-    spectrum[k] *= edge > 0.0 ? edge * edge * (3.0 - 2.0 * edge) / std::sqrt(result_.noise.at(f)) : 0.0;
+    const double edge = band_edge(f);
+    spectrum[k] *= edge > 0.0 ? edge / std::sqrt(result_.noise.at(f)) : 0.0;
   }
   const Eigen::VectorXd white = audio::real_from_spectrum(spectrum, even);
   whitened_.segment(low, high - low) += white.head(high - low).cast<float>();
@@ -190,19 +216,26 @@ std::optional<FoundBubble> Search::fitted_near(const DampedFilterBank::Peak& pea
   silent.chirp.cosine = silent.chirp.sine = 0.0;
   const ChirpWindow own = window_of({&silent});
   const double before = own.data.cwiseProduct(own.weight.cast<std::complex<double>>()).squaredNorm();
-  const double f = std::exp(bubble.chirp.log_frequency);
-  if (!(f > options_.band.low_hz && f < high_hz_)) return std::nullopt;
-  const double beta = std::exp(bubble.chirp.log_decay);
-  if (!(beta < kHopelessDecay * atom.decay_per_s && beta > atom.decay_per_s / kHopelessDecay)) return std::nullopt;
-  if (!(bubble.chirp.onset_s > -1e-3)) return std::nullopt;
-  bubble.law = law_at(f, bubble.law);
+  if (!plausible(bubble.chirp)) return std::nullopt;
+  bubble.law = law_at(std::exp(bubble.chirp.log_frequency), bubble.law);
   const ChirpFit fit = fit_chirps(own, {bubble.law}, {bubble.chirp}, {}, 40, false);
-  if (!fit.ok) return std::nullopt;
+  if (!fit.ok || !plausible(fit.chirps[0])) return std::nullopt;
   bubble.chirp = fit.chirps[0];
   const double gain = before - choose_attack(own, bubble, fit.chi_square, kAttackShare);
   const auto n_data = static_cast<double>(fit.n_real_data);
   if (!(gain >= wanted && gain >= kLeastShare * (before - n_data))) return std::nullopt;
   return bubble;
+}
+
+/// Within the band and the recording, and with a decay that leaves no doubt of a ring. What drifts out of it (a decay of next to
+/// nothing, which the window that it asks for makes longer still) was none.
+bool Search::plausible(const Chirp& chirp) const {
+  const double f = std::exp(chirp.log_frequency), beta = std::exp(chirp.log_decay);
+  if (!(f > options_.band.low_hz && f < high_hz_)) return false;
+  if (!(chirp.onset_s > -1e-3 && chirp.onset_s < static_cast<double>(residual_.size()) / rate_)) return false;
+  const double theory = decay_of(options_.medium, options_.theory,
+                                 radius_of_frequency_m(f, options_.medium, options_.theory), 2.0 * kPi * f);
+  return beta < kHopelessDecay * theory && beta > theory / kHopelessDecay;
 }
 
 bool Search::overlap(const FoundBubble& a, const FoundBubble& b) const {
@@ -224,7 +257,8 @@ void Search::refit(const std::vector<std::size_t>& group, bool last) {
   }
   const ChirpWindow window = window_of(members);
   const ChirpFit fit = fit_chirps(window, laws, start, {}, last ? 60 : 12, last);
-  if (!fit.ok) return;
+  if (!fit.ok || !std::all_of(fit.chirps.begin(), fit.chirps.end(), [&](const Chirp& c) { return plausible(c); }))
+    return;
   for (std::size_t k = 0; k < group.size(); ++k) {
     FoundBubble& bubble = result_.found[group[k]];
     add(bubble, 1.0);
@@ -282,12 +316,12 @@ BubbleSearchResult Search::run() {
   whiten(samples, 0, samples.size());
   const double energy = whitened_.cast<double>().squaredNorm();
   make_filters();
-  filters_->update(whitened_, 0, samples.size());
+  look_everywhere();
   const double threshold = std::pow(10.0, 0.1 * options_.min_snr_db) / kChi2OfScore;
   const Eigen::Index n = samples.size();
   for (int round = 0; round < 2; ++round) {
     int n_failures = 0;
-    while (static_cast<int>(result_.found.size()) < options_.max_bubbles) {
+    while (static_cast<int>(result_.found.size()) < options_.max_bubbles && !work_->used_up()) {
       monitor_.throw_if_stopped();
       const DampedFilterBank::Peak best = filters_->highest(0, n);
       if (!(best.score >= threshold)) break;
@@ -314,7 +348,8 @@ BubbleSearchResult Search::run() {
     choose_rests();
     for (const auto& group : groups()) {
       monitor_.throw_if_stopped();
-      refit(group, round > 0);
+      // Then the rest has no standard deviations and is called unclear.
+      if (!work_->used_up(kLastShare)) refit(group, round > 0);
     }
   }
   prune();
@@ -325,6 +360,11 @@ BubbleSearchResult Search::run() {
   }
   result_.explained_energy =
       energy > 0.0 ? std::optional(1.0 - whitened_.cast<double>().squaredNorm() / energy) : std::nullopt;
+  if (result_.explained_energy) {
+    const double above = std::max(energy - noise_energy(), kLeastAbove * energy);
+    result_.explained_above_noise = std::clamp(*result_.explained_energy * energy / above, 0.0, 1.0);
+  }
+  result_.stopped_early = work_->used_up();
   result_.status = result_.found.empty() ? BubbleSearchStatus::kNothingFound : BubbleSearchStatus::kDone;
   if (result_.found.empty()) result_.message = "no decaying chirp stands above the noise";
   return std::move(result_);

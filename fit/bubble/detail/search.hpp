@@ -26,7 +26,11 @@ struct Span {
 class Search {
  public:
   Search(const audio::Signal& recording, const BubbleSearchOptions& options, Monitor& monitor)
-      : options_(options), monitor_(monitor), rate_(recording.sample_rate_hz) {
+      : options_(options),
+        monitor_(monitor),
+        work_(std::make_shared<SearchWork>(monitor,
+                                           options.max_work * (kWorkAtOnce + kWorkPerSecond * recording.duration_s()))),
+        rate_(recording.sample_rate_hz) {
     result_.mono.sample_rate_hz = rate_;
     result_.mono.origin = recording.origin;
     result_.mono.samples = recording.samples.rowwise().mean();
@@ -50,9 +54,13 @@ class Search {
   void choose_attacks();
   void choose_rests();
   bool overlap(const FoundBubble& a, const FoundBubble& b) const;
+  bool plausible(const Chirp& chirp) const;
   void refit(const std::vector<std::size_t>& group, bool last);
   std::vector<std::vector<std::size_t>> groups() const;
   void make_filters();
+  double band_edge(double frequency_hz) const;
+  double noise_energy() const;
+  void look_everywhere();
   void whiten(const Eigen::VectorXd& change, Eigen::Index first, Eigen::Index n);
   double energy_of(const FoundBubble& bubble) const;
   void mask(const FoundBubble& bubble);
@@ -61,6 +69,7 @@ class Search {
 
   BubbleSearchOptions options_;
   Monitor& monitor_;
+  std::shared_ptr<SearchWork> work_;
   double rate_, high_hz_ = 0.0;
   BubbleSearchResult result_;
   Eigen::VectorXd residual_;

@@ -11,7 +11,8 @@ constexpr double kAttackGain = 10.0;  // chi square that another kind of attack 
 constexpr double kRestGain = 25.0;    // chi square that a rest must win, with its time one more free number
 constexpr double kRestShare = 0.2;    // and of what is left above the noise
 constexpr std::size_t kRestStarts = 5;
-constexpr double kLatestRest = 3.0;  // decay times: later nothing is heard of it
+constexpr double kMostBegins = 80.0;  // tried of a quick attack; a bubble needs some thirty, what rings longer is none
+constexpr double kLatestRest = 3.0;   // decay times: later nothing is heard of it
 
 }  // namespace
 
@@ -41,11 +42,12 @@ double Search::choose_attack(const ChirpWindow& own, FoundBubble& bubble, double
     law.rest_s = moved.rest_s;
   };
   const double first = to_quick ? -1.0 / f : -0.3 / beta - 1.0 / f, last = to_quick ? 0.3 / beta + 2.0 / f : 1.0 / f;
-  for (double shift = first; shift < last; shift += 0.25 / f) consider(shift);
+  const double step = std::max(0.25 / f, (last - first) / kMostBegins);
+  for (double shift = first; shift < last; shift += step) consider(shift);
   const double coarse = start.onset_s - bubble.chirp.onset_s;
-  for (int step = -8; step <= 8; ++step) consider(coarse + 0.03 * step / f);
+  for (int fine = -8; fine <= 8; ++fine) consider(coarse + 0.03 * fine / f);
   const ChirpFit other = fit_chirps(own, {law}, {start}, {}, 40, false);
-  if (!(other.ok &&
+  if (!(other.ok && plausible(other.chirps[0]) &&
         other.chi_square < chi_square - std::max(share > 0.0 ? kAttackGain : 0.0, share * (chi_square - n_data))))
     return chi_square;
   bubble.law = law;
@@ -64,7 +66,7 @@ double Search::choose_rest(const ChirpWindow& own, FoundBubble& bubble, double c
     FoundBubble trial = best;
     trial.law.rest_s = rest_s;
     const ChirpFit fit = fit_chirps(own, {trial.law}, {from}, {}, n_steps, false);
-    if (!(fit.ok && fit.chi_square < least)) return;
+    if (!(fit.ok && plausible(fit.chirps[0]) && fit.chi_square < least)) return;
     least = fit.chi_square;
     best.law.rest_s = rest_s;
     best.chirp = fit.chirps[0];
@@ -109,6 +111,7 @@ void Search::choose_attacks() {
   std::vector<bool> keep(result_.found.size(), true);
   for (std::size_t i = 0; i < result_.found.size(); ++i) {
     monitor_.throw_if_stopped();
+    if (work_->used_up()) break;
     if (!keep[i]) continue;
     FoundBubble& bubble = result_.found[i];
     const double near_s = std::max(kOnsetS, 0.3 / std::exp(bubble.chirp.log_decay));
@@ -150,6 +153,7 @@ void Search::choose_attacks() {
 void Search::choose_rests() {
   for (FoundBubble& bubble : result_.found) {
     monitor_.throw_if_stopped();
+    if (work_->used_up()) break;
     const ChirpWindow own = window_of({&bubble});
     const double before = fit_chirps(own, {bubble.law}, {bubble.chirp}, {}, 0, false).chi_square;
     FoundBubble resting = bubble;

@@ -230,8 +230,11 @@ void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::
     row.b = c.b;
     row.place_m = c.place / length;
     row.normal = c.normal;
-    row.place_a_m = specs[a].centre_m + there[a].turn.conjugate() * c.arm_a / length;
-    row.place_b_m = c.b >= 0 ? Vector3d(specs[b].centre_m + there[b].turn.conjugate() * c.arm_b / length) : row.place_m;
+    // On each body's own surface, which lie apart by the gap where the bodies would be.
+    const Vector3d apart = c.b >= 0 ? Vector3d(0.5 * c.gap * c.normal) : Vector3d::Zero();
+    row.place_a_m = specs[a].centre_m + there[a].turn.conjugate() * (c.arm_a + apart) / length;
+    row.place_b_m =
+        c.b >= 0 ? Vector3d(specs[b].centre_m + there[b].turn.conjugate() * (c.arm_b - apart) / length) : row.place_m;
     if (c.impact.squaredNorm() > 0) {
       const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
       const auto radius = [](const RigidBodySpec& s) {

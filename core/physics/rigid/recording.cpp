@@ -1,0 +1,83 @@
+#include "core/physics/rigid/recording.hpp"
+
+#include <algorithm>
+
+#include "core/foundation/base/errors.hpp"
+
+namespace klang::rigid {
+namespace {
+
+using Eigen::Vector3d;
+
+events::Impulse row_of(const ContactImpulse& contact, bool first, const events::Pose& pose) {
+  events::Impulse row;
+  row.time_s = contact.time_s;
+  row.duration_s = contact.duration_s;
+  row.shape = events::PulseShape::kHertz;
+  row.kind = contact.kind;
+  row.body = first ? contact.a : contact.b;
+  row.other = first ? contact.b : contact.a;
+  row.point_m = first ? contact.place_a_m : contact.place_b_m;
+  row.impulse_n_s = pose.orientation().conjugate() * (first ? contact.impulse_n_s : Vector3d(-contact.impulse_n_s));
+  return row;
+}
+
+bool rests(const RigidWorld& world, double speed_m_s) {
+  for (int i = 0; i < world.n_bodies(); ++i) {
+    if (!world.is_there(i) || world.spec(i).fixed) continue;
+    const double rim = 0.5 * world.spec(i).size_m() * world.angular_velocity_rad_s(i).norm();
+    if (!(world.velocity_m_s(i).norm() + rim <= speed_m_s)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void RecordingOptions::validate() const { checked("recording", "pose_rate_hz", pose_rate_hz, 1, 1e6); }
+
+Recording::Recording(const RigidWorld& world, const RecordingOptions& options) : options_(options) {
+  options_.validate();
+  for (int i = 0; i < world.n_bodies(); ++i) {
+    events::Body body;
+    body.name = world.spec(i).name;
+    log_.bodies.push_back(body);
+  }
+  ledger_.push_back(world.ledger());
+  keep_poses(world);
+}
+
+void Recording::keep_poses(const RigidWorld& world) {
+  for (int i = 0; i < world.n_bodies(); ++i) {
+    if (world.is_there(i)) log_.poses.push_back(world.pose(i));
+  }
+  next_pose_s_ = world.time_s() + 1 / options_.pose_rate_hz;
+}
+
+void Recording::add(const RigidWorld& world, const StepRecord& step) {
+  for (const ContactImpulse& contact : step.contacts) {
+    if (!world.spec(contact.a).fixed) log_.impulses.push_back(row_of(contact, true, world.pose(contact.a)));
+    if (contact.b >= 0 && !world.spec(contact.b).fixed)
+      log_.impulses.push_back(row_of(contact, false, world.pose(contact.b)));
+  }
+  ledger_.push_back(world.ledger());
+  if (world.time_s() >= next_pose_s_ - 1e-12) keep_poses(world);
+}
+
+void run(RigidWorld& world, Recording& recording, const RunOptions& options, Monitor& monitor) {
+  constexpr double kQuietS = 0.1;
+  const double end_s = options.end_s.value_or(options.longest_s);
+  double quiet_since_s = world.time_s();
+  while (world.time_s() < end_s) {
+    monitor.throw_if_stopped();
+    monitor.progress("rigid bodies", world.time_s() / end_s);
+    recording.add(world, world.step());
+    if (!rests(world, options.rest_speed_m_s)) quiet_since_s = world.time_s();
+    if (!options.end_s && world.time_s() - quiet_since_s >= kQuietS) return;
+  }
+  if (!options.end_s) {
+    throw InputError("scene", "does not come to rest", "moves after " + to_text(options.longest_s) + " s",
+                     "a duration, or a scene that rests");
+  }
+}
+
+}  // namespace klang::rigid

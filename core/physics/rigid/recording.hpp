@@ -1,0 +1,51 @@
+#pragma once
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "core/physics/events/event_log.hpp"
+#include "core/physics/rigid/rigid_world.hpp"
+
+namespace klang::rigid {
+
+struct RecordingOptions {
+  double pose_rate_hz = 1000.0;  ///< of the poses that are kept; impacts have one of their own beside them
+
+  void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"pose_rate_hz", "poses per second that are kept of each body that moves", between(1.0, 1e6)},
+          self.pose_rate_hz);
+  }
+};
+
+/// Writes down what a world does, for those who make sound, pictures and tables of it: bodies, their poses, and every impulse
+/// as a row for each movable body that it pushes (a moving pair gives two, opposite), in that body's own frame.
+class Recording {
+ public:
+  /// Of a world at its start.
+  explicit Recording(const RigidWorld& world, const RecordingOptions& options = {});
+  /// After each step of the world, with what it returned.
+  void add(const RigidWorld& world, const StepRecord& step);
+  const events::EventLog& log() const { return log_; }
+  const std::vector<EnergyLedger>& ledger() const { return ledger_; }  ///< one row per step, and the start
+
+ private:
+  void keep_poses(const RigidWorld& world);
+
+  RecordingOptions options_;
+  events::EventLog log_;
+  std::vector<EnergyLedger> ledger_;
+  double next_pose_s_ = 0.0;
+};
+
+/// Steps the world until end_s, or until all bodies rest where end_s is not given: for a tenth of a second no speed above
+/// rest_speed_m_s. Stops cleanly on the monitor's wish (Interrupted). @throws InputError where it does not rest within longest_s
+struct RunOptions {
+  std::optional<double> end_s;
+  double longest_s = 60.0;
+  double rest_speed_m_s = 1e-3;
+};
+void run(RigidWorld& world, Recording& recording, const RunOptions& options, Monitor& monitor = silent_monitor());
+
+}  // namespace klang::rigid

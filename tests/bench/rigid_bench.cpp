@@ -1,0 +1,52 @@
+// Steps of a heap of convex stones of 14 corners on a floor. Limit: collision detection, one pair of hulls about 10 us.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/physics/rigid/rigid_world.hpp"
+
+namespace {
+
+using namespace klang::rigid;
+using Eigen::Vector3d;
+
+RigidBodySpec stone(double radius_m) {
+  RigidBodySpec body;
+  body.name = "stone";
+  ConvexPart part;
+  part.corners_m.resize(3, 14);
+  const double golden = klang::kPi * (3 - std::sqrt(5.0));
+  for (int i = 0; i < 14; ++i) {
+    const double z = 1 - (2 * i + 1) / 14.0, r = std::sqrt(1 - z * z);
+    part.corners_m.col(i) = radius_m * Vector3d(r * std::cos(golden * i), r * std::sin(golden * i), z);
+  }
+  body.parts.push_back(part);
+  set_mass_from_parts(body, 2500);
+  return body;
+}
+
+/// After `seconds` of falling on the floor: stones apart on a grid, or piled on each other.
+void rigid_steps(benchmark::State& state) {
+  const int n = static_cast<int>(state.range(0));
+  const bool piled = state.range(1) != 0;
+  RigidWorldOptions options;
+  options.rate_hz = 5000;
+  options.floor = Skin{};
+  RigidWorld world(options);
+  const int columns = piled ? std::max(2, static_cast<int>(std::cbrt(n))) : static_cast<int>(std::sqrt(n)) + 1;
+  for (int i = 0; i < n; ++i) {
+    RigidBodySpec body = stone(0.01);
+    body.position_m = 0.021 * Vector3d(i % columns, i / columns % columns, 0.6 + i / columns / columns);
+    world.add(body);
+  }
+  for (int i = 0; i < 1000; ++i) world.step();
+  std::size_t contacts = 0;
+  for (auto _ : state) contacts = world.step().contacts.size();
+  state.counters["steps_per_s"] = benchmark::Counter(1, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["contacts"] = static_cast<double>(contacts);
+}
+
+BENCHMARK(rigid_steps)->Args({20, 0})->Args({328, 0})->Args({100, 1})->Args({328, 1})->Unit(benchmark::kMillisecond);
+
+}  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/rigid/detail/collisions.hpp"
@@ -48,6 +49,7 @@ struct RigidWorld::State {
   double length = 1.0, time = 1.0;
   long long n_steps = 0;
   std::vector<RigidBodySpec> specs;
+  std::vector<double> half_width;  // smallest of each body, inner length
   std::vector<BodyState> bodies;
   std::vector<Contact> held;  // lasting contacts of the last step, to start from
   detail::Collisions collisions;
@@ -116,10 +118,10 @@ std::vector<BodyState> RigidWorld::State::flown() const {
     detail::fly_to(b, dt(), options.gravity_m_s2);
     detail::rotate_freely(b, dt());
     const double way = (b.centre - bodies[i].centre).norm();
-    if (!(way <= length * specs[i].smallest_half_width_m())) {
+    if (!(way <= half_width[i])) {
       throw InputError("body " + specs[i].name,
                        "moves farther than its smallest half-width in one step: rate_hz is too low",
-                       to_text(way / length) + " m", "at most " + to_text(specs[i].smallest_half_width_m()) + " m");
+                       to_text(way / length) + " m", "at most " + to_text(half_width[i] / length) + " m");
     }
   }
   return there;
@@ -150,10 +152,12 @@ void RigidWorld::State::warm_start(std::vector<Contact>& contacts, detail::Bodie
   for (Contact& c : contacts) {
     const Contact* nearest = nullptr;
     double least = kNear;
-    for (const Contact& old : held) {
-      if (old.a != c.a || old.b != c.b || old.parts != c.parts) continue;
-      const double distance = (old.arm_a - c.arm_a).norm();
-      if (distance < least) least = distance, nearest = &old;
+    const auto [first, last] = std::equal_range(held.begin(), held.end(), c, [](const Contact& x, const Contact& y) {
+      return std::tie(x.a, x.b, x.parts) < std::tie(y.a, y.b, y.parts);  // as Collisions::find sorts
+    });
+    for (auto old = first; old != last; ++old) {
+      const double distance = (old->arm_a - c.arm_a).norm();
+      if (distance < least) least = distance, nearest = &*old;
     }
     if (nearest == nullptr) continue;
     c.lasting = c.axes.transpose() * (nearest->axes * nearest->lasting);
@@ -315,6 +319,7 @@ int RigidWorld::add(const RigidBodySpec& body) {
   const double before = s.energy();
   s.bodies.push_back(b);
   s.specs.push_back(body);
+  s.half_width.push_back(s.length * body.smallest_half_width_m());
   const int number = static_cast<int>(s.bodies.size()) - 1;
   s.collisions.add(number, body, s.length, !body.fixed);
   s.ledger.work_j += s.joules(s.energy() - before);

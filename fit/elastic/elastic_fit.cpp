@@ -188,6 +188,7 @@ ElasticFit fit_elastic(const ParameterSpace& space, const SpectrumModels& models
     common.row(i) << error, error * std::exp(prediction.log_frequency[i] - highest);
   }
   fit.systematic = scaled.transpose() * common;
+  fit.derivative = prediction.derivative;
   fit.prior_information = Eigen::MatrixXd::Zero(space.size(), space.size());
   for (const auto& [name, prior] : options.priors) {
     const Eigen::VectorXd g = space.quantity(name, fit.x).gradient / prior.std;

@@ -45,9 +45,10 @@ struct ElasticFitOptions {
 struct ElasticFit {
   bool converged = false;
   Eigen::VectorXd x;
-  Eigen::VectorXd residual;  ///< ln measured - ln model, one per datum
-  Eigen::VectorXd weight;    ///< robust weights, 0 to 1
-  double scatter = 0.0;      ///< estimated model scatter (relative frequency)
+  Eigen::VectorXd residual;    ///< ln measured - ln model, one per datum
+  Eigen::VectorXd weight;      ///< robust weights, 0 to 1
+  Eigen::MatrixXd derivative;  ///< of ln model by x, a row per datum
+  double scatter = 0.0;        ///< estimated model scatter (relative frequency)
   double degrees_of_freedom = 1.0;
   Eigen::MatrixXd information;        ///< of the data alone (inverse covariance)
   Eigen::MatrixXd prior_information;  ///< of the priors

@@ -2,174 +2,239 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <optional>
 
 #include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "fit/elastic/identifiability.hpp"
+#include "fit/elastic/match_evidence.hpp"
+#include "fit/elastic/match_search.hpp"
 
 namespace klang::fit {
 namespace {
 
 constexpr double kCentsPerLog = 1200.0 / 0.693147180559945309417;
-constexpr double kLargestLogFactor = 0.42;  // of frequency: stiffness factor 0.43 to 2.3
-constexpr double kStiffnessPriorStd = 0.35;
-constexpr double kPoissonPriorStd = 0.12;
 constexpr double kClusterCents = 3.0;
-constexpr std::size_t kStrongPartials = 6, kLowLines = 10, kRefined = 4;
 
-using Lines = std::vector<std::vector<ModelLine>>;
-
-struct Start {
-  Eigen::VectorXd x;
-  double score = 0.0;
-  double log_factor = 0.0, poisson = 0.0;
+/// What a search needs to know all the time.
+struct Context {
+  const ParameterSpace& space;
+  const SpectrumModels& models;
+  const std::vector<PartialTable>& tables;
+  const JointMatchOptions& options;
 };
 
-Lines lines_at(const ParameterSpace& space, const SpectrumModels& models, const Eigen::VectorXd& x,
-               double cluster_cents = kClusterCents) {
-  Lines lines(models.size());
+MatchOptions evidence_options(const Context& c) { return {6.0, c.options.gate_cents, 40.0}; }
+
+/// First modes of the lines of all partials, one specimen after the other: what tells one match from another.
+std::vector<int> assignment(const SpecimenLines& lines, const std::vector<TableMatch>& matches) {
+  std::vector<int> modes;
+  for (std::size_t s = 0; s < matches.size(); ++s) {
+    for (const int line : matches[s].line_of_partial)
+      modes.push_back(line < 0 ? -1 : item(lines[s], line).modes.front());
+  }
+  return modes;
+}
+
+void count_matched(JointMatch& joint) {
+  joint.n_matched = 0;
+  for (TableMatch& match : joint.matches) {
+    match.n_matched = static_cast<int>(
+        std::count_if(match.line_of_partial.begin(), match.line_of_partial.end(), [](int line) { return line >= 0; }));
+    joint.n_matched += match.n_matched;
+  }
+}
+
+void weigh(const Context& c, JointMatch& joint) {
+  const auto data = elastic_data(c.tables, joint.lines, joint.matches);
+  joint.evidence = match_evidence(c.space, c.tables, joint.lines, joint.matches, data, joint.fit, c.options.elastic,
+                                  evidence_options(c));
+}
+
+/// Matches and fits in turns until both stay. Rounds before the third match widely; a later first_round keeps near what
+/// joint.fit has found.
+void settle(const Context& c, JointMatch& joint, int first_round) {
+  const double model_cents = c.options.elastic.model_std * kCentsPerLog;
+  const auto fitted_tolerance = [&] { return std::clamp(1.5 * joint.fit.scatter * kCentsPerLog, 3.0, 15.0); };
+  const auto fitted_cluster = [&] { return std::clamp(0.2 * joint.fit.scatter * kCentsPerLog, 0.1, kClusterCents); };
+  double tolerance = first_round > 0 ? fitted_tolerance() : std::max(25.0, 2.0 * model_cents);
+  double cluster = first_round > 0 ? fitted_cluster() : kClusterCents;
+  std::vector<int> before;
+  for (int round = first_round; round < first_round + 12; ++round) {
+    joint.lines = lines_at(c.space, c.models, joint.fit.x, cluster);
+    const double gate = round < 2 ? std::max(100.0, c.options.gate_cents)
+                                  : std::min(c.options.gate_cents, std::max(6.0 * tolerance, 12.0));
+    joint.matches.clear();
+    for (std::size_t s = 0; s < c.tables.size(); ++s)
+      joint.matches.push_back(match_partials(c.tables[s], joint.lines[s], 0.0, {tolerance, gate, 40.0}));
+    count_matched(joint);
+    if (joint.n_matched == 0) return;
+    std::vector<int> now = assignment(joint.lines, joint.matches);
+    const auto data = elastic_data(c.tables, joint.lines, joint.matches);
+    const bool same = round > 2 && now == before;
+    joint.fit = fit_elastic(c.space, c.models, data, joint.fit.x, joint.regularisation, c.options.elastic);
+    if (same && joint.settled) break;
+    joint.settled = same;
+    before = std::move(now);
+    const Eigen::VectorXd regularisation = regularisation_factors(c.space, joint.fit);
+    if (round >= 2 && regularisation != joint.regularisation && !joint.settled) joint.regularisation = regularisation;
+    tolerance = round < 1 ? 15.0 : fitted_tolerance();
+    // Modes that only happen to lie close are told apart once the model is that good; equal ones stay together.
+    if (round >= 1) cluster = fitted_cluster();
+  }
+  weigh(c, joint);
+}
+
+JointMatch refined(const Context& c, const Eigen::VectorXd& x0) {
+  JointMatch joint;
+  joint.fit.x = x0;
+  joint.regularisation = Eigen::VectorXd::Ones(c.space.size());
+  settle(c, joint, 0);
+  return joint;
+}
+
+/// Another match of one specimen's partials.
+struct Alternative {
+  std::size_t specimen = 0;
+  TableMatch match;
+  double evidence = 0.0;  ///< to first order
+};
+
+/// What each partial could be instead: another line in reach, whose partial then takes the line that was left, or none.
+std::vector<Alternative> alternatives(const Context& c, const JointMatch& joint) {
+  const double reach_cents = std::max(100.0, c.options.gate_cents);
+  std::vector<Alternative> list;
+  for (std::size_t s = 0; s < c.tables.size(); ++s) {
+    const auto& partials = c.tables[s].partials;
+    const auto& lines = joint.lines[s];
+    for (std::size_t i = 0; i < partials.size(); ++i) {
+      const int own = joint.matches[s].line_of_partial[i];
+      if (own >= 0) {
+        list.push_back({s, joint.matches[s], 0.0});
+        list.back().match.line_of_partial[i] = -1;
+      }
+      for (std::size_t k = 0; k < lines.size(); ++k) {
+        const int line = static_cast<int>(k);
+        if (line == own || std::abs(cents(partials[i].frequency_hz, lines[k].frequency_hz)) > reach_cents) continue;
+        Alternative other{s, joint.matches[s], 0.0};
+        for (std::size_t j = 0; j < partials.size(); ++j) {
+          if (other.match.line_of_partial[j] != line) continue;
+          const bool takes =
+              own >= 0 && std::abs(cents(partials[j].frequency_hz, item(lines, own).frequency_hz)) <= 1.5 * reach_cents;
+          other.match.line_of_partial[j] = takes ? own : -1;
+        }
+        other.match.line_of_partial[i] = line;
+        list.push_back(std::move(other));
+      }
+    }
+  }
+  return list;
+}
+
+/// Evidence of each alternative with the parameters moved to first order.
+void weigh_alternatives(const Context& c, const JointMatch& joint, std::vector<Alternative>& list) {
+  std::vector<Eigen::VectorXd> log_frequency(c.models.size());
+  std::vector<Eigen::MatrixXd> by_x(c.models.size());
+  for (std::size_t s = 0; s < c.tables.size(); ++s) {
+    if (c.tables[s].partials.empty()) continue;
+    const ParameterSpace::Local local = c.space.local(s, joint.fit.x);
+    const Spectrum spectrum = c.models[s]->spectrum(local.point);
+    log_frequency[s] = 0.5 * spectrum.log_angular_frequency_sq.array() - std::log(2.0 * kPi);
+    by_x[s] = 0.5 * spectrum.derivative * local.derivative;
+  }
+  parallel_for(list.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      std::vector<TableMatch> matches = joint.matches;
+      matches[list[a].specimen] = list[a].match;
+      const auto data = elastic_data(c.tables, joint.lines, matches);
+      Eigen::VectorXd residual(static_cast<Eigen::Index>(data.size()));
+      Eigen::MatrixXd derivative = Eigen::MatrixXd::Zero(residual.size(), c.space.size());
+      for (Eigen::Index i = 0; i < residual.size(); ++i) {
+        const ElasticDatum& datum = item(data, i);
+        residual[i] = datum.log_frequency;
+        const double share = 1.0 / static_cast<double>(datum.modes.size());
+        for (const int mode : datum.modes) {
+          residual[i] -= share * item(item(log_frequency, datum.specimen), mode);
+          derivative.row(i) += share * item(by_x, datum.specimen).row(mode);
+        }
+      }
+      const ElasticFit fit = linear_fit(c.space, joint.fit.x, residual, derivative, data, c.options.elastic);
+      list[a].evidence =
+          match_evidence(c.space, c.tables, joint.lines, matches, data, fit, c.options.elastic, evidence_options(c));
+    }
+  });
+}
+
+/// The best few alternatives to a match, each fitted, and settled from there on.
+std::vector<JointMatch> tried_alternatives(const Context& c, const JointMatch& joint) {
+  constexpr std::size_t kMostTried = 6;
+  constexpr double kWorthATry = 5.0;  // log odds that a step of first order may be off
+  std::vector<Alternative> list = alternatives(c, joint);
+  weigh_alternatives(c, joint, list);
+  std::stable_sort(list.begin(), list.end(),
+                   [](const Alternative& a, const Alternative& b) { return a.evidence > b.evidence; });
+  while (!list.empty() && (list.size() > kMostTried || list.back().evidence < joint.evidence - kWorthATry))
+    list.pop_back();
+  std::vector<JointMatch> tried(2 * list.size());
+  parallel_for(list.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      JointMatch held = joint;
+      held.matches[list[a].specimen] = list[a].match;
+      count_matched(held);
+      if (held.n_matched == 0) continue;
+      const auto data = elastic_data(c.tables, held.lines, held.matches);
+      held.fit = fit_elastic(c.space, c.models, data, joint.fit.x, joint.regularisation, c.options.elastic);
+      held.settled = false;
+      weigh(c, held);
+      JointMatch settled = held;
+      settle(c, settled, 3);
+      tried[2 * a] = std::move(settled);
+      tried[2 * a + 1] = std::move(held);
+    }
+  });
+  return tried;
+}
+
+/// Whether a is to be preferred: it matches something and has the better evidence.
+bool better(const JointMatch& a, const JointMatch& b) {
+  if (a.n_matched == 0 || b.n_matched == 0) return a.n_matched > 0 && b.n_matched == 0;
+  return a.evidence > b.evidence + 1e-9;
+}
+
+/// The best of the ends that put the partials on other modes than the chosen one does.
+std::optional<RivalMatch> rival_of(const Context& c, const JointMatch& chosen, const std::vector<JointMatch>& ends) {
+  const std::vector<int> own = assignment(chosen.lines, chosen.matches);
+  std::optional<RivalMatch> rival;
+  for (const JointMatch& end : ends) {
+    if (end.n_matched == 0 || !end.fit.converged) continue;
+    std::vector<int> modes = assignment(end.lines, end.matches);
+    if (modes == own || (rival && end.evidence <= chosen.evidence - rival->log_odds)) continue;
+    rival = RivalMatch{chosen.evidence - end.evidence,
+                       end.n_matched,
+                       end.fit.scatter,
+                       c.space.quantity("youngs_modulus_pa", end.fit.x).value,
+                       c.space.quantity("poissons_ratio", end.fit.x).value,
+                       std::move(modes)};
+  }
+  return rival;
+}
+
+}  // namespace
+
+SpecimenLines lines_at(const ParameterSpace& space, const SpectrumModels& models, const Eigen::VectorXd& x,
+                       double cluster_cents) {
+  SpecimenLines lines(models.size());
   parallel_for(models.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
-      lines[s] = model_lines(model_frequencies(space, models, s, x), models[s]->visibility(), cluster_cents);
+      const SpectrumPoint point = space.local(s, x).point;
+      const Spectrum spectrum = models[s]->spectrum(point);
+      lines[s] = model_lines((0.5 * spectrum.log_angular_frequency_sq.array()).exp() / (2.0 * kPi),
+                             models[s]->visibility(), cluster_cents, point.lame_mu_pa * spectrum.derivative.col(1));
     }
   });
   return lines;
 }
-
-double prior_score(double log_factor, double poisson_offset) {
-  return -0.5 * std::pow(2.0 * log_factor / kStiffnessPriorStd, 2) -
-         0.5 * std::pow(poisson_offset / kPoissonPriorStd, 2);
-}
-
-/// Rows of the loudest partials and of the lowest ones.
-std::vector<std::size_t> telling_partials(const PartialTable& table) {
-  std::vector<std::size_t> rows(table.partials.size());
-  std::iota(rows.begin(), rows.end(), 0u);
-  std::vector<std::size_t> chosen(rows.begin(),
-                                  rows.begin() + static_cast<long>(std::min(rows.size(), kStrongPartials)));
-  std::stable_sort(rows.begin(), rows.end(), [&](std::size_t a, std::size_t b) {
-    return table.partials[a].amplitude.value_or(0.0) > table.partials[b].amplitude.value_or(0.0);
-  });
-  rows.resize(std::min(rows.size(), kStrongPartials));
-  for (const std::size_t row : rows) {
-    if (std::find(chosen.begin(), chosen.end(), row) == chosen.end()) chosen.push_back(row);
-  }
-  return chosen;
-}
-
-std::vector<double> candidate_factors(const std::vector<PartialTable>& tables, const Lines& lines) {
-  std::vector<double> factors = {0.0};
-  for (std::size_t s = 0; s < tables.size(); ++s) {
-    for (const std::size_t row : telling_partials(tables[s])) {
-      for (std::size_t k = 0, seen = 0; k < lines[s].size() && seen < kLowLines; ++k) {
-        if (lines[s][k].visibility < 0.02) continue;
-        ++seen;
-        const double factor = std::log(tables[s].partials[row].frequency_hz / lines[s][k].frequency_hz);
-        if (std::abs(factor) <= kLargestLogFactor) factors.push_back(factor);
-      }
-    }
-  }
-  std::sort(factors.begin(), factors.end());
-  std::vector<double> kept;  // closer than 4 cents is the same start
-  for (const double factor : factors) {
-    if (kept.empty() || (factor - kept.back()) * kCentsPerLog > 4.0) kept.push_back(factor);
-  }
-  return kept;
-}
-
-std::vector<Start> ranked_starts(const ParameterSpace& space, const SpectrumModels& models,
-                                 const std::vector<PartialTable>& tables, const JointMatchOptions& options) {
-  std::vector<double> poissons = {space.start_poissons_ratio()};
-  if (space.ratio_is_free()) {
-    for (const double value : {0.06, 0.14, 0.2, 0.26, 0.32, 0.38, 0.44}) {
-      if (std::abs(value - poissons.front()) > 0.03) poissons.push_back(value);
-    }
-  }
-  const MatchOptions match{25.0, std::max(100.0, options.gate_cents), 40.0};
-  std::vector<Start> starts;
-  for (const double poisson : poissons) {
-    const Eigen::VectorXd x = space.with_poissons_ratio(space.start(), poisson);
-    const Lines lines = lines_at(space, models, x);
-    const auto factors = space.can_shift() ? candidate_factors(tables, lines) : std::vector<double>{0.0};
-    for (const double factor : factors) {
-      Start start{space.shifted(x, factor), prior_score(factor, poisson - poissons.front()), factor, poisson};
-      for (std::size_t s = 0; s < tables.size(); ++s) {
-        start.score += match_partials(tables[s], lines[s], factor * kCentsPerLog, match, false).score;
-      }
-      starts.push_back(std::move(start));
-    }
-  }
-  std::stable_sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.score > b.score; });
-  std::vector<Start> kept;  // different enough to end in different places
-  for (const Start& start : starts) {
-    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Start& other) {
-      return std::abs(start.log_factor - other.log_factor) * kCentsPerLog < 30.0 &&
-             std::abs(start.poisson - other.poisson) < 0.1;
-    });
-    if (is_new && (kept.empty() || start.score > kept.front().score - 12.0)) kept.push_back(start);
-    if (kept.size() >= kRefined) break;
-  }
-  return kept;
-}
-
-JointMatch refined(const ParameterSpace& space, const SpectrumModels& models, const std::vector<PartialTable>& tables,
-                   const JointMatchOptions& options, const Eigen::VectorXd& x0) {
-  JointMatch joint;
-  joint.fit.x = x0;
-  joint.regularisation = Eigen::VectorXd::Ones(space.size());
-  const double model_cents = options.elastic.model_std * kCentsPerLog;
-  double tolerance = std::max(25.0, 2.0 * model_cents), cluster = kClusterCents;
-  std::vector<std::vector<int>> before;
-  for (int round = 0; round < 12; ++round) {
-    joint.lines = lines_at(space, models, joint.fit.x, cluster);
-    const double gate =
-        round < 2 ? std::max(100.0, options.gate_cents) : std::min(options.gate_cents, std::max(6.0 * tolerance, 12.0));
-    const MatchOptions match{tolerance, gate, 40.0};
-    joint.matches.clear();
-    joint.score = 0.0;
-    joint.n_matched = 0;
-    std::vector<std::vector<int>> now;
-    for (std::size_t s = 0; s < tables.size(); ++s) {
-      joint.matches.push_back(match_partials(tables[s], joint.lines[s], 0.0, match));
-      joint.score += joint.matches.back().score;
-      joint.n_matched += joint.matches.back().n_matched;
-      std::vector<int> first_modes;
-      for (const int line : joint.matches.back().line_of_partial) {
-        first_modes.push_back(line < 0 ? -1 : item(joint.lines[s], line).modes.front());
-      }
-      now.push_back(std::move(first_modes));
-    }
-    if (joint.n_matched == 0) return joint;
-    const auto data = elastic_data(tables, joint.lines, joint.matches);
-    const bool same = round > 2 && now == before;
-    joint.fit = fit_elastic(space, models, data, joint.fit.x, joint.regularisation, options.elastic);
-    if (same && joint.settled) break;
-    joint.settled = same;
-    before = std::move(now);
-    const Eigen::VectorXd regularisation = regularisation_factors(space, joint.fit);
-    if (round >= 2 && regularisation != joint.regularisation && !joint.settled) joint.regularisation = regularisation;
-    const double seen = joint.fit.scatter * kCentsPerLog;
-    tolerance = round < 1 ? 15.0 : std::clamp(1.5 * seen, 3.0, 15.0);
-    // Modes that only happen to lie close are told apart once the model is that good; equal ones stay together.
-    if (round >= 1) cluster = std::clamp(0.2 * seen, 0.1, kClusterCents);
-  }
-  // Odds of different ends are compared at one tolerance.
-  const MatchOptions common{6.0, options.gate_cents, 40.0};
-  const Lines coarse = lines_at(space, models, joint.fit.x);
-  joint.score = prior_score(0.0, 0.0);
-  for (std::size_t s = 0; s < tables.size(); ++s) {
-    joint.score += match_partials(tables[s], coarse[s], 0.0, common).score;
-  }
-  const auto young0 = space.quantity("youngs_modulus_pa", space.start()).value;
-  const auto young = space.quantity("youngs_modulus_pa", joint.fit.x).value;
-  const auto poisson = space.quantity("poissons_ratio", joint.fit.x).value;
-  joint.score += prior_score(0.5 * std::log(young / young0), poisson - space.start_poissons_ratio());
-  return joint;
-}
-
-}  // namespace
 
 Eigen::VectorXd model_frequencies(const ParameterSpace& space, const SpectrumModels& models, std::size_t specimen,
                                   const Eigen::VectorXd& x) {
@@ -177,7 +242,7 @@ Eigen::VectorXd model_frequencies(const ParameterSpace& space, const SpectrumMod
   return (0.5 * spectrum.log_angular_frequency_sq.array()).exp() / (2.0 * kPi);
 }
 
-std::vector<ElasticDatum> elastic_data(const std::vector<PartialTable>& tables, const Lines& lines,
+std::vector<ElasticDatum> elastic_data(const std::vector<PartialTable>& tables, const SpecimenLines& lines,
                                        const std::vector<TableMatch>& matches) {
   std::vector<ElasticDatum> data;
   for (std::size_t s = 0; s < tables.size(); ++s) {
@@ -205,16 +270,32 @@ std::vector<ElasticDatum> elastic_data(const std::vector<PartialTable>& tables, 
 JointMatch match_and_fit(const ParameterSpace& space, const SpectrumModels& models,
                          const std::vector<PartialTable>& tables, const JointMatchOptions& options, Monitor& monitor) {
   validate_fields("joint match", options);
-  std::vector<Start> starts = {{space.start(), 0.0, 0.0, 0.0}};
-  if (options.search) starts = ranked_starts(space, models, tables, options);
-  JointMatch best;
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    monitor.progress("matching", static_cast<double>(i) / static_cast<double>(starts.size()));
+  const Context c{space, models, tables, options};
+  std::vector<Eigen::VectorXd> starts = {space.start()};
+  if (options.search) starts = match_starts(space, models, tables, options);
+  std::vector<JointMatch> ends(starts.size());
+  for_each_job(
+      starts.size(), [&](std::size_t i) { ends[i] = refined(c, starts[i]); }, "matching", monitor);
+  std::size_t best = 0;
+  const auto choose = [&](std::size_t from) {
+    const std::size_t before = best;
+    for (std::size_t i = from; i < ends.size(); ++i) best = better(ends[i], ends[best]) ? i : best;
+    return best != before;
+  };
+  choose(1);
+  constexpr int kMostSteps = 8;
+  bool rests = false;
+  for (int step = 0; step < kMostSteps && ends[best].n_matched > 0; ++step) {
     monitor.throw_if_stopped();
-    JointMatch joint = refined(space, models, tables, options, starts[i].x);
-    if (i == 0 || (joint.n_matched > 0 && (best.n_matched == 0 || joint.score > best.score))) best = std::move(joint);
+    const std::size_t n_before = ends.size();
+    for (JointMatch& tried : tried_alternatives(c, ends[best])) ends.push_back(std::move(tried));
+    rests = !choose(n_before);
+    if (rests) break;
   }
-  return best;
+  JointMatch chosen = ends[best];
+  chosen.settled = rests;
+  if (chosen.n_matched > 0) chosen.rival = rival_of(c, chosen, ends);
+  return chosen;
 }
 
 }  // namespace klang::fit

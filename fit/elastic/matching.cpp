@@ -15,6 +15,8 @@ namespace {
 constexpr double kHeardLoud = 0.75;  // a loud line in a recording that shows as many partials as there are lines
 constexpr double kHeardSilent = 0.02;
 constexpr double kStrangersPerCent = 1.0 / 1200.0;
+constexpr double kSameShare =
+    0.01;  // modes of a pair strain alike; this much moves ln f by 3e-4 per 0.1 of Poisson's ratio
 constexpr double kSecondOfPair = -1.0;  // log odds: most strikes show one partial of a pair
 
 struct Candidate {
@@ -130,17 +132,26 @@ void drop_wide_splits(const PartialTable& table, double split_cents, std::vector
 }  // namespace
 
 std::vector<ModelLine> model_lines(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& visibility,
-                                   double cluster_cents) {
+                                   double cluster_cents, const Eigen::VectorXd& shear_share) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(frequency_hz.size()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](Eigen::Index a, Eigen::Index b) { return frequency_hz[a] < frequency_hz[b]; });
+  const auto joins = [&](Eigen::Index k, const ModelLine& line) {
+    const Eigen::Index last = line.modes.back();
+    return cents(frequency_hz[k], frequency_hz[last]) <= cluster_cents &&
+           (shear_share.size() == 0 || std::abs(shear_share[k] - shear_share[last]) <= kSameShare);
+  };
   std::vector<ModelLine> lines;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const Eigen::Index k = order[i];
-    const bool joins = i > 0 && cents(frequency_hz[k], frequency_hz[order[i - 1]]) <= cluster_cents;
-    if (!joins) lines.push_back({0.0, {}, 0.0});
-    ModelLine& line = lines.back();
+  for (const Eigen::Index k : order) {
+    // Another kind of mode may lie between two of a pair: look back as far as the cluster reaches.
+    std::size_t at = lines.size();
+    for (std::size_t l = lines.size(); l-- > 0 && at == lines.size();) {
+      if (joins(k, lines[l])) at = l;
+      if (cents(frequency_hz[k], frequency_hz[lines[l].modes.front()]) > 10.0 * cluster_cents) break;
+    }
+    if (at == lines.size()) lines.push_back({0.0, {}, 0.0});
+    ModelLine& line = lines[at];
     line.frequency_hz += std::log(frequency_hz[k]);
     line.modes.push_back(static_cast<int>(k));
     line.visibility = std::max(line.visibility, visibility.size() ? visibility[k] : 1.0);
@@ -148,6 +159,8 @@ std::vector<ModelLine> model_lines(const Eigen::VectorXd& frequency_hz, const Ei
   for (ModelLine& line : lines) {
     line.frequency_hz = std::exp(line.frequency_hz / static_cast<double>(line.modes.size()));
   }
+  std::stable_sort(lines.begin(), lines.end(),
+                   [](const ModelLine& a, const ModelLine& b) { return a.frequency_hz < b.frequency_hz; });
   return lines;
 }
 
@@ -198,6 +211,27 @@ TableMatch match_partials(const PartialTable& table, const std::vector<ModelLine
     match.score += std::log(1.0 - probability[k]);
   }
   return match;
+}
+
+double match_prior_score(const PartialTable& table, const std::vector<ModelLine>& lines, const TableMatch& match,
+                         const MatchOptions& options) {
+  if (table.partials.empty() || lines.empty()) return 0.0;
+  double highest_hz = 0.0, score = 0.0;
+  for (const Partial& partial : table.partials) highest_hz = std::max(highest_hz, partial.frequency_hz);
+  const auto probability = heard_probability(table, lines, 0.0, highest_hz);
+  const auto strangers = stranger_density(table);
+  std::vector<int> taken(lines.size(), 0);
+  for (std::size_t i = 0; i < match.line_of_partial.size(); ++i) {
+    const int line = match.line_of_partial[i];
+    if (line < 0) continue;
+    const double p = item(probability, line);
+    score += std::log(p / (1.0 - p)) - std::log(strangers[i]);
+    if (item(taken, line)++) score += kSecondOfPair - std::log(2.0 * options.split_cents);
+  }
+  const double highest_line_hz = highest_hz * std::exp2(options.gate_cents / 1200.0);
+  for (std::size_t k = 0; k < lines.size() && lines[k].frequency_hz <= highest_line_hz; ++k)
+    score += std::log(1.0 - probability[k]);
+  return score;
 }
 
 std::vector<int> least_cost_assignment(const Eigen::MatrixXd& cost) {

@@ -15,8 +15,10 @@ struct ModelLine {
 };
 
 /// Groups frequencies, in any order, whose neighbours lie within cluster_cents. visibility: per mode, or empty for ones.
+/// @param shear_share  of each mode d ln(omega^2) / d ln(mu): modes that differ in it only happen to lie close (a torsion by
+///                     a bending) and make lines of their own; empty: not looked at
 std::vector<ModelLine> model_lines(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& visibility,
-                                   double cluster_cents = 3.0);
+                                   double cluster_cents = 3.0, const Eigen::VectorXd& shear_share = {});
 
 struct MatchOptions {
   double tolerance_cents = 25.0;  ///< scale of the expected deviation, > 0
@@ -40,6 +42,11 @@ struct TableMatch {
 /// @param exact  optimal assignment (Hungarian) when true, otherwise greedy: for searches
 TableMatch match_partials(const PartialTable& table, const std::vector<ModelLine>& lines, double shift_cents,
                           const MatchOptions& options, bool exact = true);
+
+/// What a match is worth before it is looked at how well its frequencies agree: of each matched partial ln(p_k / (1 - p_k)) -
+/// ln b_i (of a pair's second one its splitting too), of each silent line up to the highest partial ln(1 - p_k).
+double match_prior_score(const PartialTable& table, const std::vector<ModelLine>& lines, const TableMatch& match,
+                         const MatchOptions& options);
 
 /// Column of each row in the assignment of least total cost (Kuhn-Munkres with potentials, O(rows^2 columns)).
 /// @param cost  n_rows x n_columns, n_rows <= n_columns, finite

@@ -101,15 +101,53 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
   vectors.push_back(std::move(lowest.vectors));
   std::vector<int> counts;
   for (const auto& block : vectors.front()) counts.push_back(static_cast<int>(block.cols()));
+  n_blocks_ = counts.size();
   if (options.vary_ratio) {
     // One anchor on the far side: eigenvalue errors between the two are of fourth order in what mode shapes change.
     const double anchor_ratio = body.material.poissons_ratio() > 0.27 ? 0.12 : 0.42;
     vectors.push_back(system->vectors(with_poissons_ratio(body.material, anchor_ratio), counts));
   }
-  std::vector<std::unique_ptr<detail::ElasticBlocks>> changed;  // low and high of each dimension
-  std::vector<SpecimenBody> bodies;
-  bodies.reserve(2 * free_dimensions.size());  // the systems keep references
-  for (const std::string& dimension : free_dimensions) {
+  log_volume_ = std::log(body.volume_m3);
+  const Changed changed = changed_about(specimen, body, free_dimensions, options, monitor, axes_);
+  for (const auto& blocks : changed.blocks) vectors.push_back(blocks->vectors(body.material, counts));
+  if (options.watch_given && specimen.shape && specimen.shape->kind != "revolution") {
+    for (const auto& [dimension, value] : specimen.shape->dims) {
+      if (std::find(free_dimensions.begin(), free_dimensions.end(), dimension) == free_dimensions.end())
+        given_names_.push_back(dimension);
+    }
+  }
+  const Changed watched = changed_about(specimen, body, given_names_, options, monitor, given_);
+  for (std::size_t b = 0; b < counts.size(); ++b) {
+    Block block;
+    block.multiplicity = system->multiplicity(b);
+    block.n_modes = counts[b];
+    if (block.n_modes == 0) {
+      for (auto* axes : {&axes_, &given_}) {
+        for (Axis& axis : *axes) axis.slope.emplace_back(), axis.curvature.emplace_back();
+      }
+    } else {
+      const Projection onto = projection(*system, b, counts[b], vectors, lowest.correction);
+      block.centre = onto.matrices(*system, b);
+      for (std::size_t a = 0; a < axes_.size(); ++a)
+        axes_[a].add_block(onto.matrices(*changed.blocks[2 * a], b), block.centre,
+                           onto.matrices(*changed.blocks[2 * a + 1], b));
+      for (std::size_t a = 0; a < given_.size(); ++a)
+        given_[a].add_block(onto.matrices(*watched.blocks[2 * a], b), block.centre,
+                            onto.matrices(*watched.blocks[2 * a + 1], b));
+    }
+    blocks_.push_back(std::move(block));
+  }
+  order_ = order_at_start(body.material);
+}
+
+ReducedSpectrum::Changed ReducedSpectrum::changed_about(const Specimen& specimen, const SpecimenBody& body,
+                                                        const std::vector<std::string>& dimensions,
+                                                        const ReducedSpectrumOptions& options, Monitor& monitor,
+                                                        std::vector<Axis>& axes) const {
+  Changed changed;
+  changed.bodies.reserve(2 * dimensions.size());
+  const std::size_t n_blocks = body.section ? n_blocks_ : 0;
+  for (const std::string& dimension : dimensions) {
     Axis axis;
     axis.start_m = specimen.shape->dims.at(dimension);
     axis.step = options.relative_step;
@@ -117,34 +155,59 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
       Specimen other = specimen;
       other.shape->dims[dimension] = axis.start_m * std::exp(sign * axis.step);
       mesh::validate(*other.shape);
-      bodies.push_back(make_body_like(other, body.material, body));
-      changed.push_back(detail::elastic_blocks(other, bodies.back(), counts.size(), monitor));
-      vectors.push_back(changed.back()->vectors(body.material, counts));
+      changed.bodies.push_back(make_body_like(other, body.material, body));
+      changed.blocks.push_back(detail::elastic_blocks(other, changed.bodies.back(), n_blocks, monitor));
     }
-    axes_.push_back(std::move(axis));
+    const double h = axis.step, low = std::log(changed.bodies[changed.bodies.size() - 2].volume_m3),
+                 high = std::log(changed.bodies.back().volume_m3);
+    axis.volume_slope = (high - low) / (2.0 * h);
+    axis.volume_curvature = (high - 2.0 * log_volume_ + low) / (2.0 * h * h);
+    axes.push_back(std::move(axis));
   }
-  log_volume_ = std::log(body.volume_m3);
+  return changed;
+}
+
+ReducedSpectrum::Matrices ReducedSpectrum::matrices_at(const SpectrumPoint& point, std::size_t block) const {
+  Matrices sum = blocks_[block].centre;
   for (std::size_t a = 0; a < axes_.size(); ++a) {
-    const double h = axes_[a].step, low = std::log(bodies[2 * a].volume_m3),
-                 high = std::log(bodies[2 * a + 1].volume_m3);
-    axes_[a].volume_slope = (high - low) / (2.0 * h);
-    axes_[a].volume_curvature = (high - 2.0 * log_volume_ + low) / (2.0 * h * h);
+    const double t = std::log(point.dimensions[a] / axes_[a].start_m);
+    const Matrices &s = axes_[a].slope[block], &c = axes_[a].curvature[block];
+    sum.stiffness_lambda += t * s.stiffness_lambda + t * t * c.stiffness_lambda;
+    sum.stiffness_mu += t * s.stiffness_mu + t * t * c.stiffness_mu;
+    sum.mass += t * s.mass + t * t * c.mass;
   }
-  for (std::size_t b = 0; b < counts.size(); ++b) {
-    Block block;
-    block.multiplicity = system->multiplicity(b);
-    block.n_modes = counts[b];
-    if (block.n_modes == 0) {
-      for (Axis& axis : axes_) axis.slope.emplace_back(), axis.curvature.emplace_back();
-    } else {
-      const Projection onto = projection(*system, b, counts[b], vectors, lowest.correction);
-      block.centre = onto.matrices(*system, b);
-      for (std::size_t a = 0; a < axes_.size(); ++a)
-        axes_[a].add_block(onto.matrices(*changed[2 * a], b), block.centre, onto.matrices(*changed[2 * a + 1], b));
+  return sum;
+}
+
+Eigen::MatrixXd ReducedSpectrum::given_slopes(const SpectrumPoint& point) const {
+  const double lambda = point.lame_lambda_pa, mu = point.lame_mu_pa, density = density_kg_m3(point);
+  const auto n_given = static_cast<Eigen::Index>(given_.size());
+  Eigen::Index n_lines = 0, line = 0;
+  for (const Block& block : blocks_) n_lines += block.multiplicity * block.n_modes;
+  Eigen::MatrixXd all(n_lines, n_given);
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Eigen::Index n = blocks_[b].n_modes;
+    if (n == 0) continue;
+    const Matrices at = matrices_at(point, b);
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(
+        lambda * at.stiffness_lambda + mu * at.stiffness_mu, density * at.mass);
+    const Eigen::MatrixXd u = pairs.eigenvectors().leftCols(n);
+    Eigen::MatrixXd slopes(n, n_given);
+    for (Eigen::Index g = 0; g < n_given; ++g) {
+      const Axis& axis = item(given_, g);
+      const Matrices& s = axis.slope[b];
+      const Eigen::MatrixXd stiffness = lambda * s.stiffness_lambda + mu * s.stiffness_mu;
+      for (Eigen::Index k = 0; k < n; ++k) {
+        const auto shape = u.col(k);
+        slopes(k, g) = 0.5 * (shape.dot(stiffness * shape) / pairs.eigenvalues()[k] -
+                              density * shape.dot(s.mass * shape) + (mass_kg_ ? axis.volume_slope : 0.0));
+      }
     }
-    blocks_.push_back(std::move(block));
+    for (Eigen::Index k = 0; k < n; ++k) {
+      for (int copy = 0; copy < blocks_[b].multiplicity; ++copy) all.row(line++) = slopes.row(k);
+    }
   }
-  order_ = order_at_start(body.material);
+  return all(order_, Eigen::all);
 }
 
 ReducedSpectrum::Matrices ReducedSpectrum::Projection::matrices(const detail::ElasticBlocks& from,
@@ -242,15 +305,8 @@ Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
     const Block& block = blocks_[b];
     const Eigen::Index n = block.n_modes;
     if (n == 0) continue;
-    Eigen::MatrixXd k_lambda = block.centre.stiffness_lambda, k_mu = block.centre.stiffness_mu,
-                    mass = block.centre.mass;
-    for (std::size_t a = 0; a < axes_.size(); ++a) {
-      const double t = std::log(point.dimensions[a] / axes_[a].start_m);
-      const Matrices &s = axes_[a].slope[b], &c = axes_[a].curvature[b];
-      k_lambda += t * s.stiffness_lambda + t * t * c.stiffness_lambda;
-      k_mu += t * s.stiffness_mu + t * t * c.stiffness_mu;
-      mass += t * s.mass + t * t * c.mass;
-    }
+    const Matrices at = matrices_at(point, b);
+    const Eigen::MatrixXd &k_lambda = at.stiffness_lambda, &k_mu = at.stiffness_mu, &mass = at.mass;
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(lambda * k_lambda + mu * k_mu,
                                                                           density * mass);
     const Eigen::VectorXd value = pairs.eigenvalues().head(n);

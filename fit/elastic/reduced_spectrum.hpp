@@ -47,6 +47,7 @@ struct ReducedSpectrumOptions {
   int min_count = 0;
   double relative_step = 0.01;
   bool vary_ratio = true;
+  bool watch_given = false;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -56,6 +57,7 @@ struct ReducedSpectrumOptions {
     visit({"max_count", "Of tetrahedra's modes; a section gives four times as many", at_least(1.0)}, self.max_count);
     visit({"min_count", "Modes that are wanted whatever the band", at_least(0.0)}, self.min_count);
     visit({"relative_step", "Of dimensions, for their derivatives", inside(0.0, 0.1)}, self.relative_step);
+    visit({"watch_given", "Slopes by the dimensions that are not free too"}, self.watch_given);
     visit({"vary_ratio", "Poisson's ratio may change; otherwise a solve is saved"}, self.vary_ratio);
   }
 };
@@ -68,6 +70,9 @@ class ReducedSpectrum : public SpectrumModel {
   Spectrum spectrum(const SpectrumPoint& point) const override;
   Eigen::VectorXd visibility() const override { return visibility_; }
   Eigen::VectorXd relative_error() const override { return relative_error_; }
+  std::vector<std::string> given_dimensions() const override { return given_names_; }
+  Eigen::MatrixXd given_slopes(const SpectrumPoint& point) const override;
+  bool mass_is_given() const override { return mass_kg_.has_value(); }
   /// The full solve at the start, modes below the band left out.
   const modal::EigenResult& nominal() const { return nominal_; }
   int n_skipped() const { return n_skipped_; }  ///< elastic modes below the band
@@ -95,6 +100,14 @@ class ReducedSpectrum : public SpectrumModel {
     Eigen::Index n_modes = 0;
     Matrices centre;
   };
+  /// Meshes with one dimension changed down and up.
+  struct Changed {
+    std::vector<SpecimenBody> bodies;
+    std::vector<std::unique_ptr<detail::ElasticBlocks>> blocks;  // they keep references to the bodies
+  };
+  Changed changed_about(const Specimen& specimen, const SpecimenBody& body, const std::vector<std::string>& dimensions,
+                        const ReducedSpectrumOptions& options, Monitor& monitor, std::vector<Axis>& axes) const;
+  Matrices matrices_at(const SpectrumPoint& point, std::size_t block) const;
   std::vector<Eigen::Index> order_at_start(const solid::Material& material) const;
   double log_volume(const SpectrumPoint& point, Eigen::VectorXd* gradient) const;
   double density_kg_m3(const SpectrumPoint& point) const;  // the material's, or mass over volume
@@ -102,9 +115,11 @@ class ReducedSpectrum : public SpectrumModel {
   int n_modes_ = 0, n_skipped_ = 0;
   std::optional<double> mass_kg_;
   std::vector<Block> blocks_;
+  std::size_t n_blocks_ = 0;
   std::vector<Eigen::Index> order_;  // of the blocks' modes one after the other, by frequency at the start
   double log_volume_ = 0.0;
-  std::vector<Axis> axes_;
+  std::vector<Axis> axes_, given_;  // free dimensions; those that are given, about which slopes alone are right
+  std::vector<std::string> given_names_;
   modal::EigenResult nominal_;
   Eigen::VectorXd visibility_, relative_error_;
 };

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 namespace klang::fit {
@@ -24,6 +25,12 @@ class SpectrumModel {
   virtual ~SpectrumModel() = default;
   virtual Eigen::Index n_modes() const = 0;
   virtual Spectrum spectrum(const SpectrumPoint& point) const = 0;
+  /// Names of the dimensions that are given, not fitted, and d ln f / d ln dimension of each mode (n_modes x names) at a point
+  /// of the model: for what errors of them do. Empty: not known.
+  virtual std::vector<std::string> given_dimensions() const { return {}; }
+  virtual Eigen::MatrixXd given_slopes(const SpectrumPoint&) const { return {}; }
+  /// Whether the mass is given, so that ln f falls by half of what ln mass rises.
+  virtual bool mass_is_given() const { return false; }
   /// How loud a strike makes each mode relative to the loudest, 0 to 1; empty: all alike.
   virtual Eigen::VectorXd visibility() const { return {}; }
   /// How far each mode's own frequency may be off (relative, >= 0; mesh): such errors go together, so that no scatter shows

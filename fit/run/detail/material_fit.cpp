@@ -26,6 +26,7 @@ SpecimenModel specimen_model(const FitProblem& problem, const ParameterSpace& sp
   reduced.band = {problem.band.low_hz, highest};
   reduced.count = options.n_modes;
   reduced.vary_ratio = space.elastic_is_free();
+  reduced.watch_given = true;
   model.spectrum =
       std::make_shared<ReducedSpectrum>(specimen, model.body, space.free_dimensions(index), reduced, silent_monitor());
   return model;
@@ -69,8 +70,7 @@ JointMatchOptions match_options(const FitProblem& problem, const FitOptions& opt
 /// Partials of a specimen that took no part in the fit, on the modes that the fit predicts.
 void match_prediction(std::size_t specimen, const PartialTable& table, const FitOptions& options, MaterialFit& fit) {
   constexpr double kToleranceCents = 10.0;  // scale of an honest prediction's errors; heavy tails beyond
-  fit.joint.lines[specimen] = model_lines(model_frequencies(*fit.space, fit.spectra, specimen, fit.joint.fit.x),
-                                          fit.spectra[specimen]->visibility());
+  fit.joint.lines[specimen] = lines_at(*fit.space, fit.spectra, fit.joint.fit.x, 3.0)[specimen];
   fit.joint.matches[specimen] =
       match_partials(table, fit.joint.lines[specimen], 0.0, {kToleranceCents, options.gate_cents, 40.0});
 }

@@ -12,7 +12,7 @@
 
 namespace klang::fit::bubble {
 
-/// Limit of the work of a search, in samples at which a chirp is evaluated: about 50 million take a second.
+/// Limit of the work of a search, in samples at which a chirp is evaluated; 17 million took a second on a busy core.
 inline constexpr double kWorkAtOnce = 1.2e9, kWorkPerSecond = 3e8;
 
 struct BubbleSearchOptions {

@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 
 #include "core/foundation/base/errors.hpp"
 #include "fit/bubble/bubble_search.hpp"
+#include "fit/bubble/recording_verdict.hpp"
 #include "tests/fit/drop_signals.hpp"
 #include "tests/fit/gradient_checker.hpp"
 
@@ -103,6 +106,105 @@ TEST(BubbleSearch, ATilesPartialIsCalledNoBubble) {
   ASSERT_GE(result.found.size(), 1u);
   for (const FoundBubble& bubble : result.found)
     EXPECT_FALSE(bubble.is_bubble()) << std::exp(bubble.chirp.log_frequency);
+}
+
+audio::Signal signal_of(const Eigen::VectorXd& samples) { return {samples, 44100.0, "synthetic"}; }
+
+/// Why a sound is refused; empty where it is taken for bubbles.
+std::string refused(const audio::Signal& sound) {
+  const BubbleSearchResult found = find_bubbles(sound);
+  return refusal_of(found, evidence_of(found));
+}
+
+// Two of three such noises never ended: a decay of next to nothing, and a step of a quarter cycle through its life.
+TEST(BubbleSearch, SeventeenMillisecondsOfBrownNoiseEndAndAreRefused) {
+  for (unsigned seed = 0; seed < 3; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0.0, 0.01);
+    Eigen::VectorXd x(741);
+    double sum = 0.0;
+    for (double& value : x) value = sum += normal(random);
+    EXPECT_NE(refused(signal_of(x)), "") << seed;
+  }
+}
+
+/// A ring as the search leaves it: at one pitch, or gliding at a rate.
+FoundBubble ring(double onset_s, double frequency_hz, double rate_per_s, double life_s) {
+  FoundBubble bubble;
+  bubble.law.pitch = std::make_shared<const ExponentialPitch>();
+  bubble.chirp.onset_s = onset_s;
+  bubble.chirp.log_frequency = std::log(frequency_hz);
+  bubble.chirp.pitch = {rate_per_s, 0.0};
+  bubble.end_s = onset_s + life_s;
+  bubble.snr_db = 40.0;
+  return bubble;
+}
+
+std::string refused(const std::vector<FoundBubble>& rings, double explained = 0.9) {
+  BubbleSearchResult found;
+  found.found = rings;
+  found.explained_above_noise = explained;
+  return refusal_of(found, evidence_of(found));
+}
+
+TEST(RecordingVerdict, RingsThatGoOnWhereAnotherEndsAreAGlidingTone) {
+  // A sweep as the search cuts it: each piece begins at the pitch of the one before.
+  const auto piece = [](int i) { return ring(0.05 + 0.02 * i, 500.0 * std::exp(0.4 * i), 20.0, 0.02); };
+  EXPECT_NE(refused({piece(0), piece(1), piece(2), piece(3)}).find("gliding"), std::string::npos);
+}
+
+// Each partial of wood alone decays as a bubble of its pitch might.
+TEST(RecordingVerdict, SteadyRingsThatBeginTogetherAreAStruckBody) {
+  EXPECT_NE(
+      refused({ring(0.05, 1100, 0, 0.02), ring(0.0505, 1750, 0, 0.02), ring(0.051, 2900, 0, 0.01)}).find("struck body"),
+      std::string::npos);
+  EXPECT_EQ(refused({ring(0.05, 1100, 0, 0.02), ring(0.0505, 1750, 0, 0.02)}), "");
+}
+
+TEST(RecordingVerdict, FallingDrivenAndUnexplainedSoundsAreRefused) {
+  EXPECT_NE(refused({ring(0.05, 2000, -20, 0.02)}).find("falls"), std::string::npos);
+  FoundBubble driven = ring(0.05, 800, 10, 0.05);
+  driven.verdict = BubbleVerdict::kDriven;
+  EXPECT_NE(refused({driven}).find("amplitude"), std::string::npos);
+  EXPECT_NE(refused({ring(0.05, 1000, 5, 0.02)}, 0.05).find("explain"), std::string::npos);
+  EXPECT_NE(refused(std::vector<FoundBubble>{}), "");
+  EXPECT_EQ(refused({ring(0.05, 1000, 5, 0.02), ring(0.2, 1500, 0, 0.02)}), "");
+}
+
+TEST(RecordingVerdict, DropsAreTakenAtThirtyAndAtTenDb) {
+  std::vector<Drop> drops(2);
+  drops[1].onset_s = 0.2;
+  drops[1].radius_m = 0.0014;
+  for (const double snr_db : {30.0, 10.0})
+    EXPECT_EQ(refused(tests::drop_sound(drops, 0.4, 44100.0, snr_db, 1)), "") << snr_db;
+}
+
+class StopsAfter final : public Monitor {
+ public:
+  explicit StopsAfter(int calls) : left_(calls) {}
+  bool stop_requested() const override { return left_-- <= 0; }
+
+ private:
+  mutable std::atomic<int> left_;
+};
+
+TEST(BubbleSearch, StopsInEachStageWhenAsked) {
+  const audio::Signal sound = tests::drop_sound({Drop()}, 0.3, 44100.0, 30.0, 1);
+  for (const int calls : {0, 10, 50}) {
+    StopsAfter monitor(calls);
+    EXPECT_THROW(find_bubbles(sound, {}, monitor), Interrupted) << calls;
+  }
+}
+
+TEST(BubbleSearch, TheLimitOfWorkEndsItAndIsSaid) {
+  std::vector<Drop> drops(4);
+  for (std::size_t i = 0; i < 4; ++i)
+    drops[i].onset_s = 0.02 + 0.004 * static_cast<double>(i), drops[i].radius_m += 4e-4 * static_cast<double>(i);
+  BubbleSearchOptions options;
+  options.max_work = 0.01;
+  options.min_snr_db = 10.0;
+  EXPECT_TRUE(find_bubbles(tests::drop_sound(drops, 0.1, 44100.0, 90.0, 1), options).stopped_early);
+  EXPECT_FALSE(find_bubbles(tests::drop_sound({Drop()}, 0.3, 44100.0, 30.0, 1)).stopped_early);
 }
 
 TEST(BubbleSearch, RadiusOfAFrequencyInvertsTheOscillator) {

@@ -9,6 +9,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/foundation/config/toml_depth.hpp"
 #include "core/foundation/config/toml_table.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 
@@ -200,6 +201,7 @@ void add_random(const TomlTable& table, const bubble::PitchModel& pitch, std::ui
 }  // namespace
 
 bool is_drop_recipe(std::string_view text) {
+  if (toml_keys_too_deep(text)) return false;  // its reader says so
   try {
     const toml::table root = toml::parse(text);
     return root["kind"].value_or(std::string_view()) == "drops";

@@ -8,6 +8,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parse_json.hpp"
 
 namespace klang::fit {
 namespace {
@@ -150,8 +151,7 @@ PartialTable parse_partial_csv(std::string_view text, const std::string& name) {
 }
 
 PartialTable parse_partial_json(std::string_view text, const std::string& name) {
-  const auto root = nlohmann::json::parse(text, nullptr, false);
-  if (root.is_discarded()) throw InputError(name, "is not valid JSON");
+  const auto root = parse_json(text, name);
   const auto* rows = &root;
   if (root.is_object()) {
     const auto found = root.find("partials");

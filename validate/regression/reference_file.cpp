@@ -3,6 +3,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/base/parse_json.hpp"
 #include "validate/regression/reference_spectrum.hpp"
 
 namespace klang::validate {
@@ -166,8 +167,7 @@ json to_json(const ReferenceSpectrum& reference) {
 }
 
 ReferenceSpectrum parse_reference(std::string_view text, const std::string& name) {
-  const json root = json::parse(text, nullptr, false);
-  if (root.is_discarded()) throw InputError(name, "is no JSON, or cut short");
+  const json root = parse_json(text, name);
   if (!root.is_object() || root.value("kind", json()) != "reference_spectrum") {
     throw InputError(name, "is no reference spectrum", "", "a file that klang regress make wrote");
   }

@@ -4,6 +4,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields_json.hpp"
 
@@ -29,11 +30,12 @@ Provenance make_provenance(std::string command, std::uint64_t seed, const nlohma
 
 nlohmann::json read_result_json(const std::filesystem::path& path) {
   const std::string place = path.string();
-  nlohmann::json result = nlohmann::json::parse(read_file(path, kLargestResultBytes), nullptr, false);
-  if (result.is_discarded()) throw InputError(place, "not JSON");
+  nlohmann::json result = parse_json(read_file(path, kLargestResultBytes), place);
   if (!result.is_object()) throw InputError(place, "not a result file");
   const nlohmann::json schema = result.value("schema_version", nlohmann::json());
-  if (schema != 1) throw InputError(place + ".schema_version", "cannot be read", schema.dump(), "1");
+  if (schema != 1)
+    throw InputError(place + ".schema_version", "cannot be read",
+                     schema.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, 60), "1");
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/toml_depth.hpp"
 
 namespace klang {
 namespace {
@@ -82,6 +83,8 @@ struct TomlTable::Document {
 
 TomlTable TomlTable::parse(std::string_view text, std::string name, std::span<const TomlField> schema) {
   if (text.size() > kMaxBytes) throw InputError(name, "is too long", std::to_string(text.size()) + " bytes");
+  if (toml_keys_too_deep(text))
+    throw InputError(name, "a key has too many parts", "", "up to " + std::to_string(kDeepestTomlKey));
   auto document = std::make_shared<Document>();
   document->name = std::move(name);
   document->schema = schema;

@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/config/csv.hpp"
 
 namespace klang::bubble {
@@ -96,7 +97,7 @@ TransferSeries read_transfer_series(const std::filesystem::path& path) {
     return result;
   }
   const std::string file = path.string();
-  const auto json = nlohmann::json::parse(read_file(path), nullptr, false);
+  const auto json = parse_json(read_file(path), file);
   const auto list = json.is_object() ? json.find("transfer") : json.end();
   if (!json.is_object() || list == json.end() || !list->is_array() || list->empty())
     throw InputError(file, "has no list \"transfer\" of {time_s, re, im}");

@@ -53,6 +53,11 @@ TEST(ResultFile, OtherFilesAreRefusedByName) {
   EXPECT_NE(complaint("{}").find("schema_version"), std::string::npos);
   EXPECT_NE(complaint(R"({"schema_version": 2})").find("schema_version: cannot be read (2"), std::string::npos);
   EXPECT_EQ(complaint(R"({"schema_version": 1})"), "accepted");
+  const std::string brackets =
+      "{\"schema_version\": 1, \"a\": " + std::string(100000, '[') + std::string(100000, ']') + "}";
+  EXPECT_NE(complaint(brackets.c_str()).find("nested too deep (100001 levels"), std::string::npos);
+  const std::string text = "{\"schema_version\": 1, \"a\": \"\\\"" + std::string(1000, '[') + "\"}";
+  EXPECT_EQ(complaint(text.c_str()), "accepted") << "brackets in a text are no depth";
   fs::remove(file);
 }
 

@@ -1,4 +1,5 @@
 #include "core/foundation/config/toml_table.hpp"
+#include "core/foundation/config/toml_depth.hpp"
 
 #include <gtest/gtest.h>
 
@@ -34,6 +35,19 @@ std::string complaint(const std::string& text, Read&& read) {
     return error.what();
   }
   return "accepted";
+}
+
+TEST(TomlDepth, CountsThePartsOfKeysAlone) {
+  std::string parts = "a";
+  for (int i = 0; i < 100000; ++i) parts += ".a";
+  const auto deep = [](const std::string& text) { return toml_keys_too_deep(text); };
+  EXPECT_TRUE(deep(parts + " = 1"));
+  EXPECT_TRUE(deep("[" + parts + "]"));
+  EXPECT_TRUE(deep("x = {" + parts + " = 1}"));
+  EXPECT_TRUE(deep("\"q\".'r'." + parts));
+  EXPECT_FALSE(deep("a.b.c.d = [1.5, 2.5, 3.5] # " + parts));
+  EXPECT_FALSE(deep("a = \"" + parts + "\"\nb = '" + parts + "'"));
+  EXPECT_FALSE(deep("a = \"\"\"\n" + parts + "\n\\\" \"\"\"\nb = '''" + parts + "'''"));
 }
 
 TEST(TomlTable, OpenRangesLeaveTheirEndsOutAndClosedOnesDoNot) {

@@ -140,6 +140,14 @@ std::vector<ModeId> lowest_modes(const std::array<Eigen::VectorXd, kModeClasses>
   return ids;
 }
 
+Eigen::Index mode_shape_size(int degree, int mode_class) {
+  std::array<Eigen::Index, kModeClasses> of_parity{};  // products x^i y^j z^k with i + j + k <= degree
+  for (int i = 0; i <= degree; ++i)
+    for (int j = 0; i + j <= degree; ++j)
+      for (int k = 0; i + j + k <= degree; ++k) ++of_parity[(i & 1) | (j & 1) << 1 | (k & 1) << 2];
+  return of_parity[mode_class ^ 1] + of_parity[mode_class ^ 2] + of_parity[mode_class ^ 4];
+}
+
 std::vector<ModeId> EllipsoidModes::lowest(int count) const { return lowest_modes(omega_, count); }
 
 Eigen::Matrix3Xd EllipsoidModes::shape_at(const ModeId& mode, const Eigen::Matrix3Xd& xi) const {

@@ -60,6 +60,9 @@ class EllipsoidModes {
   std::array<Eigen::MatrixXd, kModeClasses> coefficients_;
 };
 
+/// Coefficients of a mode's shape: those of the three displacements.
+Eigen::Index mode_shape_size(int degree, int mode_class);
+
 /// Rigid motions in a class: a translation (one odd axis), a rotation (two) or none.
 int rigid_motions(int mode_class);
 

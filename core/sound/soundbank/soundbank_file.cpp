@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -10,6 +11,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/base/provenance.hpp"
 
 namespace klang::soundbank {
@@ -20,6 +22,22 @@ static_assert(std::endian::native == std::endian::little, "files are little-endi
 constexpr std::string_view kMagic = "KLBANK\r\n";
 constexpr std::uint32_t kFileVersion = 1;
 constexpr std::size_t kLargestData = std::size_t{8} << 30;
+// Numbers of a bank pack by a factor of 1.2 to 3; what unpacks to more than this is made to fill the memory.
+constexpr std::size_t kSmallData = std::size_t{16} << 20, kMostUnpackedPerByte = 20;
+
+// Bytes that an item takes in the file at least.
+template <typename T>
+constexpr std::size_t kSmallest = 8;
+template <>
+constexpr std::size_t kSmallest<ShapePoint> = 16;
+template <>
+constexpr std::size_t kSmallest<ClassFrequencies> = 8 * kModeClasses;
+template <>
+constexpr std::size_t kSmallest<ShapeTriangle> = 32;
+template <>
+constexpr std::size_t kSmallest<Cell> = 24;
+template <>
+constexpr std::size_t kSmallest<CellMode> = 60;
 
 /// Writes values one after the other.
 class Writer {
@@ -45,7 +63,7 @@ class Reader {
   template <typename T>
   void raw(T* values, std::size_t n) {
     if (n > (bytes_.size() - at_) / sizeof(T)) fail("data end too early");
-    std::memcpy(values, bytes_.data() + at_, n * sizeof(T));
+    if (n > 0) std::memcpy(values, bytes_.data() + at_, n * sizeof(T));  // no list: no place
     at_ += n * sizeof(T);
   }
   std::size_t count(std::size_t, std::size_t bytes_each) {
@@ -101,7 +119,7 @@ void value(Archive& a, CellMode& m) {
 }
 template <typename Archive, typename T>
 void list(Archive& a, std::vector<T>& items) {
-  const std::size_t n = a.count(items.size(), 8);
+  const std::size_t n = a.count(items.size(), kSmallest<T>);
   if constexpr (Archive::kReads) items.resize(n);
   for (T& item : items) value(a, item);
 }
@@ -125,7 +143,7 @@ void value(Archive& a, Soundbank& b) {
 }
 template <typename Archive, typename T>
 void map(Archive& a, std::map<ShapePoint, T>& items) {
-  std::size_t n = a.count(items.size(), 16);
+  std::size_t n = a.count(items.size(), 16 + kSmallest<T>);
   if constexpr (Archive::kReads) {
     for (; n > 0; --n) {
       ShapePoint key;
@@ -165,9 +183,7 @@ struct Contents {
   std::string data;
 };
 
-Contents read(const std::filesystem::path& path, const std::string& kind) {
-  const std::string bytes = read_file(path);
-  const std::string name = path.string();
+Contents read(const std::string& bytes, const std::string& name, const std::string& kind) {
   const auto refuse = [&](const std::string& problem) { throw InputError(name, "is no whole soundbank: " + problem); };
   if (bytes.size() < kMagic.size() + 28 || bytes.compare(0, kMagic.size(), kMagic) != 0)
     throw InputError(name, "is no soundbank", {}, "a file written by klang proxy build");
@@ -181,19 +197,40 @@ Contents read(const std::filesystem::path& path, const std::string& kind) {
   const std::size_t start = kMagic.size() + 28;
   if (sizes[0] > bytes.size() || sizes[1] > bytes.size() || start + sizes[0] + sizes[1] != bytes.size())
     refuse("it is truncated or has bytes too many");
-  if (sizes[2] > kLargestData || sizes[2] / 2000 > sizes[1]) refuse("the size of its data is not possible");
+  if (sizes[2] > kLargestData || sizes[2] > std::max(kSmallData, kMostUnpackedPerByte * sizes[1]))
+    refuse("the size of its data is not possible");
   Contents contents;
-  contents.header = nlohmann::json::parse(bytes.substr(start, sizes[0]), nullptr, false);
-  if (!contents.header.is_object() || contents.header.value("kind", "") != kind)
-    refuse("its header is damaged or of another kind");
+  contents.header = parse_json(std::string_view(bytes).substr(start, sizes[0]), name + ": its header");
+  if (text_under(contents.header, "kind") != kind) refuse("its header is damaged or of another kind");
   contents.data.resize(sizes[2]);
   uLongf size = sizes[2];
   const int status = uncompress(reinterpret_cast<Bytef*>(contents.data.data()), &size,
                                 reinterpret_cast<const Bytef*>(bytes.data() + start + sizes[0]), sizes[1]);
   if (status != Z_OK || size != sizes[2]) refuse("its data cannot be unpacked");
-  if (contents.header.value("data_sha256", "") != sha256(contents.data))
+  if (text_under(contents.header, "data_sha256") != sha256(contents.data))
     refuse("its data do not have the hash of its header");
   return contents;
+}
+
+bool is_shape(const ShapePoint& p) {
+  return p.u >= -20.0 && p.u <= 1e-9 && p.v >= -20.0 && p.v <= 1e-9;  // round-off at the sphere
+}
+
+void check_mode(const Soundbank& bank, const CellMode& mode, const Reader& reader) {
+  if (mode.id.mode_class < 0 || mode.id.mode_class >= kModeClasses || mode.id.index < 0 ||
+      mode.id.index >= bank.node_frequencies[0][mode.id.mode_class].size())
+    reader.fail("a mode is none of its class");
+  if (mode.order < 0 || mode.order > 200 ||
+      (!mode.packed_pa.empty() && mode.packed_pa.size() != packed_size(mode.order, mode.id.mode_class)))
+    reader.fail("the multipole of a mode is damaged");
+  if (mode.coefficients.size() != mode_shape_size(bank.degree, mode.id.mode_class) || !mode.coefficients.allFinite())
+    reader.fail("the shape of a mode is damaged");
+  if (!(mode.angular_frequency_rad_s > 0.0 && mode.angular_frequency_rad_s <= 1e12))
+    reader.fail("the frequency of a mode is not within 0 to 1e12 rad/s");
+  for (const double number : {mode.radiated_power_w, mode.kept_power_fraction, mode.boundary_error})
+    if (!std::isfinite(number)) reader.fail("a number of a mode is not finite");
+  for (const std::complex<float>& c : mode.packed_pa)
+    if (!std::isfinite(c.real()) || !std::isfinite(c.imag())) reader.fail("a coefficient of a mode is not finite");
 }
 
 /// What the tree and the cells must satisfy for lookups to be safe.
@@ -202,6 +239,17 @@ void check_consistent(const Soundbank& bank, const Reader& reader) {
   if (n_triangles == 0 || bank.cells.empty() || bank.node_frequencies.size() != bank.nodes.size())
     reader.fail("parts are missing");
   if (!(bank.thinnest > 0.0 && bank.thinnest < 1.0)) reader.fail("the thinnest shape is not within 0 to 1");
+  if (bank.degree < 3 || bank.degree > 24) reader.fail("the degree is not within 3 to 24");
+  if (bank.n_checked_modes < 0 || bank.n_check_shapes < 0 || bank.modes_per_cell < 0)
+    reader.fail("a count is negative");
+  solid::validate(bank.material);
+  bank.medium.validate();
+  if (!(std::abs(bank.poissons_ratio - bank.material.poissons_ratio()) <= 1e-6))
+    reader.fail("Poisson's ratio is not that of its material");
+  for (const double number : {bank.tolerance, bank.max_interpolation_error, bank.max_interpolation_error_all})
+    if (!(number >= 0.0 && number <= 1e6)) reader.fail("an error is not within 0 to 1e6");
+  for (const ShapePoint& node : bank.nodes)
+    if (!is_shape(node)) reader.fail("a node is no shape");
   for (int t = 0; t < n_triangles; ++t) {
     const ShapeTriangle& triangle = bank.triangles[t];
     for (const int node : triangle.nodes)
@@ -214,14 +262,12 @@ void check_consistent(const Soundbank& bank, const Reader& reader) {
   for (const ClassFrequencies& f : bank.node_frequencies)
     for (int c = 0; c < kModeClasses; ++c)
       if (f[c].size() == 0 || f[c].size() != bank.node_frequencies[0][c].size() || !(f[c].minCoeff() > 0.0) ||
-          !f[c].allFinite())
-        reader.fail("a frequency is missing or not positive");
-  for (const Cell& cell : bank.cells)
-    for (const CellMode& mode : cell.modes)
-      if (mode.id.mode_class < 0 || mode.id.mode_class >= kModeClasses || mode.id.index < 0 || mode.order < 0 ||
-          mode.order > 200 ||
-          (!mode.packed_pa.empty() && mode.packed_pa.size() != packed_size(mode.order, mode.id.mode_class)))
-        reader.fail("a mode is damaged");
+          !(f[c].maxCoeff() <= 1e6))
+        reader.fail("a frequency is missing, or not within 0 to 1e6");
+  for (const Cell& cell : bank.cells) {
+    if (!is_shape(cell.shape)) reader.fail("a cell is no shape");
+    for (const CellMode& mode : cell.modes) check_mode(bank, mode, reader);
+  }
 }
 
 }  // namespace
@@ -240,8 +286,12 @@ void write_soundbank(const std::filesystem::path& path, const Soundbank& bank) {
 }
 
 Soundbank read_soundbank(const std::filesystem::path& path) {
-  const Contents contents = read(path, "soundbank");
-  Reader reader(contents.data, path.string());
+  return read_soundbank_bytes(read_file(path), path.string());
+}
+
+Soundbank read_soundbank_bytes(const std::string& bytes, const std::string& name) {
+  const Contents contents = read(bytes, name, "soundbank");
+  Reader reader(contents.data, name);
   Soundbank bank;
   value(reader, bank);
   if (!reader.at_end()) reader.fail("there are data too many");
@@ -258,8 +308,8 @@ void write_build_progress(const std::filesystem::path& path, const BuildProgress
 }
 
 std::optional<BuildProgress> read_build_progress(const std::filesystem::path& path, const std::string& key) {
-  const Contents contents = read(path, "soundbank_progress");
-  if (contents.header.value("key", "") != key) return std::nullopt;
+  const Contents contents = read(read_file(path), path.string(), "soundbank_progress");
+  if (text_under(contents.header, "key") != key) return std::nullopt;
   Reader reader(contents.data, path.string());
   BuildProgress progress;
   value(reader, progress);

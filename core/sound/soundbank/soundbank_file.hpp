@@ -12,6 +12,7 @@ namespace klang::soundbank {
 void write_soundbank(const std::filesystem::path& path, const Soundbank& bank);
 /// @throws InputError when the file is missing, no bank, truncated, damaged or of a newer version
 Soundbank read_soundbank(const std::filesystem::path& path);
+Soundbank read_soundbank_bytes(const std::string& bytes, const std::string& name);
 
 /// What a stopped build leaves beside its output. The key says of which options it is.
 void write_build_progress(const std::filesystem::path& path, const BuildProgress& progress, const std::string& key);

@@ -145,6 +145,28 @@ TEST_F(BankFile, TruncatedDamagedNewerAndForeignFilesAreRefused) {
   newer[8] = 2;
   write_file(path_, newer);
   expect_refused("newer version");
+  for (const auto& [what, change] : std::vector<std::pair<const char*, void (*)(sb::Soundbank&)>>{
+           {"degree", [](sb::Soundbank& b) { b.degree = 1000000; }},
+           {"none of its class", [](sb::Soundbank& b) { b.cells[0].modes[0].id.index = 1000000000; }},
+           {"shape of a mode", [](sb::Soundbank& b) { b.cells[0].modes[0].coefficients.resize(1); }},
+           {"frequency of a mode",
+            [](sb::Soundbank& b) { b.cells[0].modes[0].angular_frequency_rad_s = std::nan(""); }},
+           {"a frequency", [](sb::Soundbank& b) { b.node_frequencies[1][2][0] = 1e300; }},
+           {"no shape", [](sb::Soundbank& b) { b.nodes[0].u = std::nan(""); }},
+           {"Poisson", [](sb::Soundbank& b) { b.poissons_ratio = 0.3; }},
+           {"tree", [](sb::Soundbank& b) {
+              b.triangles[0].children = {0, 0};
+            }}}) {
+    sb::Soundbank bank = test::small_bank();
+    change(bank);
+    sb::write_soundbank(path_, bank);
+    expect_refused(what);
+  }
+  std::string header = bytes;
+  const std::size_t kind = header.find("\"soundbank\"");
+  ASSERT_NE(kind, std::string::npos);
+  write_file(path_, header.replace(kind, 11, "12345678901"));
+  expect_refused("another kind");
   write_file(path_, "RIFF....WAVE and much more of a sound that is no bank at all");
   expect_refused("no soundbank");
 }

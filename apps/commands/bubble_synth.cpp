@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -16,6 +17,8 @@ struct SynthOptions {
   std::string scene, output;
   bool unit_transfer = false, constant_pitch = false;
 };
+
+constexpr std::size_t kMostListed = 100'000;  // of the bubbles, in the JSON: a million take a gigabyte there
 
 int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
@@ -47,7 +50,8 @@ int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
   if (!unit) json["peak_level_db_re_20upa"] = 20.0 * std::log10(peak / (std::sqrt(2.0) * kReferencePressurePa));
   json["wall_time_s"] = {{"synthesis", result.wall_time_s}};
   json["bubbles"] = nlohmann::json::array();
-  for (std::size_t i = 0; i < scene.bubbles.size(); ++i) {
+  json["n_bubbles_listed"] = std::min(scene.bubbles.size(), kMostListed);
+  for (std::size_t i = 0; i < std::min(scene.bubbles.size(), kMostListed); ++i) {
     const stage::SoundedBubble& b = result.bubbles[i];
     json["bubbles"].push_back({{"radius_m", scene.bubbles[i].radius_m},
                                {"birth_s", scene.bubbles[i].birth_s},

@@ -169,7 +169,10 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   const acoustics::RadiateResult result = acoustics::radiate(
       model, options.radiate, monitor, known, [&](const acoustics::ModeTransfer& mode) { progress.add(mode); });
-  if (!result.usable()) throw NumericalError(result.message);
+  if (!result.usable()) {
+    progress.remove();  // it would fail again at the same mode: only a stopped run goes on
+    throw NumericalError(result.message);
+  }
 
   nlohmann::json json = result_header("transfer", "done", common, used, {options.model});
   acoustics::write_transfer_model(options.output, result.transfer, json["provenance"].dump());

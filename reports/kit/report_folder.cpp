@@ -12,6 +12,10 @@ namespace {
 
 constexpr double kPngScale = 1.5;
 
+bool lies_inside(const std::filesystem::path& path) {
+  return path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end();
+}
+
 }  // namespace
 
 audio::Signal loudest_channel(const audio::Signal& signal) {
@@ -34,7 +38,7 @@ ReportFolder::ReportFolder(const std::filesystem::path& result_json, const Repor
 std::filesystem::path ReportFolder::beside(const std::string& name) {
   if (name.empty()) return {};
   const std::filesystem::path path(name);
-  const bool inside = path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end();
+  const bool inside = lies_inside(path);
   if (!inside || !has(name)) {
     warn(name + (inside ? ": no such file beside the result" : ": lies outside the result's folder") + ", left out");
     return {};
@@ -55,7 +59,7 @@ audio::Signal ReportFolder::sound_beside(const std::string& name) {
 
 bool ReportFolder::has(const std::string& name) const {
   std::error_code ignored;
-  return std::filesystem::is_regular_file(folder_ / name, ignored);
+  return lies_inside(name) && std::filesystem::is_regular_file(folder_ / name, ignored);
 }
 
 void ReportFolder::add_file(const std::string& name, std::string bytes) {

@@ -258,11 +258,31 @@ std::vector<Tick> axis_ticks(const AxisSpec& axis, int wanted) {
   return ticks;
 }
 
+namespace {
+
+constexpr double kLargestOnAxis = 1e100, kSmallestOnLogAxis = 1e-100;  // sums and ratios of what is shown stay finite
+
+/// An axis with an extent, whatever a result file says: a page with an absurd number in it is still a page.
+AxisSpec drawable(AxisSpec axis) {
+  const bool log = axis.scale == Scale::kLog;
+  const double lowest = log ? kSmallestOnLogAxis : -kLargestOnAxis;
+  axis.low = std::isfinite(axis.low) ? std::clamp(axis.low, lowest, kLargestOnAxis) : (log ? 1.0 : 0.0);
+  axis.high = std::isfinite(axis.high) ? std::clamp(axis.high, lowest, kLargestOnAxis) : axis.low;
+  const double least = axis.low + std::max(1e-9 * std::abs(axis.low), log ? 0.0 : 1e-300);
+  if (!(axis.high > least))
+    axis.high = log ? 2.0 * axis.low : axis.low + (axis.low != 0.0 ? 0.1 * std::abs(axis.low) : 1.0);
+  return axis;
+}
+
+}  // namespace
+
 AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& values, double margin) {
   AxisSpec axis{std::move(label), scale, 0, 0, true};
   bool any = false;
-  for (const double value : values) {
+  const double lowest = scale == Scale::kLog ? kSmallestOnLogAxis : -kLargestOnAxis;
+  for (double value : values) {
     if (!std::isfinite(value) || (scale == Scale::kLog && !(value > 0))) continue;
+    value = std::clamp(value, lowest, kLargestOnAxis);
     axis.low = any ? std::min(axis.low, value) : value;
     axis.high = any ? std::max(axis.high, value) : value;
     any = true;
@@ -270,30 +290,32 @@ AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& 
   if (scale == Scale::kLog) {
     if (!any) return {axis.label, scale, 1, 10, true};
     const double factor = std::max(std::exp(margin * (std::log(axis.high) - std::log(axis.low))), 1.08);
-    axis.low = std::max(axis.low / factor, 1e-305);
-    axis.high = std::clamp(axis.high * factor, 2 * axis.low, 1e305);
-    return axis;
+    axis.low /= factor;
+    axis.high *= factor;
+    return drawable(std::move(axis));
   }
   if (!any) return {axis.label, scale, 0, 1, true};
   double pad = margin * (axis.high - axis.low);
   if (!(pad > 0)) pad = axis.high != 0 ? 0.1 * std::abs(axis.high) : 1.0;
   axis.low -= pad;
   axis.high += pad;
-  return axis;
+  return drawable(std::move(axis));
 }
 
 Frame::Frame(Svg& svg, double left, double top, double width, double height, AxisSpec x, AxisSpec y)
-    : svg_(svg), left_(left), top_(top), width_(width), height_(height), x_axis_(std::move(x)), y_axis_(std::move(y)) {
-  KLANG_CHECK(x_axis_.low < x_axis_.high && y_axis_.low < y_axis_.high, "an axis needs an extent");
-  KLANG_CHECK(
-      (x_axis_.scale == Scale::kLinear || x_axis_.low > 0) && (y_axis_.scale == Scale::kLinear || y_axis_.low > 0),
-      "a log axis starts above zero");
-}
+    : svg_(svg),
+      left_(left),
+      top_(top),
+      width_(width),
+      height_(height),
+      x_axis_(drawable(std::move(x))),
+      y_axis_(drawable(std::move(y))) {}
 
 namespace {
 double fraction(const AxisSpec& axis, double value) {
   if (axis.scale == Scale::kLog)
-    return (std::log(std::max(value, 1e-305)) - std::log(axis.low)) / (std::log(axis.high) - std::log(axis.low));
+    return (std::log(std::max(value, kSmallestOnLogAxis)) - std::log(axis.low)) /
+           (std::log(axis.high) - std::log(axis.low));
   return (value - axis.low) / (axis.high - axis.low);
 }
 }  // namespace

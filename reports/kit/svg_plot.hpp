@@ -57,7 +57,7 @@ enum class Scale { kLinear, kLog };
 struct AxisSpec {
   std::string label;
   Scale scale = Scale::kLinear;
-  double low = 0, high = 1;  ///< low < high; both > 0 on a log scale
+  double low = 0, high = 1;  ///< low < high, both > 0 on a log scale; an axis without extent is given one
   bool labelled = true;      ///< tick labels and axis label are drawn
 };
 

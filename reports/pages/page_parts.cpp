@@ -27,7 +27,7 @@ std::string more(const std::string& title, const std::string& content) {
 }
 
 std::string encoded_path(const std::string& path) {
-  std::string text;
+  std::string text = "./";  // never a scheme or another host
   static constexpr char kHex[] = "0123456789ABCDEF";
   for (const char c : path) {
     const auto byte = static_cast<unsigned char>(c);

@@ -31,6 +31,12 @@ std::array<std::array<std::uint8_t, 3>, 256> difference_palette() {
   return colours;
 }
 
+/// Whether the levels are a matrix of that many bands and times.
+bool is_matrix(const std::vector<std::vector<double>>& levels, std::size_t n_bands, std::size_t n_times) {
+  return levels.size() == n_bands &&
+         std::all_of(levels.begin(), levels.end(), [&](const auto& row) { return row.size() == n_times; });
+}
+
 /// A matrix [band][time] as pixels, the highest band on top.
 template <class Index>
 IndexedImage image_of(const std::vector<std::vector<double>>& levels, Index&& index) {
@@ -167,7 +173,8 @@ std::optional<Svg> regression_spectrogram_figure(const validate::RegressionDocum
   const auto& reference = data.spectrogram.reference_db;
   const auto& sound = data.spectrogram.sound_db;
   if (reference.empty() || reference.front().empty() || data.spectrogram.bands_hz.size() < 2 ||
-      data.spectrogram.times_s.empty())
+      data.spectrogram.times_s.empty() || !is_matrix(reference, reference.size(), reference.front().size()) ||
+      !is_matrix(sound, reference.size(), reference.front().size()))
     return {};
   double low = 1e300, high = -1e300;
   for (const auto* levels : {&reference, &sound}) {
@@ -176,6 +183,7 @@ std::optional<Svg> regression_spectrogram_figure(const validate::RegressionDocum
     }
   }
   high = 5 * std::ceil(high / 5), low = std::max(5 * std::floor(low / 5), high - 80);
+  if (!(low < high) || !std::isfinite(high - low)) return {};
   const double step_s =
       data.spectrogram.times_s.size() > 1 ? data.spectrogram.times_s[1] - data.spectrogram.times_s[0] : 0.01;
   const double last_s = data.spectrogram.times_s.back() - data.spectrogram.times_s.front() + step_s;
@@ -190,10 +198,12 @@ std::optional<Svg> regression_spectrogram_figure(const validate::RegressionDocum
     const double left = kLeft + i * (panel + kGap) + (i == 2 ? kBar : 0);
     const auto& shown = i == 0 ? reference : sound;
     const IndexedImage image = image_of(reference, [&](std::size_t band, std::size_t t) {
-      if (i < 2)
-        return static_cast<std::uint8_t>(
-            std::lround(255 * std::clamp((shown[band][t] - low) / (high - low), 0.0, 1.0)));
+      if (i < 2) {
+        const double level = std::isfinite(shown[band][t]) ? shown[band][t] : low;
+        return static_cast<std::uint8_t>(std::lround(255 * std::clamp((level - low) / (high - low), 0.0, 1.0)));
+      }
       const double difference = sound[band][t] - reference[band][t];
+      if (std::isnan(difference)) return std::uint8_t{255};
       return static_cast<std::uint8_t>(127 + std::lround(127 * std::clamp(difference / kDifferenceDb, -1.0, 1.0)));
     });
     svg.image(left, kTop, panel, kPlotHeight,

@@ -286,7 +286,7 @@ Page make(const validate::StudyDocument& study, ReportFolder& folder) {
                    {"claims", "Claims", claim_table(study)}};
   add_if_there("levels.csv", "– every level", folder, page.downloads);
   add_if_there("junit.xml", "– the claims for a test report", folder, page.downloads);
-  for (const StudyField& field : fields) page.downloads.push_back({field.record.file, "– for ParaView"});
+  for (const StudyField& field : fields) add_if_there(field.record.file, "– for ParaView", folder, page.downloads);
   page.downloads.push_back(kFiguresDownload);
   page.footer =
       "Orders are slopes of least-squares lines through the logarithms; intervals hold with 95 % by Student’s t.";

@@ -7,4 +7,7 @@ namespace klang {
 /// hundreds of megabytes are made and read from end to end. Does nothing where the system cannot.
 void prefer_huge_pages(void* data, std::size_t n_bytes);
 
+/// Of the machine.
+std::size_t physical_memory_bytes();
+
 }  // namespace klang

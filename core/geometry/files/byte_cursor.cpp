@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 
 #include "core/foundation/base/errors.hpp"
 
@@ -109,7 +110,7 @@ std::size_t ByteCursor::count(std::string_view what, std::size_t bytes_each) {
 
 std::size_t ByteCursor::checked_count(double n, std::string_view what, std::size_t bytes_each) {
   const double most = static_cast<double>(remaining()) / static_cast<double>(bytes_each) + 1.0;
-  if (!(n >= 0.0 && n <= most && n <= 2147483647.0))
+  if (!(n >= 0.0 && n <= most && n <= 2147483647.0 && n == std::floor(n)))
     fail(std::string(what) + " does not fit the length of the file", to_text(n),
          "0 to " + to_text(std::min(most, 2147483647.0)));
   return static_cast<std::size_t>(n);

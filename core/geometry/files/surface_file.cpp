@@ -309,7 +309,7 @@ SurfaceMesh read_ply(ByteCursor& cursor) {
         for (std::size_t k = 0; k < n; ++k) {
           const double value = ply_value(cursor, property.type, ascii, swapped, "a list value");
           if (!is_corners) continue;
-          if (!(value >= 0.0 && value <= 2147483646.0))
+          if (!(value >= 0.0 && value <= 2147483646.0 && value == std::floor(value)))
             cursor.fail("face " + std::to_string(i) + ": vertex out of range", to_text(value));
           corners.push_back(static_cast<long long>(value));
         }

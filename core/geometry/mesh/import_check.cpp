@@ -57,23 +57,34 @@ void check_faces(const TetMesh& mesh, const std::string& name) {
   struct Face {
     std::array<int, 3> corners;
     int element;
+    bool turned;  // seen from outside the element, corners run the other way round when sorted
   };
   std::vector<Face> faces;
   faces.reserve(static_cast<std::size_t>(mesh.n_elements()) * 4);
   for (int e = 0; e < mesh.n_elements(); ++e)
     for (const auto& face : kTetFaces) {
-      Face f{{mesh.elements(e, face[0]), mesh.elements(e, face[1]), mesh.elements(e, face[2])}, e};
+      Face f{{mesh.elements(e, face[0]), mesh.elements(e, face[1]), mesh.elements(e, face[2])}, e, false};
+      const auto& [a, b, c] = f.corners;
+      f.turned = (a > b) != (b > c) != (a > c);
       std::sort(f.corners.begin(), f.corners.end());
       faces.push_back(f);
     }
   std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
     return a.corners != b.corners ? a.corners < b.corners : a.element < b.element;
   });
-  int bad = mesh.n_elements();
+  int bad = mesh.n_elements(), other = 0;
   for (std::size_t i = 2; i < faces.size(); ++i)
     if (faces[i].corners == faces[i - 2].corners) bad = std::min(bad, faces[i].element);
   if (bad < mesh.n_elements())
     throw InputError(name, element_name(bad) + " is the third on one face", "", "at most two elements per face");
+  for (std::size_t i = 1; i < faces.size(); ++i)
+    if (faces[i].corners == faces[i - 1].corners && faces[i].turned == faces[i - 1].turned && faces[i].element < bad) {
+      bad = faces[i].element;
+      other = faces[i - 1].element;
+    }
+  if (bad < mesh.n_elements())
+    throw InputError(name, element_name(bad) + " lies on the same side of a face as element " + std::to_string(other),
+                     "", "elements that do not overlap");
 }
 
 void check_mid_nodes(const TetMesh& mesh, const std::string& name) {

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/memory.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/block_mass.hpp"
@@ -70,6 +71,7 @@ class ModeSearch {
  private:
   /// How many there are in the band is known before any is computed, and is the proof afterwards. False: all is said.
   bool count_in_band();
+  void check_memory() const;
   /// The lowest n_wanted_ and those below the band, and the proof that none is missing.
   void search_upwards(bool dense);
   void prove();
@@ -160,12 +162,28 @@ bool ModeSearch::count_in_band() {
   }
   result_.sturm_count = search_.proof.sturm_count;
   n_wanted_ = *search_.proof.sturm_count - problem_.n_rigid();
-  if (n_wanted_ > 0) return true;
+  if (n_wanted_ > 0) {
+    check_memory();
+    return true;
+  }
   result_.none_missing = n_wanted_ == 0;
   result_.relative_residual.resize(0);
   if (options_.estimate_mesh_error) result_.mesh_relative_error.emplace();
   finish(EigenStatus::kConverged, "no elastic mode in the band");
   return false;
+}
+
+void ModeSearch::check_memory() const {
+  // Vectors, the search's basis (twice as many) and the model's shapes.
+  const double n_bytes = 4.0 * 8.0 * static_cast<double>(n_wanted_) * static_cast<double>(problem_.n_dofs());
+  const double limit = std::min(16e9, 0.8 * static_cast<double>(physical_memory_bytes()));
+  if (n_bytes <= limit) return;
+  throw InputError(
+      "eigenmodes",
+      std::to_string(n_wanted_) + " modes of " + std::to_string(problem_.n_dofs()) +
+          " displacements need too much memory",
+      to_text(std::round(n_bytes / 1e8) / 10.0) + " GB",
+      "up to " + to_text(std::round(limit / 1e8) / 10.0) + " GB: a narrower band, fewer modes or a coarser mesh");
 }
 
 void ModeSearch::search_upwards(bool dense) {

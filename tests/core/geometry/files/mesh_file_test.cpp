@@ -183,6 +183,22 @@ TEST(MeshFile, HugeCountsAreRefusedBeforeAnythingIsAllocated) {
   expect_input_error([&] { read_tet_mesh_bytes(vtu, ".vtu", "a.vtu"); }, {"NumberOfPoints", "1999999999"});
 }
 
+TEST(MeshFile, ElementsOnOneSideOfAFaceAreRefused) {
+  const std::string tet = "4 2 0 1 1 2 3 4\n";
+  expect_input_error([&] { read_msh(one_tet_msh(kFourNodes, "2\n1 " + tet + "2 " + tet)); },
+                     {"element 1", "same side", "element 0"});
+  expect_input_error(  // the second reaches into the first
+      [&] {
+        read_msh(one_tet_msh("5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0.1 0.1 0.5\n",
+                             "2\n1 " + tet + "2 4 2 0 1 1 2 3 5\n"));
+      },
+      {"element 1", "same side"});
+  EXPECT_EQ(read_msh(one_tet_msh("5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0.1 0.1 -0.5\n",
+                                 "2\n1 " + tet + "2 4 2 0 1 1 2 3 5\n"))
+                .n_elements(),
+            2);
+}
+
 TEST(MeshFile, WrongFilesAreNamed) {
   expect_input_error([&] { read_tet_mesh("/nowhere/a.msh"); }, {"/nowhere/a.msh"});
   expect_input_error([&] { read_tet_mesh_bytes("", ".msh", "a.msh"); }, {"empty"});

@@ -154,6 +154,10 @@ TEST(SurfaceFile, EachBrokenFileIsOneErrorThatNamesThePlace) {
   expect_input_error([&] { read("v 0 0 0\nv 1 0 inf\n", ".obj"); }, {"line 2", "vertex 1", "not finite"});
   expect_input_error([&] { read("v 0 0 0\nf 1 0 1\n", ".obj"); }, {"line 2", "face 0"});
   expect_input_error([&] { read(text_of(kBox, "ply").substr(0, 60), ".ply"); }, {"header"});
+  std::string between = text_of(kBox, "ply");
+  between = between.substr(0, between.rfind('\n', between.size() - 2) + 1);
+  expect_input_error([&] { read(between + "3 0 1.5 2\n", ".ply"); }, {"out of range", "1.5"});
+  expect_input_error([&] { read(between + "3.5 0 1 2\n", ".ply"); }, {"list count", "3.5"});
   const std::string ply = binary_ply(kBox, false);
   expect_input_error([&] { read(ply.substr(0, ply.size() - 1), ".ply"); }, {"byte", "ends"});
   expect_input_error([&] { read("ply\nformat ascii 1.0\nelement vertex 99999999\nend_header\n", ".ply"); }, {"vertex"});

@@ -40,7 +40,8 @@ std::filesystem::path ReportFolder::beside(const std::string& name) {
   const std::filesystem::path path(name);
   const bool inside = lies_inside(path);
   if (!inside || !has(name)) {
-    warn(name + (inside ? ": no such file beside the result" : ": lies outside the result's folder") + ", left out");
+    warn(name.substr(0, 200) + (inside ? ": no such file beside the result" : ": lies outside the result's folder") +
+         ", left out");
     return {};
   }
   return folder_ / path;

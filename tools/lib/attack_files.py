@@ -146,14 +146,35 @@ def surfaces():
         struct.pack("<12fH", 0, 0, 0, *(x for i in f for x in CUBE[i]), 0) for f in FACES)
 
 
-def boundary():
-    numbers = " ".join(str(x) for p in CUBE for x in p)
-    corners = " ".join(str(i) for f in FACES for i in f)
-    offsets = " ".join(str(3 * i) for i in range(1, 13))
-    return ('<?xml version="1.0"?><VTKFile type="PolyData" version="1.0" byte_order="LittleEndian"><PolyData><Piece NumberOfPoints="8" '
-            'NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="12"><Points><DataArray type="Float64" '
+def box_surface(n):
+    """A box of 0.1 m, n squares along each edge: points, triangles, regions (0 on top, 1 elsewhere)."""
+    points, triangles, regions = [], [], []
+    for axis in range(3):
+        for side in (0, 1):
+            first = len(points)
+            u, v = ((axis + 1) % 3, (axis + 2) % 3) if side else ((axis + 2) % 3, (axis + 1) % 3)
+            for i in range(n + 1):
+                for j in range(n + 1):
+                    point = [0.1 * side] * 3
+                    point[u], point[v] = 0.1 * i / n, 0.1 * j / n
+                    points.append(point)
+            for i in range(n):
+                for j in range(n):
+                    at = [first + (i + di) * (n + 1) + j + dj for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1))]
+                    triangles += [(at[0], at[1], at[2]), (at[0], at[2], at[3])]
+                    regions += [0 if axis == 2 and side else 1] * 2
+    return points, triangles, regions
+
+
+def boundary(n=3):
+    points, triangles, regions = box_surface(n)
+    numbers = " ".join(f"{x:.6g}" for p in points for x in p)
+    corners = " ".join(str(i) for t in triangles for i in t)
+    offsets = " ".join(str(3 * i) for i in range(1, len(triangles) + 1))
+    return (f'<?xml version="1.0"?><VTKFile type="PolyData" version="1.0" byte_order="LittleEndian"><PolyData><Piece NumberOfPoints="{len(points)}" '
+            f'NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="{len(triangles)}"><Points><DataArray type="Float64" '
             f'NumberOfComponents="3" format="ascii">{numbers}</DataArray></Points><CellData><DataArray type="Int32" Name="region" '
-            'format="ascii">1 1 0 0 1 1 1 1 1 1 1 1</DataArray></CellData><Polys><DataArray type="Int64" Name="connectivity" '
+            f'format="ascii">{" ".join(map(str, regions))}</DataArray></CellData><Polys><DataArray type="Int64" Name="connectivity" '
             f'format="ascii">{corners}</DataArray><DataArray type="Int64" Name="offsets" format="ascii">{offsets}</DataArray></Polys>'
             "</Piece></PolyData></VTKFile>")
 
@@ -190,11 +211,16 @@ box_high_m = [0.1, 0.1, -0.05]
 SPECIMEN = """name = "bar"
 [fit]
 band_hz = [100, 4000]
+[material]
+youngs_modulus_pa = 70e9
+poissons_ratio = 0.33
+density_kg_m3 = 2700
 [[specimen]]
 name = "bar"
-shape = { kind = "box", length_m = 0.3, width_m = 0.03, height_m = 0.01 }
+shape = { kind = "rod", length_m = 0.3, radius_m = 0.006 }
 recordings = ["x.wav"]
 """
+LISTENER = "time_s,x_m,y_m,z_m\n0,0,1,1\n0.1,0.1,1,1\n0.2,0.2,1,1\n"
 PROFILE = "r_m,z_m\n0,0\n0.05,0\n0.05,0.02\n0.03,0.03\n0,0.03\n"
 PATH = "time_s,x_m,y_m,z_m\n" + "".join(f"{i * 0.01},0,0,{-0.05 + 0.001 * i}\n" for i in range(30))
 PARTIALS = "frequency_hz,frequency_std_hz,decay_per_s,decay_std_per_s,amplitude\n523,0.1,6,0.1,0.4\n1441,0.2,9,0.2,0.2\n2824,0.4,14,0.4,0.1\n"
@@ -219,7 +245,7 @@ def bases(klang, folder, only):
         found["surface-" + kind] = ({name: data if isinstance(data, bytes) else data.encode()}, name,
                                     f"mesh {name} -o out.msh --json m.json")
     found["boundary"] = ({"b.vtp": boundary().encode(), "p.csv": b"x_m,y_m,z_m\n0.05,0.05,0.3\n"}, "b.vtp",
-                         "bubble transfer --boundary b.vtp --bubble 0.05,0.05,0.05 --frequency-hz 1000 --points p.csv --json j.json -q")
+                         "bubble transfer --boundary b.vtp --bubble 0.05,0.05,0.06 --frequency-hz 1000 --points p.csv --json j.json -q")
     found["points"] = (found["boundary"][0], "p.csv", found["boundary"][2])
     struck_sound(folder / "x.wav")
     wav = {"x.wav": (folder / "x.wav").read_bytes()}
@@ -229,10 +255,12 @@ def bases(klang, folder, only):
     found["modal-synth"] = (model, "m.vtu", synth)
     found["modal-transfer"] = (model, "m.vtu", "transfer m.vtu -o o.vtu -q --max-elements 400 --allow-coarse")
     klang_run("transfer m.vtu -o t.vtu -q --max-elements 400 --allow-coarse")
-    found["transfer"] = ({**model, "t.vtu": (folder / "t.vtu").read_bytes()}, "t.vtu", synth + " --transfer t.vtu --listener 0,0,1")
+    found["transfer"] = ({**model, "t.vtu": (folder / "t.vtu").read_bytes(), "l.csv": LISTENER.encode()}, "t.vtu",
+                         synth + " --transfer t.vtu --listener l.csv")
+    found["listener"] = (found["transfer"][0], "l.csv", found["transfer"][2])
     bank = Bank.of(klang).packed()
     found["bank"] = ({"x.bank": bank}, "x.bank", "proxy info x.bank --json i.json")
-    found["bank-lookup"] = ({"x.bank": bank, **model}, "x.bank", "proxy lookup m.vtu --bank x.bank --json l.json")
+    found["bank-lookup"] = ({"x.bank": bank}, "x.bank", "proxy lookup x.bank --inertia 1.64,1.36,1.0 --lowest-frequency-hz 5200 --json l.json")
     found["scene"] = ({"s.toml": SCENE.encode(), "path.csv": PATH.encode()}, "s.toml", "bubble synth s.toml -o o.wav --json j.json -q")
     found["path"] = (found["scene"][0], "path.csv", found["scene"][2])
     found["specimen"] = ({"s.toml": SPECIMEN.encode(), **wav}, "s.toml", "fit s.toml -o out -q")
@@ -243,7 +271,7 @@ def bases(klang, folder, only):
     for name, command in (("analysis.json", "analyze x.wav -o analysis -q"), ("modes.json", "modes --shape box --dims length_m=0.2,width_m=0.15,"
                           "height_m=0.1 --element p1 --max-edge-m 0.1 --count 4 -q --json modes.json"),
                           ("study.json", "converge synthesis -o study -q"), ("reference.json", "regress make x.wav -o reference.json -q"),
-                          ("regression.json", "regress check x.wav --reference reference.json -o regression -q")):
+                          ("regression.json", "regress check reference.json x.wav -o regression -q")):
         try:
             klang_run(command)
         except subprocess.CalledProcessError:
@@ -253,7 +281,7 @@ def bases(klang, folder, only):
             continue
         found["report-" + name[:-5]] = ({name: file.read_bytes()}, name, f"report {name} --no-pictures -q")
     if (folder / "reference.json").exists():
-        found["reference"] = ({**wav, "r.json": (folder / "reference.json").read_bytes()}, "r.json", "regress check x.wav --reference r.json --json c.json -q")
+        found["reference"] = ({**wav, "r.json": (folder / "reference.json").read_bytes()}, "r.json", "regress check r.json x.wav --json c.json -q")
     return {kind: base for kind, base in found.items() if only in kind}
 
 

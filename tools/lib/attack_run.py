@@ -9,7 +9,7 @@ import subprocess
 import threading
 import time
 
-SECONDS = 20        # of wall-clock time; twice as many of processor time
+SECONDS = 20          # of the clock, or of a processor where the program had less than one
 ADDRESSES = 12 << 30  # of address space: threads and libraries take 2 GB of it without using them
 FILE_BYTES = 2 << 30
 
@@ -24,6 +24,7 @@ class Result:
 
 def limits():
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, ADDRESSES))
+    resource.setrlimit(resource.RLIMIT_CPU, (2 * SECONDS, 2 * SECONDS))
     resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_BYTES, FILE_BYTES))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
@@ -33,7 +34,7 @@ def execute(arguments, folder):
         start = time.monotonic()
         process = subprocess.Popen(arguments, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=errors,
                                    preexec_fn=limits, start_new_session=True)
-        timer = threading.Timer(3 * SECONDS, lambda: os.killpg(process.pid, signal.SIGKILL))
+        timer = threading.Timer(12 * SECONDS, lambda: os.killpg(process.pid, signal.SIGKILL))
         timer.start()
         _, status, usage = os.wait4(process.pid, 0)
         timer.cancel()

@@ -87,7 +87,7 @@ def seeds():
         elif file.suffix == ".node":
             yield "mesh", MESH["tetgen"], file.name, file.read_bytes() + b"\0" + file.with_suffix(".ele").read_bytes()
     yield "mesh", MESH["profile"], "profile", attack_files.PROFILE
-    vtp = attack_files.boundary()
+    vtp = attack_files.boundary(1)
     obj = next(data for kind, _, data in attack_files.surfaces() if kind == "obj")
     pvd = '<VTKFile type="Collection"><Collection><DataSet timestep="0" file="a.vtp"/><DataSet timestep="1" file="b.vtp"/></Collection></VTKFile>'
     data = bank()

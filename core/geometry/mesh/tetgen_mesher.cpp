@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/detail/narrow_facets.hpp"
 #include "core/geometry/mesh/detail/tetgen_library.hpp"
 #include "core/geometry/mesh/import_check.hpp"
 
@@ -157,6 +158,10 @@ void TetgenOptions::validate() const {
 TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, const std::string& name) {
   options.validate();
   const SurfaceParts parts = check_closed_surface(surface, name);
+  if (const double n = detail::elements_along_narrow_facets(surface); !(n <= 0.5 * options.max_elements))
+    throw InputError(name, "its narrow parts need too many elements",
+                     "about " + to_text(std::round(n)) + " along their edges",
+                     "up to " + to_text(0.5 * options.max_elements) + ": a body that is less thin");
   if (options.max_edge_m > 0.0) {
     // Regular tetrahedra of that edge; real ones are about half as large.
     const double n_expected = 2.0 * parts.volume_m3 * 6.0 * std::sqrt(2.0) / std::pow(options.max_edge_m, 3);

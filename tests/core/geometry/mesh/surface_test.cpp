@@ -8,6 +8,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/geometry/files/mesh_file.hpp"
 #include "core/geometry/files/surface_file.hpp"
+#include "core/geometry/mesh/detail/narrow_facets.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
@@ -307,4 +308,37 @@ TEST(LoadBody, AnStlInMillimetresBecomesABodyInMetres) {
   options.order = 1;
   EXPECT_LE(mesh_quality(load_body(path, options)).longest_edge_m, 0.001 / 8.0 * 1.001);
   std::filesystem::remove(path);
+}
+
+TEST(NarrowFacets, NeedlesAreRefusedBeforeTheyAreMeshedAndFansAreNot) {
+  const auto needle = [](double width) {
+    SurfaceMesh s = kBox;
+    const Eigen::RowVector3d low = s.vertices_m.colwise().minCoeff(), size = s.vertices_m.colwise().maxCoeff() - low;
+    for (Eigen::Index v = 0; v < s.vertices_m.rows(); ++v)
+      for (int a = 0; a < 3; ++a) s.vertices_m(v, a) = (s.vertices_m(v, a) - low[a]) / size[a] * (a < 2 ? width : 1.0);
+    return s;
+  };
+  const double n = detail::elements_along_narrow_facets(needle(1e-3));
+  EXPECT_GE(n, 4e3);  // four long faces of two triangles
+  EXPECT_LE(n, 2e4);
+  expect_input_error([&] { mesh_surface(needle(1e-6), {}, "needle.off"); }, {"needle.off", "narrow", "elements"});
+
+  constexpr int kCorners = 1000;  // a thin disc whose flat sides are fans about their middles
+  SurfaceMesh disc;
+  disc.vertices_m.resize(2 * kCorners + 2, 3);
+  disc.triangles.resize(4 * kCorners, 3);
+  const double pi = std::acos(-1.0), height = 2.0 * pi / kCorners;
+  for (int i = 0; i < kCorners; ++i)
+    for (int top : {0, 1})
+      disc.vertices_m.row(2 * i + top) << std::cos(2.0 * pi * i / kCorners), std::sin(2.0 * pi * i / kCorners),
+          top * height;
+  for (int top : {0, 1}) disc.vertices_m.row(2 * kCorners + top) << 0.0, 0.0, top * height;
+  for (int i = 0; i < kCorners; ++i) {
+    const int a = 2 * i, b = 2 * ((i + 1) % kCorners);
+    disc.triangles.row(4 * i) << a, b, b + 1;
+    disc.triangles.row(4 * i + 1) << a, b + 1, a + 1;
+    disc.triangles.row(4 * i + 2) << 2 * kCorners, b, a;
+    disc.triangles.row(4 * i + 3) << 2 * kCorners + 1, a + 1, b + 1;
+  }
+  EXPECT_LE(detail::elements_along_narrow_facets(disc), 1e4);
 }

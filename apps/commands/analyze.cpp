@@ -27,10 +27,15 @@ void print_partials(const fit::RingdownResult& result, const CommonOptions& comm
   say(common, "%14s %10s %12s %10s %11s %9s\n", "frequency_hz", "std_hz", "decay_per_s", "std_per_s", "amplitude_db",
       "t60_s");
   for (const fit::Partial& p : result.partials.partials) {
-    const double decay_per_s = p.decay_per_s.value_or(0.0);
-    say(common, "%14.4f %10.2g %12.4f %10.2g %11.1f %9.3f\n", p.frequency_hz, p.frequency_std_hz.value_or(0.0),
-        decay_per_s, p.decay_std_per_s.value_or(0.0), 20.0 * std::log10(p.amplitude.value_or(0.0)),
-        std::log(1000.0) / decay_per_s);
+    const double level_db = 20.0 * std::log10(p.amplitude.value_or(0.0));
+    if (!p.decay_per_s) {
+      say(common, "%14.4f %10.2g %12s %10s %11.1f %9s  too short to tell\n", p.frequency_hz,
+          p.frequency_std_hz.value_or(0.0), "-", "-", level_db, "-");
+      continue;
+    }
+    say(common, "%14.4f %10.2g %12.4f %10.2g %11.1f %9.3f%s\n", p.frequency_hz, p.frequency_std_hz.value_or(0.0),
+        *p.decay_per_s, p.decay_std_per_s.value_or(0.0), level_db, std::log(1000.0) / *p.decay_per_s,
+        p.kind == fit::PartialKind::kWeak ? "  weak" : "");
   }
 }
 
@@ -48,7 +53,8 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& common) {
 
   const nlohmann::json used = {{"band_hz", {ringdown.band.low_hz, ringdown.band.high_hz}},
                                {"max_partials", ringdown.max_partials},
-                               {"min_snr_db", ringdown.min_snr_db}};
+                               {"min_snr_db", ringdown.min_snr_db},
+                               {"accept_unexplained", ringdown.accept_unexplained}};
   fit::AnalysisDocument document =
       fit::analysis_document(make_header("analysis", "ok", common, used, {options.recording}), result);
   document.name = std::filesystem::path(options.recording).stem().string();
@@ -84,7 +90,7 @@ Subcommand add_analyze(CLI::App& program, CommonOptions& common) {
   CLI::App* app = program.add_subcommand("analyze", "Partials of a recording with their standard deviations");
   app->add_option("recording", options->recording, "WAV, FLAC, OGG, MP3 or AIFF")->required();
   add_band_option(*app, common, options->band);
-  add_fields(*app, common, options->ringdown, {{"max_partials"}, {"min_snr_db"}});
+  add_fields(*app, common, options->ringdown, {{"max_partials"}, {"min_snr_db"}, {"accept_unexplained"}});
   app->add_option("-o,--output", options->output, "Folder for report.html, resynthesis and pictures");
   app->add_option("--csv", options->csv, "Write the partials as CSV (klang fit reads it)");
   app->footer(

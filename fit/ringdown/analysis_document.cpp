@@ -13,6 +13,7 @@ AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& re
   document.explained_energy = result.explained_energy;
   document.noise_rms = result.noise_rms;
   document.partials = result.partials.partials;
+  document.steady_tones = result.steady_tones;
   return document;
 }
 

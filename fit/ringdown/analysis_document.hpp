@@ -28,7 +28,7 @@ struct AnalysisDocument {
   std::vector<double> strikes_s;
   std::vector<std::vector<double>> strike_amplitudes;
   std::optional<double> explained_energy, noise_rms;
-  std::vector<Partial> partials;
+  std::vector<Partial> partials, steady_tones;
   std::optional<SoundFiles> files;
 
   template <class Self, class Visitor>
@@ -43,6 +43,7 @@ struct AnalysisDocument {
     visit({"explained_energy", "of the free ringing in band, 0 to 1"}, self.explained_energy);
     visit({"noise_rms", "rms of what the partials leave, full scale = 1, in band"}, self.noise_rms);
     visit({"partials", "ascending in frequency"}, self.partials);
+    visit({"steady_tones", "what sounds in band and does not decay: no partials"}, self.steady_tones);
     visit(absent_if_empty({"files", "with -o: beside the result"}), self.files);
   }
 };

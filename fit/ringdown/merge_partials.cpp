@@ -82,6 +82,10 @@ PartialTable merge_partials(const std::vector<PartialTable>& tables, double min_
       const Mean frequency = mean_of(frequencies);
       mean.frequency_hz = frequency.value;
       mean.frequency_std_hz = frequency.std;
+      // One take that shows the decay is enough to tell that it decays.
+      for (const std::size_t j : group) {
+        if (rows[j].partial.is_ring() && !mean.is_ring()) mean.kind = rows[j].partial.kind;
+      }
       if (!decays.empty()) {
         const Mean decay = mean_of(decays);
         mean.decay_per_s = decay.value;

@@ -13,15 +13,16 @@
 namespace klang::fit {
 namespace {
 
-enum class Rule { kAboveZero, kAtLeastZero, kAny };
+enum class Rule { kAboveZero, kAtLeastZero, kAny, kWord };
 
 struct Column {
   const char* name;
-  std::optional<double> Partial::*member;  ///< null for frequency_hz
+  std::optional<double> Partial::*member;  ///< null for frequency_hz and kind
   Rule rule;
+  bool is_word() const { return rule == Rule::kWord; }
 };
 
-constexpr std::array<Column, 8> kColumns{{
+constexpr std::array<Column, 9> kColumns{{
     {"frequency_hz", nullptr, Rule::kAboveZero},
     {"frequency_std_hz", &Partial::frequency_std_hz, Rule::kAboveZero},
     {"decay_per_s", &Partial::decay_per_s, Rule::kAtLeastZero},
@@ -30,6 +31,7 @@ constexpr std::array<Column, 8> kColumns{{
     {"amplitude_std", &Partial::amplitude_std, Rule::kAboveZero},
     {"phase_rad", &Partial::phase_rad, Rule::kAny},
     {"phase_std_rad", &Partial::phase_std_rad, Rule::kAboveZero},
+    {"kind", nullptr, Rule::kWord},
 }};
 
 std::string column_names() {
@@ -85,6 +87,12 @@ void store(Partial& partial, const Column& column, double value, const std::stri
   }
 }
 
+void store_kind(Partial& partial, std::string_view word, const std::string& place) {
+  const auto kind = enum_from_text<PartialKind>(word);
+  if (!kind) throw InputError(place, "kind is none", quoted(word), allowed_words<PartialKind>());
+  partial.kind = *kind;
+}
+
 PartialTable finished(std::vector<Partial> partials, const std::string& name) {
   if (partials.empty()) throw InputError(name, "has no partials", "0 rows", "at least 1");
   std::stable_sort(partials.begin(), partials.end(),
@@ -134,7 +142,11 @@ PartialTable parse_partial_csv(std::string_view text, const std::string& name) {
     Partial partial;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const std::string shown = quoted(cells[i]);
-      if (cells[i].empty() && columns[i]->member != nullptr) continue;
+      if (cells[i].empty() && (columns[i]->member != nullptr || columns[i]->is_word())) continue;
+      if (columns[i]->is_word()) {
+        store_kind(partial, cells[i], place);
+        continue;
+      }
       double value = 0;
       const char* last = cells[i].data() + cells[i].size();
       const auto parsed = std::from_chars(cells[i].data(), last, value);
@@ -168,8 +180,13 @@ PartialTable parse_partial_json(std::string_view text, const std::string& name) 
     for (const Column& column : kColumns) {
       const auto cell = row.find(column.name);
       const bool missing = cell == row.end() || cell->is_null();
-      if (missing && column.member == nullptr) throw InputError(place, "frequency_hz is missing");
+      if (missing && column.member == nullptr && !column.is_word()) throw InputError(place, "frequency_hz is missing");
       if (missing) continue;
+      if (column.is_word()) {
+        if (!cell->is_string()) throw InputError(place, "kind is no text", cell->type_name());
+        store_kind(partial, cell->get<std::string>(), place);
+        continue;
+      }
       if (!cell->is_number()) throw InputError(place, std::string(column.name) + " is not a number", cell->type_name());
       const double value = cell->get<double>();
       store(partial, column, value, place, klang::to_text(value));
@@ -197,8 +214,12 @@ void write_partial_table(const std::filesystem::path& path, const PartialTable& 
   for (const Partial& partial : table.partials) {
     text += klang::to_text(partial.frequency_hz);
     for (std::size_t i = 1; i < kColumns.size(); ++i) {
-      const auto& cell = partial.*kColumns[i].member;
       text += ',';
+      if (kColumns[i].is_word()) {
+        text += to_text(partial.kind);
+        continue;
+      }
+      const auto& cell = partial.*kColumns[i].member;
       if (cell) text += klang::to_text(*cell);
     }
     text += '\n';

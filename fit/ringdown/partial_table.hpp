@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -8,6 +9,18 @@
 #include "core/foundation/config/fields.hpp"
 
 namespace klang::fit {
+
+/// What a recording says about a line of its spectrum.
+enum class PartialKind {
+  kDecaying,  ///< rings and decays
+  kWeak,      ///< decays, but lies 60 dB or more below the loudest: room, noise or misfit may have made it
+  kTooShort,  ///< the recording is too short to tell whether it decays: no decay, and no evidence of a mode
+  kSteady,    ///< does not decay: hum, a tone of the room
+};
+constexpr auto words_of(PartialKind) {
+  return std::array{Word{PartialKind::kDecaying, "decaying"}, Word{PartialKind::kWeak, "weak"},
+                    Word{PartialKind::kTooShort, "too_short"}, Word{PartialKind::kSteady, "steady"}};
+}
 
 /// One measured partial: amplitude exp(-decay_per_s t) cos(2 pi frequency_hz t + phase_rad), t from the
 /// strike.
@@ -20,6 +33,10 @@ struct Partial {
   std::optional<double> amplitude_std;
   std::optional<double> phase_rad;
   std::optional<double> phase_std_rad;
+  PartialKind kind = PartialKind::kDecaying;
+
+  /// Whether it may be held against a mode of a body: what is not known to decay is not.
+  bool is_ring() const { return kind == PartialKind::kDecaying || kind == PartialKind::kWeak; }
 
   /// Without the phases, which only its own recording has.
   template <class Self, class Visitor>
@@ -36,6 +53,11 @@ struct Partial {
     describe_ring(self, visit);
     visit({"phase_rad", "at the first strike: cos(2 pi f t + phase)"}, self.phase_rad);
     visit({"phase_std_rad", "its standard deviation"}, self.phase_std_rad);
+    visit(
+        {"kind",
+         "decaying; weak: 60 dB or more below the loudest at the first strike; too_short: the recording does not tell "
+         "whether it decays; steady: it does not"},
+        self.kind);
   }
 };
 
@@ -46,7 +68,7 @@ struct PartialTable {
 
 /// CSV with a header line (frequency_hz required; the other names of Partial optional, an empty cell is "not
 /// measured") or JSON as klang analyze writes it (by extension). Frequencies and standard deviations are
-/// above 0, decays and amplitudes at least 0. Lines that are empty or start with # are skipped; rows come
+/// above 0, decays and amplitudes at least 0; kind is a word, "decaying" where it is missing. Lines that are empty or start with # are skipped; rows come
 /// back ascending in frequency. In JSON null or a missing key is "not measured" and keys of other names are
 /// left alone; in CSV an unknown column is an error. InputError names file, line (or partials[index]),
 /// column, value.
@@ -54,7 +76,7 @@ PartialTable read_partial_table(const std::filesystem::path& path);
 PartialTable parse_partial_csv(std::string_view text, const std::string& name);
 PartialTable parse_partial_json(std::string_view text, const std::string& name);
 
-/// CSV with all eight columns; a number reads back to the same bits.
+/// CSV with all nine columns; a number reads back to the same bits.
 void write_partial_table(const std::filesystem::path& path, const PartialTable& table);
 
 }  // namespace klang::fit

@@ -11,11 +11,18 @@ namespace klang::fit {
 
 enum class RingdownStatus { kNotRun, kOk, kNothingFound };
 
+/// Below this share of the energy in band, in each of the first 30, 100, 300 ms after the strikes and in the whole, partials
+/// are no account of a recording: it is refused (noise, speech, music and applause stay below it, real rings do not).
+inline constexpr double kLeastExplained = 0.2;
+/// Below this share of the whole the result warns, first of all, that much is not explained.
+inline constexpr double kMostlyExplained = 0.9;
+
 struct RingdownOptions {
   Band band;  ///< high_hz is cut to 0.48 of the sample rate
   int max_partials = 200;
-  double min_snr_db = 10.0;  ///< a partial's peak above the noise in its own resolution cell
-  void validate() const;     ///< InputError
+  double min_snr_db = 10.0;         ///< a partial's peak above the noise in its own resolution cell
+  bool accept_unexplained = false;  ///< go on, with a warning, where the partials explain less than kLeastExplained
+  void validate() const;            ///< InputError
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -23,14 +30,17 @@ struct RingdownOptions {
     visit({"band.high_hz", "Highest frequency", inside(0.0, 1e9)}, self.band.high_hz);
     visit({"max_partials", "Keep the strongest N", between(1.0, 2000.0)}, self.max_partials);
     visit({"min_snr_db", "A partial stands this far above the noise", between(0.0, 120.0)}, self.min_snr_db);
+    visit({"accept_unexplained", "Go on where the partials explain less than 20 % of what is heard (else exit 3)"},
+          self.accept_unexplained);
   }
 };
 
 struct RingdownResult {
   RingdownStatus status = RingdownStatus::kNotRun;
-  std::string message;            ///< why nothing was found
-  PartialTable partials;          ///< amplitude and phase at the first strike; standard deviations always given
-  std::vector<double> strikes_s;  ///< times of the strikes, from the file's start
+  std::string message;    ///< why nothing was found
+  PartialTable partials;  ///< amplitude and phase at the first strike; standard deviations of all that is given
+  std::vector<Partial> steady_tones;                   ///< what sounds and does not decay: no partials of the body
+  std::vector<double> strikes_s;                       ///< times of the strikes, from the file's start
   std::vector<std::vector<double>> strike_amplitudes;  ///< [strike][partial], where there are several strikes
   std::vector<std::vector<double>> strike_phases_rad;  ///< as strike_amplitudes
   double sample_rate_hz = 0.0;

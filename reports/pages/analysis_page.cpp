@@ -79,14 +79,26 @@ std::vector<std::string> sentences_of(const fit::AnalysisDocument& data) {
                 escaped(hertz(highest->frequency_hz, highest->frequency_std_hz));
   if (data.strikes_s.size() > 1) sentence += " and " + std::to_string(data.strikes_s.size()) + " strikes";
   sentences.push_back(sentence + ".");
-  sentence = "The strongest lies at " + bold(hertz(loudest->frequency_hz, loudest->frequency_std_hz));
+  const auto n_undecided = static_cast<std::size_t>(
+      std::count_if(data.partials.begin(), data.partials.end(), [](const fit::Partial& p) { return !p.decay_per_s; }));
+  if (n_undecided > 0) {
+    sentences.push_back(counted(n_undecided, "partial has", "partials have") +
+                        " no decay: the recording is too short to tell whether they fall.");
+  }
+  if (!data.steady_tones.empty()) {
+    sentences.push_back(counted(data.steady_tones.size(), "steady tone", "steady tones") +
+                        " in band do not decay and are left out.");
+  }
+  sentence = "The strongest (by amplitude at the strike) lies at " +
+             bold(hertz(loudest->frequency_hz, loudest->frequency_std_hz));
   if (loudest->decay_per_s && *loudest->decay_per_s > 0) {
     sentence += " and falls by 60 dB in " + rounded(std::log(1000.0) / *loudest->decay_per_s, 3) + " s";
   }
   sentences.push_back(sentence + ".");
   if (data.explained_energy) {
     sentences.push_back("Together they explain " + bold(rounded(100 * *data.explained_energy, 4) + " %") +
-                        " of the recording’s energy in band after the first strike.");
+                        " of the recording’s energy in band after the first strike." +
+                        (*data.explained_energy < fit::kMostlyExplained ? " <b>The rest is not explained.</b>" : ""));
   }
   return sentences;
 }

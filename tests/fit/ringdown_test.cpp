@@ -70,7 +70,7 @@ TEST(Ringdown, WhiteNoiseAndHumGiveNoPartialsAndSilenceIsBadInput) {
   EXPECT_THROW(identify_ringdown(ringing({}, 48000, 1, 0.0, 5)), klang::InputError);
   const auto hum = identify_ringdown(ringing({{50, 0, 0.1, 0}, {150, 0, 0.03, 1}}, 48000, 3, 1e-3, 6));
   EXPECT_EQ(hum.status, RingdownStatus::kNothingFound);
-  EXPECT_EQ(hum.warnings.size(), 2u);
+  EXPECT_EQ(hum.steady_tones.size(), 2u);
 }
 
 TEST(Ringdown, TooFewSamplesNotANumberAndBadOptionsAreBadInput) {

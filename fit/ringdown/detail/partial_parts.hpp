@@ -18,7 +18,14 @@ double residual_variance(const SubBand& band, const RefinedFit& fit);
 /// Amplitude of one of a fit's partials in every segment (rows) and channel.
 Eigen::MatrixXcd amplitudes_of(const RingData& data, const SubBand& band, const LinearFit& linear, std::size_t index);
 
-/// Fits what is new (from first_new on) and the partials whose bands it falls into.
-void polish_near(const RingData& data, std::vector<FittedPartial>& partials, std::size_t first_new);
+/// How groups are fitted again.
+struct Polishing {
+  const TailNoise* noise = nullptr;  ///< null while the search goes on: no disturbance is measured
+  bool later_starts = false;         ///< try them where the residual stands above the noise (needs noise)
+};
+
+/// Fits the groups again that lie within 8 cells of one of the frequencies.
+void polish_near(const RingData& data, std::vector<FittedPartial>& partials, const Polishing& how,
+                 const std::vector<double>& changed_hz);
 
 }  // namespace klang::fit::detail

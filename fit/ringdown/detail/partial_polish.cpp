@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/foundation/base/parallel.hpp"
@@ -13,6 +14,8 @@ constexpr double kDisturbed = 4.0;     ///< residual over noise from which later
 constexpr double kForeseeable = 50.0;  ///< power over noise from which a partial must be seen later
 constexpr double kLost = 0.7;          ///< part of its amplitude that may be missing there
 constexpr double kSurer = 1.3;         ///< how much smaller the deviation must be to start later
+constexpr double kReachCells = 8.0;    ///< from a change to what is fitted again, in 1 / window
+constexpr double kMostGrowth = 3.0;    ///< nepers over the longest segment
 constexpr double kSameStory = 2.5;     ///< residual with a later start's poles over the one without
 
 /// Neighbours whose lines overlap and whose decays are alike are fitted together.
@@ -95,9 +98,51 @@ double signal_to_noise(const GroupFit& fit, std::size_t index) {
   return best;
 }
 
-/// One group's joint fit; the others stay as they are.
-void polish_group(const RingData& data, const std::vector<FittedPartial>& all, const std::vector<std::size_t>& group,
-                  const TailNoise* noise, std::vector<FittedPartial>& result) {
+/// With the pole as it is: what is known of it when no refinement succeeds.
+GroupFit hold_pole(const RingData& data, const Pole& pole, const std::vector<RingPartial>& others, double window) {
+  GroupFit result;
+  const double half = std::max(kHalfBandCells / window, pole.decay_per_s);
+  result.band = data.sub_band(pole.frequency_hz - half, pole.frequency_hz + half, window, others);
+  if (result.band.blocks.empty()) return result;
+  result.fit.poles = {pole};
+  result.fit.linear = linear_fit(result.band, result.fit.poles);
+  result.variance = residual_variance(result.band, result.fit);
+  result.spread = covariance(result.band, result.fit.poles, result.fit.linear, result.variance);
+  result.ok = result.fit.ok = result.spread.ok;
+  return result;
+}
+
+/// Of the two partials of a group that are told apart worst, in line widths, the weaker one: its place in the group.
+std::size_t least_resolved(const std::vector<FittedPartial>& all, const std::vector<std::size_t>& group,
+                           double window) {
+  std::size_t weaker = 0;
+  double closest = 1e300;
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const RingPartial& a = all[group[i]].ring;
+      const RingPartial& b = all[group[j]].ring;
+      const double width = std::max(a.pole.decay_per_s, b.pole.decay_per_s) / (2 * kPi) + 0.5 / window;
+      const double apart =
+          std::hypot(a.pole.frequency_hz - b.pole.frequency_hz, (a.pole.decay_per_s - b.pole.decay_per_s) / (2 * kPi)) /
+          width;
+      if (!(apart < closest)) continue;
+      closest = apart;
+      weaker = a.energy() < b.energy() ? i : j;
+    }
+  }
+  return weaker;
+}
+
+/// Marks a partial as none: nothing of it is subtracted where others are fitted.
+void leave_out(FittedPartial& partial) {
+  partial.unresolved = true;
+  partial.ring.amplitude.setZero();
+}
+
+/// One group's joint fit; the others stay as they are. Where no joint fit succeeds the least resolved member is left
+/// out (and marked) and the rest is fitted again: one that cannot be told from its neighbour takes nobody along.
+void polish_group(const RingData& data, const std::vector<FittedPartial>& all, std::vector<std::size_t> group,
+                  const Polishing& how, std::vector<FittedPartial>& result) {
   double window = 0, centre = 0;
   std::vector<RingPartial> others;
   std::vector<Pole> poles;
@@ -110,9 +155,17 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, c
     centre += poles.back().frequency_hz / static_cast<double>(group.size());
   }
   GroupFit best = fit_group(data, poles, others, window, 0);
+  while (!best.ok && group.size() > 1) {
+    const std::size_t left_out = least_resolved(all, group, window);
+    leave_out(result[group[left_out]]);
+    group.erase(group.begin() + static_cast<std::ptrdiff_t>(left_out));
+    poles.erase(poles.begin() + static_cast<std::ptrdiff_t>(left_out));
+    best = fit_group(data, poles, others, window, 0);
+  }
+  if (!best.ok) best = hold_pole(data, poles.front(), others, window);
   const GroupFit early = best;
   Eigen::Index best_offset = 0;
-  if (noise != nullptr && (!best.ok || best.variance > kDisturbed * noise->at(centre))) {
+  if (how.later_starts && (!best.ok || best.variance > kDisturbed * how.noise->at(centre))) {
     // Something other than free ringing in the first part (a second touch, a rattle)? A later start that is
     // much surer of the strongest partial says so.
     for (const double part : {0.08, 0.16, 0.3, 0.45}) {
@@ -132,8 +185,7 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, c
       best_offset = later;
     }
   }
-  for (const std::size_t i : group) result[i].amplitude_covariance.clear();  // until a fit is found sound
-  if (!best.ok) return;
+  if (!best.ok) return;  // the last good fit stays
   std::vector<double> late_snr;
   if (best_offset > 0) {
     // Poles from the undisturbed part, amplitudes from all of it: what rang is what the recording holds.
@@ -153,8 +205,11 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, c
     partial.ring.pole = best.fit.poles[g];
     partial.ring.amplitude = amplitudes_of(data, best.band, best.fit.linear, g);
     partial.window_s = best.band.time_scale_s;
-    if (noise != nullptr)
-      partial.disturbance = (early.ok ? early.variance : best.variance) / (noise->at(centre) + 1e-300);
+    partial.lasts.reset();
+    // What grows in a short window would explode in a longer one; it rings nowhere.
+    if (partial.ring.pole.decay_per_s * data.longest_segment_s() < -kMostGrowth) leave_out(partial);
+    if (how.noise != nullptr)
+      partial.disturbance = (early.ok ? early.variance : best.variance) / (how.noise->at(centre) + 1e-300);
     const auto at = static_cast<Eigen::Index>(2 * g);
     partial.pole_covariance = best.spread.poles.block<2, 2>(at, at);
     const std::size_t n_blocks = data.segments().size() * n_channels;
@@ -173,16 +228,16 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, c
 /// Groups in two rounds: neighbours see each other's newest state (all at once, overlapping lines can chase
 /// each other). Only groups for which wanted(group) holds.
 template <typename Wanted>
-void polish_groups(const RingData& data, std::vector<FittedPartial>& partials, const TailNoise* noise, Wanted wanted) {
+void polish_groups(const RingData& data, std::vector<FittedPartial>& partials, const Polishing& how, Wanted wanted) {
   const auto groups = groups_of(data, partials);
-  for (std::size_t parity = 0; parity < 2; ++parity) {
-    std::vector<std::size_t> chosen;
-    for (std::size_t g = parity; g < groups.size(); g += 2) {
-      if (wanted(groups[g])) chosen.push_back(g);
-    }
+  std::array<std::vector<std::size_t>, 2> rounds;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (wanted(groups[g])) rounds[g % 2].push_back(g);
+  }
+  for (const std::vector<std::size_t>& chosen : rounds) {
     const std::vector<FittedPartial> before = partials;
     for_each_job(chosen.size(),
-                 [&](std::size_t job) { polish_group(data, before, groups[chosen[job]], noise, partials); });
+                 [&](std::size_t job) { polish_group(data, before, groups[chosen[job]], how, partials); });
   }
 }
 
@@ -214,46 +269,55 @@ Eigen::MatrixXcd amplitudes_of(const RingData& data, const SubBand& band, const 
   return amplitude;
 }
 
-void polish_near(const RingData& data, std::vector<FittedPartial>& partials, std::size_t first_new) {
+void polish_near(const RingData& data, std::vector<FittedPartial>& partials, const Polishing& how,
+                 const std::vector<double>& changed_hz) {
   const std::vector<FittedPartial> snapshot = partials;
-  polish_groups(data, partials, nullptr, [&](const std::vector<std::size_t>& group) {
+  polish_groups(data, partials, how, [&](const std::vector<std::size_t>& group) {
     for (const std::size_t i : group) {
-      if (i >= first_new) return true;
       const Pole& pole = snapshot[i].ring.pole;
-      const double reach = kHalfBandCells / window_of(pole, data);
-      for (std::size_t j = first_new; j < snapshot.size(); ++j) {
-        if (std::abs(snapshot[j].ring.pole.frequency_hz - pole.frequency_hz) < reach) return true;
+      const double reach = kReachCells / window_of(pole, data);
+      for (const double f : changed_hz) {
+        if (std::abs(f - pole.frequency_hz) < reach) return true;
       }
     }
     return false;
   });
 }
 
-void polish(const RingData& data, std::vector<FittedPartial>& partials) {
-  const TailNoise noise(data);
-  polish_groups(data, partials, &noise, [](const std::vector<std::size_t>&) { return true; });
+void polish(const RingData& data, std::vector<FittedPartial>& partials, const TailNoise& noise) {
+  polish_groups(data, partials, {&noise, true}, [](const std::vector<std::size_t>&) { return true; });
 }
 
-std::vector<bool> persistent(const RingData& data, const std::vector<FittedPartial>& partials) {
-  std::vector<char> lasts(partials.size(), 1);
+void check_persistence(const RingData& data, std::vector<FittedPartial>& partials) {
+  const std::vector<FittedPartial>& all = partials;
   const auto groups = groups_of(data, partials);
-  for_each_job(groups.size(), [&](std::size_t g) {
-    const auto& group = groups[g];
+  std::vector<std::size_t> chosen;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (std::any_of(groups[g].begin(), groups[g].end(), [&](std::size_t i) { return !all[i].lasts.has_value(); }))
+      chosen.push_back(g);
+  }
+  for_each_job(chosen.size(), [&](std::size_t job) {
+    const auto& group = groups[chosen[job]];
     std::vector<RingPartial> others;
     std::vector<Pole> poles;
     double low = 1e300, high = 0, window = 0;
-    for (std::size_t i = 0; i < partials.size(); ++i) {
-      if (std::find(group.begin(), group.end(), i) == group.end()) others.push_back(partials[i].ring);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (std::find(group.begin(), group.end(), i) == group.end()) others.push_back(all[i].ring);
     }
     for (const std::size_t i : group) {
-      poles.push_back(partials[i].ring.pole);
+      poles.push_back(all[i].ring.pole);
       low = std::min(low, poles.back().frequency_hz);
       high = std::max(high, poles.back().frequency_hz);
       window = std::max(window, window_of(poles.back(), data));
     }
     const double half = kHalfBandCells / window;
+    std::vector<char> lasts(group.size(), 1);
     for (std::size_t member = 0; member < group.size(); ++member) {
-      const RingPartial& ring = partials[group[member]].ring;
+      const RingPartial& ring = all[group[member]].ring;
+      const bool strongest = std::all_of(group.begin(), group.end(), [&](std::size_t i) {
+        return all[i].ring.amplitude.norm() <= ring.amplitude.norm();
+      });
+      if (strongest) continue;
       const double later_s = std::min(1 / std::max(ring.pole.decay_per_s, 1e-9), 0.4 * data.longest_segment_s());
       const auto offset = static_cast<Eigen::Index>(later_s * data.sample_rate_hz());
       const SubBand band = data.sub_band(low - half, high + half, window, others, offset);
@@ -275,13 +339,10 @@ std::vector<bool> persistent(const RingData& data, const std::vector<FittedParti
         missed += std::norm(seen - predicted);
         noise += spread.amplitudes_held[b].block<2, 2>(at, at).trace();
       }
-      bool strongest = true;
-      for (const std::size_t i : group)
-        strongest = strongest && partials[i].ring.amplitude.norm() <= ring.amplitude.norm();
-      if (!strongest && expected > kForeseeable * noise && missed > kLost * kLost * expected) lasts[group[member]] = 0;
+      if (expected > kForeseeable * noise && missed > kLost * kLost * expected) lasts[member] = 0;
     }
+    for (std::size_t member = 0; member < group.size(); ++member) partials[group[member]].lasts = lasts[member] != 0;
   });
-  return {lasts.begin(), lasts.end()};
 }
 
 }  // namespace klang::fit::detail

@@ -33,7 +33,7 @@ struct PeakSpectrum {
 
 /// Peaks of the residual's spectrum in windows of about window_s from the beginning of each segment.
 PeakSpectrum find_peaks(const RingData& data, double window_s, const std::vector<RingPartial>& found,
-                        const SearchOptions& options) {
+                        const std::vector<double>& tried_hz, const SearchOptions& options) {
   PeakSpectrum result;
   const auto wanted = static_cast<Eigen::Index>(window_s * data.sample_rate_hz() + 0.5);
   std::vector<Eigen::Index> usable;
@@ -74,7 +74,10 @@ PeakSpectrum find_peaks(const RingData& data, double window_s, const std::vector
   for (Eigen::Index k = first; k <= last; ++k) {
     if (excess[k] < threshold || excess[k] < excess[k - 1] || excess[k] <= excess[k + 1]) continue;
     if (excess[k] < excess[k - 2] || excess[k] < excess[k + 2]) continue;
-    result.peaks.push_back({static_cast<double>(k) * per_bin, excess[k]});
+    const double f = static_cast<double>(k) * per_bin;
+    if (std::any_of(tried_hz.begin(), tried_hz.end(), [&](double tried) { return std::abs(tried - f) < 4 * per_bin; }))
+      continue;
+    result.peaks.push_back({f, excess[k]});
   }
   const auto most = static_cast<std::size_t>(2 * options.max_partials);
   if (result.peaks.size() > most) {
@@ -259,6 +262,8 @@ std::vector<FittedPartial> explore(const RingData& data, const Cluster& cluster,
     if (!(f >= data.band().low_hz) || !(f <= data.band().high_hz)) continue;
     FittedPartial partial;
     partial.ring.pole = current.poles[i];
+    // What grows within a short window is not carried on into longer ones.
+    partial.ring.pole.decay_per_s = std::max(partial.ring.pole.decay_per_s, 0.0);
     partial.ring.amplitude = amplitudes_of(data, band, current.linear, i);
     partial.window_s = band.time_scale_s;
     fresh.push_back(std::move(partial));
@@ -274,15 +279,14 @@ std::vector<RingPartial> rings_of(const std::vector<FittedPartial>& partials) {
 
 }  // namespace
 
-std::vector<FittedPartial> search_partials(const RingData& data, const SearchOptions& options, Monitor& monitor) {
-  std::vector<FittedPartial> found;
+void search_partials(const RingData& data, const SearchOptions& options, const TailNoise& noise,
+                     const std::vector<double>& tried_hz, std::vector<FittedPartial>& found, Monitor& monitor) {
   std::vector<double> windows;
-  const TailNoise noise(data);
   const double shortest = std::max(kShortestWindowS, 64 / data.sample_rate_hz());
   for (double w = data.longest_segment_s(); w >= shortest || windows.empty(); w /= 3) windows.push_back(w);
   for (std::size_t scale = 0; scale < windows.size(); ++scale) {
     monitor.throw_if_stopped();
-    const PeakSpectrum spectrum = find_peaks(data, windows[scale], rings_of(found), options);
+    const PeakSpectrum spectrum = find_peaks(data, windows[scale], rings_of(found), tried_hz, options);
     const auto clusters = clusters_of(spectrum);
     std::vector<std::vector<FittedPartial>> fresh(clusters.size());
     const auto job = [&](std::size_t c) {
@@ -290,14 +294,17 @@ std::vector<FittedPartial> search_partials(const RingData& data, const SearchOpt
       fresh[c] = explore(data, clusters[c], spectrum.window_s, found, noise.at(centre));
     };
     for_each_job(clusters.size(), job, "partials", monitor);
-    const std::size_t first_new = found.size();
+    std::vector<double> fresh_hz;
     for (auto& list : fresh) {
-      for (FittedPartial& partial : list) found.push_back(std::move(partial));
+      for (FittedPartial& partial : list) {
+        fresh_hz.push_back(partial.ring.pole.frequency_hz);
+        found.push_back(std::move(partial));
+      }
     }
-    if (found.size() > first_new) polish_near(data, found, first_new);
+    polish_near(data, found, {}, fresh_hz);
+    std::erase_if(found, [](const FittedPartial& partial) { return partial.unresolved; });
     monitor.progress("ringdown", static_cast<double>(scale + 1) / static_cast<double>(windows.size()));
   }
-  return found;
 }
 
 }  // namespace klang::fit::detail

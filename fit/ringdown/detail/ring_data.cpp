@@ -44,6 +44,15 @@ std::vector<Eigen::Index> clipped_frames(const Eigen::VectorXd& x) {
   return frames;
 }
 
+/// What a partial puts into a band is a polynomial over its bins, which the fits' background takes up to 1e-5 of it, when
+/// the line lies 20 widths of the band (and of the line) away.
+bool leaks_smoothly(const Pole& pole, double low_hz, double high_hz) {
+  constexpr double kFar = 20;
+  const double away = std::max(low_hz - pole.frequency_hz, pole.frequency_hz - high_hz);
+  return away > kFar * (high_hz - low_hz + std::abs(pole.decay_per_s) / (2 * kPi)) &&
+         pole.frequency_hz + low_hz > kFar * (high_hz - low_hz);
+}
+
 }  // namespace
 
 double RingPartial::energy() const { return amplitude.squaredNorm() / (4 * (std::max(pole.decay_per_s, 0.0) + 1)); }
@@ -187,6 +196,7 @@ SubBand RingData::sub_band(double low_hz, double high_hz, double duration_s, con
       block.sample_rate_hz = rate_;
       block.y = spectrum(block.segment, block.channel, offset, n).segment(first, last - first + 1);
       for (const RingPartial& other : others) {
+        if (leaks_smoothly(other.pole, low_hz, high_hz)) continue;
         const Complex sigma(-other.pole.decay_per_s, 2 * kPi * other.pole.frequency_hz);
         const Complex a = other.amplitude(block.segment, block.channel) * std::exp(sigma * offset_s);
         block.y -= exponential_bins(block, other.pole.frequency_hz, other.pole.decay_per_s, a);

@@ -85,10 +85,9 @@ class ProjectedCost final : public ceres::CostFunction {
     Eigen::Map<Eigen::VectorXd>(residuals, rows) = weight_ * rest;
     if (!slopes) return true;
     const Eigen::VectorXd pivots = qr.matrixQR().diagonal().cwiseAbs();
-    if (!(pivots.minCoeff() > 1e-13 * pivots.maxCoeff())) {
-      return false;  // two poles fell together
-    }
-    const Eigen::VectorXd c = r.solve(qy);
+    // Where two poles fall together one of them takes all, and what is left of the slope leads on from there.
+    const bool together = !(pivots.minCoeff() > 1e-13 * pivots.maxCoeff());
+    const Eigen::VectorXd c = together ? Eigen::VectorXd(design.phi.colPivHouseholderQr().solve(y)) : r.solve(qy);
     // d(rest) = -(1 - Q Q^T) dPhi c - Q R^-T dPhi^T rest, with dPhi in the two columns of one pole.
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
         jacobians[0], rows, static_cast<Eigen::Index>(2 * poles.size()));
@@ -99,8 +98,10 @@ class ProjectedCost final : public ceres::CostFunction {
       Eigen::VectorXd d_rest = -(moved - q * (q.transpose() * moved));
       Eigen::VectorXd turned = Eigen::VectorXd::Zero(cols);
       turned.segment(column, 2) = d_phi.transpose() * rest;
-      r.transpose().solveInPlace(turned);
-      d_rest -= q * turned;
+      if (!together) {
+        r.transpose().solveInPlace(turned);
+        d_rest -= q * turned;
+      }
       const double unit = k % 2 == 0 ? 1 / (2 * kPi * time_scale_s_) : 1 / time_scale_s_;
       jacobian.col(k) = weight_ * unit * d_rest;
     }
@@ -184,11 +185,12 @@ RefinedFit refine(const SubBand& band, const std::vector<Pole>& start, bool prec
     x[2 * i + 1] = std::clamp(x[2 * i + 1], -1.9, 299.0);
   }
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = precise ? 40 : 15;
   options.function_tolerance = precise ? 1e-9 : 1e-5;
   options.gradient_tolerance = 1e-14;
   options.parameter_tolerance = 1e-10;
+  options.max_num_consecutive_invalid_steps = 20;
   const ceres::Solver::Summary summary = least_squares(options, problem);
   if (!summary.IsSolutionUsable()) return result;
   for (std::size_t i = 0; i < start.size(); ++i) {

@@ -13,6 +13,7 @@ namespace {
 PartialTable within(const PartialTable& table, const Band& band) {
   PartialTable kept{{}, table.origin};
   for (const Partial& partial : table.partials) {
+    if (!partial.is_ring()) continue;
     if (partial.frequency_hz >= band.low_hz && partial.frequency_hz <= band.high_hz) kept.partials.push_back(partial);
   }
   return kept;

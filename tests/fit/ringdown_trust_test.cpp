@@ -1,0 +1,135 @@
+/// What is a partial, what is a tone, and when a recording is refused.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fit/ringdown/ringdown.hpp"
+#include "tests/fit/ringdown_signals.hpp"
+
+using klang::kPi;
+using klang::audio::Signal;
+using klang::fit::identify_ringdown;
+using klang::fit::PartialKind;
+using klang::fit::RingdownOptions;
+using klang::fit::RingdownStatus;
+using klang::tests::nearest;
+using klang::tests::ringing;
+using klang::tests::TruePartial;
+
+namespace {
+
+const std::vector<TruePartial> kBell{{634, 3, 0.2, 0.4}, {1720, 7, 0.15, -1.0}, {3300, 15, 0.1, 2.0}};
+
+/// Half a second of white noise, over and over.
+Signal looped_noise() {
+  Signal signal = ringing({}, 44100, 3, 0.0, 1);
+  const Signal piece = ringing({}, 44100, 0.5, 0.1, 5);
+  for (Eigen::Index i = 0; i < signal.n_frames(); ++i) signal.samples(i, 0) = piece.samples(i % piece.n_frames(), 0);
+  return signal;
+}
+
+/// Every partial of kBell that is left after gone_s is there, its frequency within half its line's width.
+void expect_bell(const Signal& signal, double gone_s, const char* what, RingdownOptions options = {}) {
+  const auto result = identify_ringdown(signal, options);
+  ASSERT_EQ(result.status, RingdownStatus::kOk) << what << ": " << result.message;
+  for (const TruePartial& truth : kBell) {
+    const double left = truth.amplitude * std::exp(-truth.decay_per_s * gone_s);
+    if (left < 0.003 || truth.frequency_hz > options.band.high_hz) continue;  // 30 dB over the noise, over its life
+    const auto* found = nearest(result.partials.partials, truth.frequency_hz);
+    ASSERT_NE(found, nullptr) << what;
+    EXPECT_NEAR(found->frequency_hz, truth.frequency_hz, truth.decay_per_s / (4 * kPi)) << what;
+    ASSERT_TRUE(found->decay_per_s.has_value()) << what;
+    EXPECT_NEAR(*found->decay_per_s, truth.decay_per_s, 0.05 * truth.decay_per_s) << what;
+  }
+}
+
+}  // namespace
+
+TEST(RingdownTrust, CutsPaddingAndOtherBandsLoseNoPartial) {
+  const Signal whole = ringing(kBell, 44100, 1.5, 1e-4, 3, 0.1);
+  for (const double gone_s : {0.0, 0.02, 0.1, 0.3}) {
+    Signal cut = whole;
+    cut.samples = whole.samples.bottomRows(whole.n_frames() - static_cast<Eigen::Index>((0.1 + gone_s) * 44100)).eval();
+    expect_bell(cut, gone_s, "cut");
+  }
+  Signal padded = whole;
+  padded.samples = Eigen::MatrixXd::Zero(whole.n_frames() + 44100, 1);
+  padded.samples.middleRows(8820, whole.n_frames()) = whole.samples;
+  expect_bell(padded, 0, "padded with digital silence");
+  RingdownOptions narrow;
+  narrow.band = {100, 2500};
+  expect_bell(whole, 0, "narrow band", narrow);
+}
+
+TEST(RingdownTrust, NoiseThatFollowsTheSignalAsACodecsDoesHidesNoPartial) {
+  // Noise 40 dB under the ring's own level, changing with it, and digital silence at the end.
+  Signal signal = ringing(kBell, 44100, 1.5, 0.0, 3, 0.1);
+  const Signal noise = ringing({}, 44100, 1.5, 1.0, 9);
+  double level = 0;
+  for (Eigen::Index i = 0; i < signal.n_frames(); ++i) {
+    level = std::max(0.999 * level, std::abs(signal.samples(i, 0)));
+    if (level > 1e-4) signal.samples(i, 0) += 0.01 * level * noise.samples(i, 0);
+  }
+  expect_bell(signal, 0, "noise that follows");
+}
+
+TEST(RingdownTrust, WhatRangBeforeTheBlowAndFallsAfterItIsAPartial) {
+  Signal signal = ringing({{1017.8, 0.9, 0.1, 0}, {1023.06, 1.2, 0.1, 1}}, 44100, 6, 1e-5, 2, 0.0);
+  signal.samples +=
+      ringing({{1017.8, 0.9, 0.2, 2}, {1023.06, 1.2, 0.2, 0}, {2592.6, 6, 0.1, 1}}, 44100, 6, 0, 1, 1.0).samples;
+  const auto result = identify_ringdown(signal);
+  ASSERT_EQ(result.status, RingdownStatus::kOk) << result.message;
+  for (const TruePartial& truth : {TruePartial{1017.8, 0.9, 0, 0}, {1023.06, 1.2, 0, 0}, {2592.6, 6, 0, 0}}) {
+    const auto* found = nearest(result.partials.partials, truth.frequency_hz);
+    ASSERT_NE(found, nullptr);
+    EXPECT_NEAR(found->frequency_hz, truth.frequency_hz, 0.01);
+    ASSERT_TRUE(found->decay_per_s.has_value());
+    EXPECT_NEAR(*found->decay_per_s, truth.decay_per_s, 0.01 * truth.decay_per_s);
+  }
+}
+
+TEST(RingdownTrust, SteadyTonesHaveNoDecay) {
+  std::vector<TruePartial> tones;
+  for (int k = 0; k < 20; ++k) tones.push_back({311.7 + 157.3 * k, 0.0, 2e-4, 0.7 * k});  // 10 to 20 dB over the noise
+  Signal signal = ringing(kBell, 44100, 3, 1e-3, 4);
+  signal.samples += ringing(tones, 44100, 3, 0.0, 1).samples;
+  const auto result = identify_ringdown(signal);
+  ASSERT_EQ(result.status, RingdownStatus::kOk) << result.message;
+  std::size_t n_rings = 0;
+  for (const auto& partial : result.partials.partials) {
+    n_rings += partial.is_ring() ? 1 : 0;
+    EXPECT_EQ(partial.is_ring(), partial.decay_per_s.has_value()) << partial.frequency_hz;
+  }
+  EXPECT_EQ(n_rings, kBell.size());
+  EXPECT_GE(result.steady_tones.size(), 10u);
+}
+
+TEST(RingdownTrust, ADecayThatTheRecordingCannotShowIsNotInvented) {
+  const auto result = identify_ringdown(ringing({{440, 0.001, 0.01, 0.3}}, 16000, 0.5, 1e-4, 8, 0.1));
+  ASSERT_EQ(result.partials.partials.size(), 1u) << result.message;
+  EXPECT_EQ(result.partials.partials[0].kind, PartialKind::kTooShort);
+  EXPECT_FALSE(result.partials.partials[0].decay_per_s.has_value());
+}
+
+TEST(RingdownTrust, LoopedNoiseIsRefusedUnlessAsked) {
+  const Signal signal = looped_noise();
+  const auto refused = identify_ringdown(signal);
+  EXPECT_EQ(refused.status, RingdownStatus::kNothingFound);
+  EXPECT_NE(refused.message.find("explain"), std::string::npos) << refused.message;
+  RingdownOptions options;
+  options.accept_unexplained = true;
+  const auto accepted = identify_ringdown(signal, options);
+  ASSERT_EQ(accepted.status, RingdownStatus::kOk);
+  ASSERT_FALSE(accepted.warnings.empty());
+  EXPECT_NE(accepted.warnings.front().find("explain"), std::string::npos) << accepted.warnings.front();
+}
+
+TEST(RingdownTrust, WhatLiesSixtyDecibelsBelowTheLoudestIsMarkedWeak) {
+  auto partials = kBell;
+  partials.push_back({5100, 10, 1e-4, 0});
+  const auto result = identify_ringdown(ringing(partials, 44100, 2, 1e-6, 3, 0.1));
+  const auto* weak = nearest(result.partials.partials, 5100);
+  ASSERT_NE(weak, nullptr);
+  EXPECT_NEAR(weak->frequency_hz, 5100, 0.1);
+  EXPECT_EQ(weak->kind, PartialKind::kWeak);
+}

@@ -12,11 +12,11 @@
 namespace klang::apps {
 namespace {
 
-/// One line whatever the parser or the library had to say.
+/// One line whatever the parser or the library had to say; bytes of a file never reach the terminal as its commands.
 int complain(const char* what, int code) {
   std::string line(what);
   for (char& c : line) {
-    if (c == '\n' || c == '\r') c = ' ';
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = ' ';
   }
   std::fprintf(stderr, "klang: %s\n", line.c_str());
   return code;

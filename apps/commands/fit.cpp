@@ -1,4 +1,7 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
 #include <memory>
 
 #include "apps/kit/command.hpp"
@@ -18,7 +21,7 @@ namespace {
 struct FitCommand {
   std::string problem;
   std::string output;
-  bool no_pictures = false;
+  bool no_pictures = false, strict = false;
   fit::FitOptions fit;
 };
 
@@ -51,13 +54,28 @@ void write_specimen_files(const OutputDirectory& out, const fit::FitResult& resu
 }
 
 void print_parameters(const std::vector<fit::FitParameter>& parameters, const CommonOptions& common) {
-  say(common, "%-26s %14s %11s   %s\n", "parameter", "value", "std", "95 % interval");
+  say(common, "%-26s %14s %11s   %-28s %s\n", "parameter", "value", "std", "95 % interval", "verdict");
   for (const fit::FitParameter& p : parameters) {
     if (p.identifiable && p.std && p.ci95) {
-      say(common, "%-26s %14.6g %11.2g   %.6g to %.6g\n", p.name.c_str(), p.value, *p.std, (*p.ci95)[0], (*p.ci95)[1]);
+      char interval[64];
+      std::snprintf(interval, sizeof interval, "%.6g to %.6g", (*p.ci95)[0], (*p.ci95)[1]);
+      say(common, "%-26s %14.6g %11.2g   %-28s %s\n", p.name.c_str(), p.value, *p.std, interval,
+          std::string(to_text(p.verdict)).c_str());
     } else {
       say(common, "%-26s %14.6g %11s   not determined: %s\n", p.name.c_str(), p.value, "-", p.why.c_str());
     }
+  }
+}
+
+/// The verdict with its evidence; what raises no doubt stands on the page and in fit.json.
+void print_judgement(const fit::Judgement& judgement, const CommonOptions& common) {
+  std::string words(to_text(judgement.verdict));
+  std::transform(words.begin(), words.end(), words.begin(), [](unsigned char c) { return std::toupper(c); });
+  say(common, "verdict: %s\n", words.c_str());
+  for (const fit::Reason& reason : judgement.reasons) {
+    if (reason.weight == fit::Verdict::kTrusted) continue;
+    say(common, "  %s: %s%s\n", std::string(to_text(reason.weight)).c_str(),
+        reason.specimen.empty() ? "" : (reason.specimen + ": ").c_str(), reason.text.c_str());
   }
 }
 
@@ -88,6 +106,7 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
   for (const std::string& warning : result.warnings) warn(warning);
   for (const std::string& warning : report.warnings) warn(warning);
   print_parameters(result.parameters, common);
+  print_judgement(result.judgement, common);
   if (!result.damping.model.empty()) say(common, "damping: %s fits best (AICc)\n", result.damping.model.c_str());
   for (const fit::SpecimenResult& specimen : result.specimens) {
     say(common, "%s%s: rms %.2f cents, worst %.2f cents, %zu partials unmatched\n", specimen.name.c_str(),
@@ -95,7 +114,7 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
         specimen.max_deviation_cents, specimen.unmatched_partials.size());
   }
   say(common, "report: %s\n", (std::filesystem::path(options.output) / "report.html").c_str());
-  return kDone;
+  return options.strict && result.judgement.verdict != fit::Verdict::kTrusted ? kCheckNotPassed : kDone;
 }
 
 }  // namespace
@@ -109,6 +128,7 @@ Subcommand add_fit(CLI::App& program, CommonOptions& common) {
       ->required();
   add_fields(*app, common, options->fit, {{"gate_cents"}, {"model_std_cents"}, {"n_modes", "--modes"}});
   app->add_flag("!--least-squares", options->fit.robust, "Plain least squares instead of a robust loss");
+  app->add_flag("--strict", options->strict, "Exit code 1 unless the verdict is \"trusted\"");
   app->add_flag("--no-pictures", options->no_pictures, "Leave out the pictures of mode shapes");
   app->footer("Example:\n  klang fit specimen.toml -o result\n\n" + fit::specimen_schema_markdown());
   return {app,

@@ -41,7 +41,8 @@ class ParameterSpace {
   Quantity quantity(const std::string& name, const Eigen::VectorXd& x) const;
 
   bool elastic_is_free() const { return n_elastic_ > 0; }
-  bool ratio_is_free() const { return n_elastic_ == 2; }  ///< nu has its own coordinate
+  bool ratio_is_free() const { return n_elastic_ == 2; }         ///< nu has its own coordinate
+  const std::string& single_elastic() const { return single_; }  ///< the elastic name when only one is free, else empty
   bool density_is_free() const { return density_at_ >= 0; }
   /// x with all frequencies multiplied by exp(log_factor), as far as a free stiffness or density can; otherwise x.
   Eigen::VectorXd shifted(const Eigen::VectorXd& x, double log_factor) const;

@@ -55,6 +55,7 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
     return make_body_like(specimen, material, body);
   }
   mesh::LoadOptions options;
+  options.unit_m = specimen.unit_m;
   body.mesh = mesh::load_body(*specimen.mesh_file, options);
   finish_body(specimen, material, body);
   return body;

@@ -9,6 +9,7 @@
 #include "core/foundation/config/fields.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "fit/damping/damping.hpp"
+#include "fit/judge/judgement.hpp"
 #include "fit/ringdown/ringdown.hpp"
 #include "fit/specimen/fit_parameter.hpp"
 #include "fit/specimen/specimen.hpp"
@@ -79,6 +80,7 @@ struct FitResult {
   std::vector<SpecimenResult> specimens;
   double cost_initial = 0.0, cost_final = 0.0;
   int n_iterations = 0;
+  Judgement judgement;  ///< whether the numbers may be believed
   std::vector<std::string> warnings;
   std::map<std::string, double> wall_time_s;
   bool usable() const { return status == FitStatus::kConverged; }

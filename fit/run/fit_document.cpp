@@ -181,6 +181,7 @@ FitDocument fit_document(const FitProblem& problem, const FitResult& result, Pro
     add_predicted(result.specimens[s], document.predicted);
     document.specimens.push_back(specimen_record(problem, result, s));
   }
+  document.judgement = result.judgement;
   document.cost_initial = result.cost_initial;
   document.cost_final = result.cost_final;
   document.n_iterations = result.n_iterations;

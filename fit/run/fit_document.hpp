@@ -184,11 +184,13 @@ struct FitDocument {
   std::vector<SpecimenRecord> specimens;
   std::optional<double> cost_initial, cost_final;
   std::optional<int> n_iterations;
+  Judgement judgement;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     ResultHeader::describe(self.header, visit);
     visit({"name", "of the problem"}, self.name);
+    visit({"judgement", "whether the numbers may be believed, and why"}, self.judgement);
     visit({"material", "that the fit found; what no partial determines stayed where it began"}, self.material);
     visit({"material_start", "where the fit began: as given"}, self.material_start);
     visit({"parameters", "asked ones first, then derived ones"}, self.parameters);

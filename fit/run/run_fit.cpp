@@ -5,6 +5,7 @@
 #include "core/foundation/base/stopwatch.hpp"
 #include "fit/run/detail/final_modes.hpp"
 #include "fit/run/detail/fitted_sound.hpp"
+#include "fit/run/detail/judge_input.hpp"
 #include "fit/run/detail/material_fit.hpp"
 #include "fit/run/detail/measured_data.hpp"
 #include "fit/run/detail/mode_damping.hpp"
@@ -83,6 +84,13 @@ void add_warnings(const std::vector<std::string>& warnings, FitResult& result) {
   result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
 }
 
+/// The verdict beside each number that is given as known.
+void add_verdict(FitResult& result) {
+  for (FitParameter& parameter : result.parameters) {
+    if (parameter.identifiable || parameter.ci95) parameter.verdict = result.judgement.verdict;
+  }
+}
+
 void conclude(const JointMatch& joint, std::size_t n_partials, FitResult& result) {
   result.status = joint.fit.converged && joint.settled ? FitStatus::kConverged : FitStatus::kNotConverged;
   char text[160];
@@ -139,6 +147,8 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
         detail::fitted_sound(data.specimens[s], result.specimens[s], matches.mode_of_partial[s]);
   result.wall_time_s["sound"] = watch.lap();
   conclude(fit.joint, data.n_fitted_partials, result);
+  result.judgement = judge_fit(detail::judge_input(problem, fit, data, matches, options, result));
+  add_verdict(result);
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/foundation/config/fields.hpp"
+#include "fit/specimen/verdict.hpp"
 
 namespace klang::fit {
 
@@ -15,7 +16,8 @@ struct FitParameter {
   std::optional<double> std;
   std::optional<std::array<double, 2>> ci95;
   bool identifiable = false;
-  std::string why;  ///< empty, or one sentence
+  std::string why;                        ///< empty, or one sentence
+  Verdict verdict = Verdict::kNotJudged;  ///< by all that the data say (fit/judge)
   double start_value = 0.0;
   bool derived = false;  ///< computed from the fitted ones with its covariance (E, nu from lambda, mu)
 
@@ -28,6 +30,7 @@ struct FitParameter {
     visit({"identifiable", "the data determine it"}, self.identifiable);
     visit({"start_value", "where the fit began"}, self.start_value);
     visit({"derived", "computed from the fitted ones with their covariance"}, self.derived);
+    visit({"verdict", "whether it may be believed: see judgement"}, self.verdict);
     visit({"why", "empty, or why the data do not determine it"}, self.why);
   }
 };

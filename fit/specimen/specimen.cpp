@@ -43,11 +43,33 @@ void read_body(const TomlTable& table, const std::filesystem::path& folder, Spec
     specimen.shape = mesh::read_shape(table.table("shape"), folder);
   } else if (table.has("mesh")) {
     specimen.mesh_file = named_file(table, "mesh", folder);
+    specimen.unit_m = table.optional_number("unit_m").value_or(1.0);
   } else {
     throw InputError(table.place("shape"), "neither shape nor mesh is given", "", "one of them");
   }
+  if (table.has("unit_m") && !specimen.mesh_file)
+    throw InputError(table.place("unit_m"), "has no meaning without a mesh", "", "shapes are in metres");
   specimen.mass_kg = table.optional_number("mass_kg");
   specimen.support = solid::read_support(table);
+}
+
+void read_tolerances(const TomlTable& table, Specimen& specimen) {
+  if (!table.has("tolerance")) return;
+  const TomlTable tolerance = table.table("tolerance");
+  std::vector<std::string> names = {specimen.mass_kg ? "mass_kg" : "density_kg_m3"};
+  if (specimen.shape) {
+    for (const auto& [name, value] : specimen.shape->dims) names.push_back(name);
+  }
+  std::string allowed;
+  for (const std::string& name : names) {
+    allowed += (allowed.empty() ? "" : ", ") + name;
+    if (const auto value = tolerance.optional_number(name)) specimen.tolerance[name] = *value;
+  }
+  for (const TomlField& field : specimen_schema()) {
+    if (field.table != "specimen.tolerance" || specimen.tolerance.count(std::string(field.key))) continue;
+    if (tolerance.has(field.key))
+      throw InputError(tolerance.place(field.key), "is not given for this specimen", "", allowed);
+  }
 }
 
 void read_sources(const TomlTable& table, const std::filesystem::path& folder, Specimen& specimen) {
@@ -70,6 +92,7 @@ Specimen read_specimen(const TomlTable& table, std::size_t number, const std::fi
   specimen.name = table.optional_text("name").value_or("specimen-" + std::to_string(number));
   check_name(table, specimen.name);
   read_body(table, folder, specimen);
+  read_tolerances(table, specimen);
   read_sources(table, folder, specimen);
   if (table.has("strike_m")) specimen.strike_m = point(table, "strike_m");
   if (table.has("microphone_m")) specimen.microphone_m = point(table, "microphone_m");
@@ -156,6 +179,17 @@ void read_fit(const TomlTable& fit, FitProblem& problem) {
   read_priors(fit, problem);
 }
 
+/// A tolerance is of what is given: a fitted number has its prior.
+void check_tolerances(const FitProblem& problem, const std::string& place) {
+  for (const Specimen& specimen : problem.specimens) {
+    for (const auto& [name, value] : specimen.tolerance) {
+      const std::string parameter = name == "density_kg_m3" ? name : specimen.name + "." + name;
+      if (std::count(problem.parameters.begin(), problem.parameters.end(), parameter))
+        throw InputError(place, "tolerance of a fitted number", parameter, "a prior under [fit.priors]");
+    }
+  }
+}
+
 void read_specimens(const TomlTable& top, const solid::MaterialInput& material, const std::filesystem::path& folder,
                     FitProblem& problem) {
   std::set<std::string> names;
@@ -193,6 +227,7 @@ FitProblem parse_fit_problem(std::string_view text, const std::string& name, con
   if (!top.has("specimen")) throw InputError(name, "no [[specimen]] is given");
   read_specimens(top, material, base_folder, problem);
   read_fit(top.table("fit"), problem);
+  check_tolerances(problem, top.place("specimen"));
   return problem;
 }
 

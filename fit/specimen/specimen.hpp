@@ -29,6 +29,9 @@ struct Specimen {
   std::string name;
   std::optional<mesh::ShapeSpec> shape;  ///< this or mesh_file
   std::optional<std::filesystem::path> mesh_file;
+  double unit_m = 1.0;  ///< length of the mesh file's unit [m]
+  /// Standard deviations of what is given, by name: a dimension, mass_kg or density_kg_m3. They enter the intervals.
+  std::map<std::string, double> tolerance;
   std::optional<double> mass_kg;  ///< gives the density by the body's volume
   solid::Support support;
   std::vector<std::filesystem::path> recordings;  ///< these or partials

@@ -37,8 +37,14 @@ const std::vector<TomlField>& body_fields() {
        "short and unique; becomes part of file names and of parameter names"},
       {"specimen", "shape", kTable, "required unless mesh is given", -kInf, kInf, "an analytic body"},
       {"specimen", "mesh", kText, "required unless shape is given", -kInf, kInf,
-       "a mesh file: a closed surface or tetrahedra, in metres"},
+       "a mesh file: a closed surface or tetrahedra"},
+      {"specimen", "unit_m", kNumber, "1", 0, 1e3, "length of the mesh file's unit in metres: 0.001 for millimetres",
+       true},
       {"specimen", "mass_kg", kNumber, "none", 0, 1e6, "mass; gives the density by the body's volume", true},
+      {"specimen", "tolerance", kTable, "none", -kInf, kInf,
+       "how far what is given may be off, as standard deviations by name: `{ height_m = 2e-5, mass_kg = 1e-4 }`; "
+       "enters the "
+       "intervals of E, G and ν"},
       {"specimen", "support", kTable, "free", -kInf, kInf,
        "how the body is held: a table, or the command line's text form (`\"clamped:x=0\"`)"},
       {"specimen", "recording", kText, "none", -kInf, kInf, "one sound file (or recordings, or partials)"},
@@ -82,12 +88,28 @@ const std::vector<TomlField>& fit_fields() {
   return fields;
 }
 
+/// The numbers of a shape, mass and density under the same names.
+std::vector<TomlField> tolerance_fields() {
+  std::vector<TomlField> fields;
+  for (TomlField field : mesh::shape_fields("specimen.tolerance")) {
+    if (field.type != kNumber) continue;
+    field.presence = "exact";
+    field.meaning = "standard deviation of this dimension";
+    fields.push_back(field);
+  }
+  fields.push_back({"specimen.tolerance", "mass_kg", kNumber, "exact", 0, 1e6, "standard deviation of the mass", true});
+  fields.push_back({"specimen.tolerance", "density_kg_m3", kNumber, "exact", 0, 1e6,
+                    "standard deviation of the density, where no mass is given; one error for all specimens", true});
+  return fields;
+}
+
 }  // namespace
 
 const std::vector<TomlField>& specimen_schema() {
   static const std::vector<TomlField> schema =
       joined(top_fields(), solid::material_fields("material", "the preset's, or from mass_kg"), body_fields(),
-             mesh::shape_fields("specimen.shape"), solid::support_fields("specimen.support"), fit_fields());
+             mesh::shape_fields("specimen.shape"), tolerance_fields(), solid::support_fields("specimen.support"),
+             fit_fields());
   return schema;
 }
 

@@ -64,7 +64,27 @@ Verdict verdict_of(const fit::FitDocument& data) {
   if (data.n_iterations)
     result.details +=
         "; " + counted(static_cast<std::size_t>(std::max(0, *data.n_iterations)), "solver step", "solver steps");
+  using fit::Verdict;
+  const Verdict judged = data.judgement.verdict;
+  if (status == "converged" && judged != Verdict::kNotJudged) {
+    result.words = judged == Verdict::kTrusted ? "Trusted" : judged == Verdict::kDoubtful ? "Doubtful" : "Contradicted";
+    result.kind = judged == Verdict::kTrusted ? "good" : judged == Verdict::kDoubtful ? "fair" : "bad";
+  }
   return result;
+}
+
+/// What speaks for and against, gravest first.
+std::string judgement_html(const fit::Judgement& judgement) {
+  std::string items;
+  for (const fit::Reason& reason : judgement.reasons) {
+    const bool note = reason.weight == fit::Verdict::kTrusted;
+    const char* kind = note ? "good" : reason.weight == fit::Verdict::kDoubtful ? "fair" : "bad";
+    items += "<li><span class=\"tag " + std::string(kind) + "\">" +
+             (note ? "note" : std::string(to_text(reason.weight))) + "</span> " +
+             escaped(reason.specimen.empty() ? capitalised(reason.text) : reason.specimen + ": " + reason.text) +
+             ".</li>\n";
+  }
+  return items.empty() ? "" : "<ul class=\"reasons\">" + items + "</ul>";
 }
 
 std::string key_figures(const fit::FitDocument& data) {
@@ -284,6 +304,7 @@ Page make(const fit::FitDocument& data, ReportFolder& folder) {
   page.verdict = verdict_of(data);
   page.sentences = fit_sentences(data);
   page.key_figures = key_figures(data);
+  page.sections.push_back({"verdict", "Verdict", judgement_html(data.judgement)});
   if (!data.parameters.empty())
     page.sections.push_back({"parameters", "Parameters",
                              scrolled(parameter_table(data.parameters), "Parameters") + correlation_table(data)});

@@ -102,9 +102,10 @@ void say_material(const fit::FitDocument& data, std::vector<std::string>& senten
   const bool plural = std::count_if(data.specimens.begin(), data.specimens.end(),
                                     [](const fit::SpecimenRecord& s) { return !s.predicted; }) > 1;
   if (!found.empty()) {
-    sentences.push_back(the_specimens(data) +
-                        (data.material_start.preset.empty() ? "" : ", taken as " + escaped(data.material_start.preset) + ",") +
-                        (plural ? " ring with " : " rings with ") + list_of(found) + ".");
+    sentences.push_back(
+        the_specimens(data) +
+        (data.material_start.preset.empty() ? "" : ", taken as " + escaped(data.material_start.preset) + ",") +
+        (plural ? " ring with " : " rings with ") + list_of(found) + ".");
   }
   std::string open;
   for (const auto& [why, names] : missing) {
@@ -112,6 +113,22 @@ void say_material(const fit::FitDocument& data, std::vector<std::string>& senten
             " not determined by these partials" + (why.empty() ? "" : ": " + escaped(why)) + ".";
   }
   if (!open.empty()) sentences.push_back(open);
+}
+
+/// The gravest reasons, where the numbers are not to be trusted.
+void say_verdict(const fit::FitDocument& data, std::vector<std::string>& sentences) {
+  const fit::Verdict verdict = data.judgement.verdict;
+  if (verdict != fit::Verdict::kDoubtful && verdict != fit::Verdict::kContradicted) return;
+  std::string text = verdict == fit::Verdict::kDoubtful ? "<b>These numbers are doubtful.</b>"
+                                                        : "<b>These numbers are contradicted by the data.</b>";
+  int n = 0;
+  for (const fit::Reason& reason : data.judgement.reasons) {
+    if (reason.weight != verdict || n == 3) continue;
+    text +=
+        " " + escaped(reason.specimen.empty() ? capitalised(reason.text) : reason.specimen + ": " + reason.text) + ".";
+    ++n;
+  }
+  sentences.push_back(text);
 }
 
 void say_matches(const fit::FitDocument& data, bool predicted, std::vector<std::string>& sentences) {
@@ -189,6 +206,7 @@ std::vector<std::string> fit_sentences(const fit::FitDocument& data) {
         std::string("The solver did not converge; the numbers on this page are its last state, not a result.") +
         (message.empty() ? "" : " " + escaped(message)));
   }
+  say_verdict(data, sentences);
   say_material(data, sentences);
   say_matches(data, false, sentences);
   say_damping(data, sentences);

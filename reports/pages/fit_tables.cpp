@@ -42,8 +42,15 @@ std::string parameter_table(const std::vector<fit::FitParameter>& parameters) {
     body += number_cell(std::isfinite(e.start_value)
                             ? with_unit(rounded(e.start_value * text.quantity.factor, 5), text.quantity)
                             : "—");
-    body += tag(
-        "td", known ? "<span class=\"tag good\">determined</span>" : "<span class=\"tag fair\">not determined</span>");
+    std::string by_data =
+        known ? "<span class=\"tag good\">determined</span>" : "<span class=\"tag fair\">not determined</span>";
+    if (e.verdict != fit::Verdict::kNotJudged)
+      by_data += std::string(" <span class=\"tag ") +
+                 (e.verdict == fit::Verdict::kTrusted    ? "good"
+                  : e.verdict == fit::Verdict::kDoubtful ? "fair"
+                                                         : "bad") +
+                 "\">" + std::string(to_text(e.verdict)) + "</span>";
+    body += tag("td", by_data);
     body += "</tr>\n";
     if (noted) body += "<tr class=\"note\"><td colspan=\"5\">" + escaped(e.why) + "</td></tr>\n";
   }

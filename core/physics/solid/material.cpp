@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/physics/solid/material_range.hpp"
 
 namespace klang::solid {
 namespace {
@@ -35,15 +36,27 @@ struct EngineeringPreset {
   double youngs_modulus_pa;
   double poissons_ratio;
   double density_kg_m3;
+  std::array<double, 2> young_gpa, poisson, density;  // between which its alloys, glasses or grades lie
 };
 
 // Room-temperature values for the isotropic solid; a real alloy or glass differs by some per cent.
 constexpr const char* kHandbookSource = "typical handbook value at 20 C; real pieces differ by some per cent";
+constexpr const char* kRangeSource =
+    "Ashby 2011, Materials Selection in Mechanical Design, appendix A, and ASM Handbook vol. 2; steels, brass and "
+    "glasses "
+    "of every usual grade, dynamic moduli at 20 C";
 constexpr EngineeringPreset kEngineeringPresets[] = {
-    {"aluminium", 69e9, 0.33, 2700}, {"brass", 104e9, 0.34, 8500},          {"bronze", 110e9, 0.34, 8800},
-    {"copper", 124e9, 0.34, 8960},   {"steel", 210e9, 0.29, 7850},          {"stainless_steel", 193e9, 0.29, 8000},
-    {"titanium", 114e9, 0.34, 4430}, {"soda_lime_glass", 72e9, 0.22, 2500}, {"borosilicate_glass", 63e9, 0.20, 2230},
-    {"porcelain", 72e9, 0.19, 2700}, {"pmma", 3.2e9, 0.37, 1190},
+    {"aluminium", 69e9, 0.33, 2700, {66, 75}, {0.32, 0.36}, {2600, 2850}},
+    {"brass", 104e9, 0.34, 8500, {95, 117}, {0.31, 0.37}, {8300, 8800}},
+    {"bronze", 110e9, 0.34, 8800, {95, 125}, {0.31, 0.37}, {7400, 8950}},
+    {"copper", 124e9, 0.34, 8960, {114, 135}, {0.32, 0.37}, {8850, 9000}},
+    {"steel", 210e9, 0.29, 7850, {196, 217}, {0.27, 0.30}, {7700, 8000}},
+    {"stainless_steel", 193e9, 0.29, 8000, {186, 212}, {0.26, 0.31}, {7600, 8100}},
+    {"titanium", 114e9, 0.34, 4430, {100, 122}, {0.30, 0.37}, {4350, 4850}},
+    {"soda_lime_glass", 72e9, 0.22, 2500, {66, 76}, {0.19, 0.25}, {2420, 2580}},
+    {"borosilicate_glass", 63e9, 0.20, 2230, {60, 67}, {0.17, 0.22}, {2180, 2320}},
+    {"porcelain", 72e9, 0.19, 2700, {50, 90}, {0.15, 0.26}, {2200, 2850}},
+    {"pmma", 3.2e9, 0.37, 1190, {2.2, 6.5}, {0.32, 0.42}, {1150, 1220}},
 };
 
 std::string joined(const std::vector<std::string>& names) {
@@ -98,6 +111,15 @@ Material material_preset(std::string_view name) {
     return {preset.lame_lambda_pa, preset.lame_mu_pa, preset.density_kg_m3, preset.name, preset.source};
   }
   throw InputError("material", "unknown preset", name, joined(material_preset_names()));
+}
+
+std::optional<MaterialRange> material_range(std::string_view name) {
+  for (const auto& preset : kEngineeringPresets) {
+    if (name == preset.name)
+      return MaterialRange{
+          {1e9 * preset.young_gpa[0], 1e9 * preset.young_gpa[1]}, preset.poisson, preset.density, kRangeSource};
+  }
+  return std::nullopt;
 }
 
 std::vector<std::string> material_preset_names() {

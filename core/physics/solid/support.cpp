@@ -7,12 +7,13 @@
 #include <optional>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/physics/solid/support_doubt.hpp"
 
 namespace klang::solid {
 namespace {
 
 constexpr std::string_view kAllowed =
-    "free, clamped:WHERE or pinned:WHERE with WHERE one of x=0, x<0.01, x>0.01 (also y, z; metres), "
+    "free, clamped:WHERE or pinned:WHERE with WHERE one of x=min, x=max, x=0.05, x<0.01, x>0.01 (also y, z; metres), "
     "box:x0,y0,z0:x1,y1,z1, set:NAME";
 
 std::optional<double> number(std::string_view text) {
@@ -23,7 +24,7 @@ std::optional<double> number(std::string_view text) {
 }
 
 struct Region {
-  enum class Kind { kPlane, kBelow, kAbove, kBox, kSet } kind = Kind::kPlane;
+  enum class Kind { kPlane, kLeast, kMost, kBelow, kAbove, kBox, kSet } kind = Kind::kPlane;
   int axis = 0;
   double value_m = 0;
   Eigen::Vector3d low_m, high_m;
@@ -74,6 +75,10 @@ Region parse_region(std::string_view where) {
     region.kind = Region::Kind::kAbove;
   else
     fail("region not understood");
+  if (where.substr(1) == "=min" || where.substr(1) == "=max") {
+    region.kind = where.ends_with("min") ? Region::Kind::kLeast : Region::Kind::kMost;
+    return region;
+  }
   const auto value = number(where.substr(2));
   if (!value) fail("not a number");
   region.value_m = *value;
@@ -104,6 +109,19 @@ std::string to_text(const Support& support) {
   return (support.kind == SupportKind::kClamped ? "clamped:" : "pinned:") + support.where;
 }
 
+std::string support_doubt(const Support& support, const mesh::TetMesh& mesh) {
+  if (support.kind == SupportKind::kFree) return {};
+  const Region region = parse_region(support.where);
+  if (region.kind != Region::Kind::kPlane) return {};
+  const auto along = mesh.nodes_m.col(region.axis);
+  const double low_m = along.minCoeff(), high_m = along.maxCoeff(), slack_m = 1e-3 * (high_m - low_m);
+  if (region.value_m <= low_m + slack_m || region.value_m >= high_m - slack_m) return {};
+  const std::string axis(1, static_cast<char>('x' + region.axis));
+  return "the plane " + support.where + " cuts through the body, which reaches from " + axis + " = " +
+         klang::to_text(low_m) + " to " + klang::to_text(high_m) + " m: was " + axis + "=min or " + axis +
+         "=max meant?";
+}
+
 std::vector<int> held_nodes(const Support& support, const mesh::TetMesh& mesh) {
   if (support.kind == SupportKind::kFree) return {};
   const Region region = parse_region(support.where);
@@ -122,14 +140,21 @@ std::vector<int> held_nodes(const Support& support, const mesh::TetMesh& mesh) {
       throw InputError("support", "the node set names nodes that the mesh has not", region.set_name);
     }
   } else {
-    const Eigen::Vector3d size = (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).transpose();
-    const double slack_m = 1e-6 * size.norm();
+    const Eigen::Vector3d low_m = mesh.nodes_m.colwise().minCoeff().transpose(),
+                          high_m = mesh.nodes_m.colwise().maxCoeff().transpose();
+    const double slack_m = 1e-6 * (high_m - low_m).norm();
     for (int i = 0; i < mesh.n_nodes(); ++i) {
       const Eigen::Vector3d x = mesh.nodes_m.row(i).transpose();
       bool inside = false;
       switch (region.kind) {
         case Region::Kind::kPlane:
           inside = std::abs(x[region.axis] - region.value_m) <= slack_m;
+          break;
+        case Region::Kind::kLeast:
+          inside = x[region.axis] <= low_m[region.axis] + slack_m;
+          break;
+        case Region::Kind::kMost:
+          inside = x[region.axis] >= high_m[region.axis] - slack_m;
           break;
         case Region::Kind::kBelow:
           inside = x[region.axis] < region.value_m;

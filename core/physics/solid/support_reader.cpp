@@ -11,7 +11,7 @@ std::vector<TomlField> support_fields(std::string_view table) {
   return {
       {table, "kind", TomlType::kText, "required", -kInf, kInf, "free, clamped or pinned"},
       {table, "where", TomlType::kText, "required unless free", -kInf, kInf,
-       "`x=0`, `z>0.1`, `box:x0,y0,z0:x1,y1,z1` or `set:NAME`"},
+       "`x=min`, `x=max`, `x=0.05`, `z>0.1`, `box:x0,y0,z0:x1,y1,z1` or `set:NAME`"},
   };
 }
 

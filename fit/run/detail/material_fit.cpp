@@ -5,8 +5,10 @@
 #include <numeric>
 
 #include "core/foundation/base/checked_index.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/physics/solid/support_doubt.hpp"
 
 namespace klang::fit::detail {
 namespace {
@@ -65,6 +67,68 @@ JointMatchOptions match_options(const FitProblem& problem, const FitOptions& opt
   match.elastic.robust = options.robust;
   match.elastic.priors = problem.priors;
   return match;
+}
+
+/// What errors of given dimensions, masses and density pull, in columns of ElasticFit::systematic: each tolerance moves the
+/// frequencies of its specimen together, so that no scatter shows it.
+void add_tolerances(MaterialFit& fit, const std::vector<PartialTable>& tables) {
+  ElasticFit& elastic = fit.joint.fit;
+  const auto data = elastic_data(tables, fit.joint.lines, fit.joint.matches);
+  const auto n = static_cast<Eigen::Index>(data.size());
+  if (elastic.derivative.rows() != n || fit.space->size() == 0) return;
+  Eigen::VectorXd weight(n), density = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    weight[i] = elastic.weight[i] / (std::pow(item(data, i).sigma, 2) + elastic.scatter * elastic.scatter);
+  const auto add = [&](const Eigen::VectorXd& shift) {  // of ln f by one standard deviation
+    elastic.systematic.conservativeResize(Eigen::NoChange, elastic.systematic.cols() + 1);
+    elastic.systematic.rightCols(1) = elastic.derivative.transpose() * weight.cwiseProduct(shift);
+  };
+  for (std::size_t s = 0; s < fit.specimens.size(); ++s) {
+    const Specimen& specimen = fit.start.specimens[s];
+    if (!fit.specimens[s].spectrum || specimen.tolerance.empty()) continue;
+    const std::vector<std::string> names = fit.spectra[s]->given_dimensions();
+    const Eigen::MatrixXd slopes = fit.spectra[s]->given_slopes(fit.space->local(s, elastic.x).point);
+    for (const auto& [name, std] : specimen.tolerance) {
+      const auto at = std::find(names.begin(), names.end(), name) - names.begin();
+      const bool dimension = at < static_cast<std::ptrdiff_t>(names.size());
+      const double given =
+          dimension ? specimen.shape->dims.at(name) : specimen.mass_kg.value_or(fit.start.material.density_kg_m3);
+      Eigen::VectorXd shift = Eigen::VectorXd::Zero(n);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const ElasticDatum& datum = item(data, i);
+        if (static_cast<std::size_t>(datum.specimen) != s) continue;
+        for (const int mode : datum.modes)
+          shift[i] += (dimension ? slopes(mode, at) : -0.5) * std / given / static_cast<double>(datum.modes.size());
+      }
+      if (name == "density_kg_m3") {
+        density += shift;
+      } else {
+        add(shift);
+      }
+    }
+  }
+  if (density.squaredNorm() > 0.0) add(density);
+}
+
+/// Supports that cut through their body, bodies of a size that points to another unit.
+void add_body_doubts(MaterialFit& fit) {
+  constexpr double kLongest = 5.0, kShortest = 1e-3;  // metres
+  for (std::size_t s = 0; s < fit.specimens.size(); ++s) {
+    const Specimen& specimen = fit.start.specimens[s];
+    if (!fit.specimens[s].spectrum) continue;
+    const mesh::TetMesh& mesh = fit.specimens[s].body.mesh;
+    if (const std::string doubt = solid::support_doubt(specimen.support, mesh); !doubt.empty())
+      fit.reasons.push_back(
+          {ReasonKind::kSupport, Verdict::kDoubtful, specimen.name, specimen.support.where, doubt, {}, {}, {}});
+    const double size_m = (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).maxCoeff();
+    if (size_m <= kLongest && size_m >= kShortest) continue;
+    fit.reasons.push_back({ReasonKind::kUnits, Verdict::kDoubtful, specimen.name,
+                           specimen.mesh_file ? "unit_m" : "shape",
+                           "the body is " + to_text(size_m) + " m long: " +
+                               (specimen.mesh_file ? "unit_m = 0.001 beside mesh, if the file is in millimetres?"
+                                                   : "are its dimensions in metres?"),
+                           size_m, kShortest, kLongest});
+  }
 }
 
 /// Partials of a specimen that took no part in the fit, on the modes that the fit predicts.
@@ -127,6 +191,8 @@ MaterialFit fit_material(const FitProblem& problem, const MeasuredData& data, co
     match.search = false;
   }
   if (fit.joint.n_matched == 0) return fit;
+  add_body_doubts(fit);
+  add_tolerances(fit, tables);
   for (std::size_t s = 0; s < n; ++s) {
     if (problem.specimens[s].predict && fit.specimens[s].spectrum)
       match_prediction(s, data.specimens[s].partials, options, fit);

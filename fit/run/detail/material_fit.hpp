@@ -25,6 +25,7 @@ struct MaterialFit {
   std::optional<ParameterSpace> space;   ///< of the last round
   std::vector<SpecimenModel> specimens;  ///< in the problem's order
   SpectrumModels spectra;                ///< the same; where a specimen has none, another's stands in unused
+  std::vector<Reason> reasons;           ///< of doubt, seen in the bodies
   JointMatch joint;                      ///< of predicted specimens too, once the fit is made
   double models_wall_time_s = 0.0, match_wall_time_s = 0.0;
   /// The problem with its material and dimensions at the solution.

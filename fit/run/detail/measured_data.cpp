@@ -1,6 +1,7 @@
 #include "fit/run/detail/measured_data.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
@@ -32,6 +33,12 @@ SpecimenData read_specimen_data(const Specimen& specimen, const Band& band) {
     options.band = band;
     data.ringdowns.push_back(identify_ringdown(data.signals.back(), options, silent_monitor()));
     if (data.ringdowns.back().usable()) tables.push_back(data.ringdowns.back().partials);
+  }
+  data.n_takes = static_cast<int>(tables.size());
+  if (tables.size() > 1) {
+    const TakeAgreement agreement = take_agreement(tables);
+    data.take_scatter_cents = agreement.scatter * 1200.0 / std::log(2.0);
+    data.take_share = agreement.least_share;
   }
   if (tables.size() == 1) data.partials = within(tables.front(), band);
   if (tables.size() > 1) data.partials = within(merge_partials(tables), band);

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,13 @@ namespace klang::fit::detail {
 
 /// What was measured of one specimen.
 struct SpecimenData {
-  std::vector<audio::Signal> signals;     ///< one per recording; none where the partials were measured elsewhere
-  std::vector<RingdownResult> ringdowns;  ///< one per signal
-  PartialTable partials;                  ///< of all recordings together, within the band
-  double highest_partial_hz() const;      ///< 0 without partials
+  std::vector<audio::Signal> signals;        ///< one per recording; none where the partials were measured elsewhere
+  std::vector<RingdownResult> ringdowns;     ///< one per signal
+  PartialTable partials;                     ///< of all recordings together, within the band
+  int n_takes = 0;                           ///< recordings that have partials; 0: a table made elsewhere
+  std::optional<double> take_scatter_cents;  ///< typical deviation of a partial from take to take; empty: one take
+  std::optional<double> take_share;          ///< least share of a take's strong partials that other takes have too
+  double highest_partial_hz() const;         ///< 0 without partials
 };
 
 struct MeasuredData {

@@ -137,8 +137,8 @@ PartialTable merge_partials(const std::vector<PartialTable>& tables, double min_
       mean.frequency_hz = frequency.value;
       mean.frequency_std_hz = frequency.std;
       // One take that shows the decay is enough to tell that it decays.
-      for (const std::size_t j : group) {
-        if (rows[j].partial.is_ring() && !mean.is_ring()) mean.kind = rows[j].partial.kind;
+      for (const Row& row : group) {
+        if (row.partial.is_ring() && !mean.is_ring()) mean.kind = row.partial.kind;
       }
       if (!decays.empty()) {
         const Mean decay = mean_of(decays);

@@ -9,6 +9,7 @@
 #include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
+#include "core/geometry/mesh/surface_repair.hpp"
 #include "core/geometry/shapes/detail/profile.hpp"
 
 namespace {
@@ -17,7 +18,9 @@ void read_as(int format, std::string_view bytes) {
   using namespace klang::mesh;
   static constexpr const char* kSurfaces[] = {".stl", ".obj", ".ply", ".off"};
   if (format < 4) {
-    check_closed_surface(read_surface_bytes(bytes, kSurfaces[format], "fuzz"), "fuzz");
+    SurfaceRepairs repairs;
+    const SurfaceMesh surface = read_surface_bytes(bytes, kSurfaces[format], "fuzz", &repairs);
+    check_closed_surface(repaired_surface(surface, "fuzz", repairs), "fuzz");
   } else if (format == 4) {
     const std::size_t end = bytes.find('\0');  // of the .node file
     mesh_quality(read_tetgen_bytes(bytes.substr(0, end), end < bytes.size() ? bytes.substr(end + 1) : "", "fuzz"));

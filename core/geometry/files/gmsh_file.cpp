@@ -42,6 +42,10 @@ class GmshReader {
       const std::string section(cursor_.word("a section"));
       if (section.size() < 2 || section[0] != '$')
         cursor_.fail("not a section of a Gmsh file", section.substr(0, 32), "$Name");
+      if (section == "$Comments") {  // Gmsh allows remarks anywhere, before the format too
+        skip_section(section);
+        continue;
+      }
       if (section != "$MeshFormat" && version_ == 0.0) cursor_.fail("the file does not start with $MeshFormat");
       if (section == "$MeshFormat") {
         read_format();

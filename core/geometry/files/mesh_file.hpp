@@ -1,8 +1,13 @@
 #pragma once
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/foundation/base/monitor.hpp"
+#include "core/geometry/mesh/surface_decimation.hpp"
+#include "core/geometry/mesh/surface_repair.hpp"
 #include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::mesh {
@@ -43,11 +48,35 @@ struct LoadOptions {
   double max_edge_m = 0.0;               ///< surfaces only: longest edge [m]; 0: from the wavelength, or the default
   double wavelength_m = 0.0;             ///< surfaces only: shortest structural wavelength to resolve [m]
   double elements_per_wavelength = 4.0;  ///< of quadratic elements (linear ones get twice as many)
+  int max_triangles = 0;                 ///< surfaces only: decimate above this many; 0: as they are
   void validate() const;
 };
 
-/// Any body from a file: tetrahedra as they are, a closed surface (.stl, .obj, .ply, .off) through TetGen.
-/// The default edge of a surface's tetrahedra is an eighth of its diagonal.
-TetMesh load_body(const std::filesystem::path& path, const LoadOptions& options = {});
+/// What a user should hear of a body from a file. Both functions may be empty; they are called as soon as it is known, a
+/// large count before the mesher starts on it.
+struct BodyNotes {
+  std::function<void(const std::string&)> note, warning;
+  std::optional<SurfaceRepairs> repairs;        ///< of a surface
+  std::optional<SurfaceDecimation> decimation;  ///< where it was made coarser
+  std::optional<double> n_expected_elements;    ///< of a surface: expected_elements()
+  void say(const std::string& text) const;
+  void warn(const std::string& text) const;
+};
+
+/// From this many expected tetrahedra on load_body() warns before it meshes.
+inline constexpr double kManyElements = 3e5;
+
+/// Any body from a file: tetrahedra as they are, a closed surface (.stl, .obj, .ply, .off), mended
+/// (surface_repair.hpp), through TetGen. The default edge of a surface's tetrahedra is an eighth of its diagonal.
+/// @param notes  where given: what was mended, coarsened or will take long
+/// @param monitor  heeded by the mesher
+/// Not inside parallel jobs: the mesher runs in a child process.
+TetMesh load_body(const std::filesystem::path& path, const LoadOptions& options = {}, BodyNotes* notes = nullptr,
+                  Monitor& monitor = silent_monitor());
+
+/// What is suspicious about a body whose lengths were read in units of unit_m: longer than 5 m or shorter than 1 mm (the
+/// unit is probably another one; option: what the caller calls it, "--unit-m"; empty for dimensions in metres), several
+/// bodies that do not hang together. One sentence each, without the file's name.
+std::vector<std::string> body_warnings(const TetMesh& mesh, double unit_m, const std::string& option);
 
 }  // namespace klang::mesh

@@ -1,6 +1,7 @@
 #include "core/geometry/files/surface_file.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -112,14 +113,27 @@ SurfaceMesh read_stl_binary(ByteCursor& cursor) {
   return builder.finish();
 }
 
-SurfaceMesh read_stl(ByteCursor& cursor, std::string_view bytes) {
-  // Some binary files start with "solid" too: the length tells them apart.
-  if (bytes.size() >= 84) {
-    std::uint32_t n = 0;
-    std::memcpy(&n, bytes.data() + 80, 4);
-    if (84 + std::uint64_t{50} * n == bytes.size()) return read_stl_binary(cursor);
+/// Whether an STL is binary. Binary files may begin with "solid" too, and may have bytes behind the last facet: then there
+/// are bytes that no text has, and the facets that the header promises fit into the file.
+bool is_binary_stl(ByteCursor& cursor, std::string_view bytes) {
+  if (lower_case(cursor.peek_word().substr(0, 5)) != "solid") return true;
+  if (bytes.size() < 84) return false;
+  std::uint32_t n = 0;
+  std::memcpy(&n, bytes.data() + 80, 4);
+  const std::uint64_t promised = 84 + std::uint64_t{50} * n;
+  if (promised == bytes.size()) return true;
+  const std::string_view body = bytes.substr(80, 2000);
+  const bool no_text = std::any_of(body.begin(), body.end(), [](char c) { return c >= '\0' && c < '\t'; });
+  return n > 0 && promised <= bytes.size() && no_text;
+}
+
+SurfaceMesh read_stl(ByteCursor& cursor, std::string_view bytes, SurfaceRepairs& repairs) {
+  if (is_binary_stl(cursor, bytes)) {
+    cursor.seek(0);
+    SurfaceMesh surface = read_stl_binary(cursor);
+    repairs.n_extra_bytes = static_cast<std::int64_t>(cursor.remaining());
+    return surface;
   }
-  if (cursor.peek_word() != "solid") return read_stl_binary(cursor);
   cursor.line();
   SurfaceBuilder builder(cursor);
   const auto expect = [&](std::string_view wanted) {
@@ -149,12 +163,28 @@ SurfaceMesh read_stl(ByteCursor& cursor, std::string_view bytes) {
   return builder.finish();
 }
 
+/// A vertex or face of an OBJ whose line ends in a backslash. Remarks and names of files may end so by themselves.
+bool goes_on(std::string_view line) {
+  if (line.empty() || line.back() != '\\') return false;
+  const std::vector<std::string_view> words = split_words(line);
+  return words[0] == "v" || words[0] == "f";
+}
+
 SurfaceMesh read_obj(ByteCursor& cursor) {
   SurfaceBuilder builder(cursor);
+  std::string joined;
   std::vector<long long> corners;
   while (cursor.skip_blanks()) {
     const std::size_t begin = cursor.position();
     std::string_view line = cursor.line();
+    if (goes_on(line)) {
+      joined = line;
+      while (goes_on(joined) && cursor.remaining() > 0) {
+        joined.back() = ' ';
+        joined += cursor.line();
+      }
+      line = joined;
+    }
     const auto fail = [&](const std::string& problem, std::string_view value) {
       cursor.seek(begin);
       cursor.fail(problem, value.substr(0, 32));
@@ -332,11 +362,13 @@ bool is_surface_file(const std::filesystem::path& path) {
   return extension == ".stl" || extension == ".obj" || extension == ".ply" || extension == ".off";
 }
 
-SurfaceMesh read_surface_bytes(std::string_view bytes, std::string_view extension, const std::string& name) {
+SurfaceMesh read_surface_bytes(std::string_view bytes, std::string_view extension, const std::string& name,
+                               SurfaceRepairs* repairs) {
   if (bytes.empty()) throw InputError(name, "the file is empty");
   ByteCursor cursor(bytes, name);
   const std::string kind = lower_case(extension);
-  if (kind == ".stl") return read_stl(cursor, bytes);
+  SurfaceRepairs unheard;
+  if (kind == ".stl") return read_stl(cursor, bytes, repairs != nullptr ? *repairs : unheard);
   if (kind == ".obj") return read_obj(cursor);
   if (kind == ".ply") return read_ply(cursor);
   if (kind == ".off") return read_off(cursor);
@@ -345,6 +377,28 @@ SurfaceMesh read_surface_bytes(std::string_view bytes, std::string_view extensio
 
 SurfaceMesh read_surface(const std::filesystem::path& path) {
   return read_surface_bytes(read_file(path), path.extension().string(), path.string());
+}
+
+SurfaceMesh read_mended_surface(const std::filesystem::path& path, SurfaceRepairs& repairs) {
+  SurfaceRepairs of_file;
+  const SurfaceMesh read = read_surface_bytes(read_file(path), path.extension().string(), path.string(), &of_file);
+  SurfaceMesh surface = repaired_surface(read, path.string(), repairs);
+  repairs.n_extra_bytes = of_file.n_extra_bytes;
+  return surface;
+}
+
+std::string without_continued_lines(std::string_view obj) {
+  std::string text;
+  ByteCursor cursor(obj, {});
+  while (cursor.remaining() > 0) {
+    std::string line(cursor.line());
+    while (goes_on(line) && cursor.remaining() > 0) {
+      line.back() = ' ';
+      line += cursor.line();
+    }
+    text += line + "\n";
+  }
+  return text;
 }
 
 void write_stl(const std::filesystem::path& path, const SurfaceMesh& surface) {

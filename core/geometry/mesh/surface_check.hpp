@@ -1,10 +1,17 @@
 #pragma once
+#include <array>
 #include <string>
 #include <vector>
 
 #include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::mesh {
+
+/// More parts than these are refused.
+inline constexpr int kMostSurfaceParts = 1000;
+
+/// Whether a triangle is thinner than the rounding of its coordinates. size_m: of the surface that it belongs to.
+bool is_flat_triangle(const std::array<Eigen::Vector3d, 3>& p, double size_m);
 
 /// What a closed surface consists of: its connected parts, and which of them bound hollows.
 struct SurfaceParts {
@@ -20,7 +27,8 @@ struct SurfaceParts {
 /// triangle cutting or touching another, normals out of the solid (parts inside others alternate between
 /// hollow and solid).
 /// @param name  the file, for the message
-/// @throws InputError naming the first bad face (0-based triangle number)
+/// @throws InputError naming the first bad face (0-based triangle number); of an open surface the number of open edges and
+/// where the first one runs
 SurfaceParts check_closed_surface(const SurfaceMesh& surface, const std::string& name);
 
 }  // namespace klang::mesh

@@ -58,13 +58,14 @@ class Collapser {
       }
     }
     alive_.assign(triangles_.size(), true);
+    n_alive_ = n;
   }
 
   SurfaceMesh run() {
     for (const auto& t : triangles_)
       for (int c = 0; c < 3; ++c)
         if (t[c] < t[(c + 1) % 3]) push(t[c], t[(c + 1) % 3]);
-    while (!queue_.empty()) {
+    while (!queue_.empty() && n_alive_ > options_.stop_at_triangles) {
       const Entry entry = queue_.top();
       queue_.pop();
       if (entry.stamp_a != stamp_[entry.a] || entry.stamp_b != stamp_[entry.b]) continue;
@@ -170,6 +171,7 @@ class Collapser {
       auto& triangle = triangles_[t];
       if (std::find(triangle.begin(), triangle.end(), a) != triangle.end()) {
         alive_[t] = false;
+        --n_alive_;
         for (const int w : triangle)
           if (w != b) std::erase(of_vertex_[w], t);
       } else {
@@ -208,6 +210,7 @@ class Collapser {
   std::vector<Quadric> quadrics_;
   std::vector<std::array<int, 3>> triangles_;
   std::vector<bool> alive_;
+  int n_alive_ = 0;
   std::vector<std::vector<int>> of_vertex_;
   std::vector<int> stamp_;
   std::priority_queue<Entry> queue_;

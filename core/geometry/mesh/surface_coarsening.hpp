@@ -4,9 +4,10 @@
 namespace klang::mesh {
 
 struct CoarseningOptions {
-  double edge_m = 0.0;       ///< wanted edge length, > 0; none becomes longer than 1.4 times that
-  double tolerance_m = 0.0;  ///< rms distance of a vertex to the planes it stands for, >= 0
-  void validate() const;     ///< InputError
+  double edge_m = 0.0;        ///< wanted edge length, > 0; none becomes longer than 1.4 times that
+  double tolerance_m = 0.0;   ///< rms distance of a vertex to the planes it stands for, >= 0
+  int stop_at_triangles = 0;  ///< > 0: no further once there are no more than these
+  void validate() const;      ///< InputError
 };
 
 /// A coarser closed surface of the same shape and connection: edges are collapsed from the shortest up, each to the point

@@ -4,12 +4,15 @@
 #include <tetgen.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 #include <new>
 #include <optional>
 
+#include "core/foundation/base/child.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/detail/narrow_facets.hpp"
 #include "core/geometry/mesh/detail/tetgen_library.hpp"
@@ -101,6 +104,8 @@ void fill_input(tetgenio& in, const SurfaceMesh& surface, const SurfaceParts& pa
     for (int i = 0; i < 3; ++i) in.holelist[3 * h + i] = parts.point_in_hollow[h][i];
 }
 
+constexpr int kCrashed = -1;
+
 std::string reason(int code) {
   switch (code) {
     case 1:
@@ -113,6 +118,8 @@ std::string reason(int code) {
       return "two facets that nearly touch";
     case 10:
       return "an input error";
+    case kCrashed:
+      return "it crashed";
     default:
       return "an internal error";
   }
@@ -144,6 +151,46 @@ std::optional<int> run_tetgen(const SurfaceMesh& surface, const SurfaceParts& pa
   return std::nullopt;
 }
 
+/// The answer of run_tetgen() as bytes: the code, then counts, nodes and elements of a mesh.
+std::string packed(std::optional<int> failure, const TetMesh& mesh) {
+  std::string bytes;
+  const auto put = [&bytes](const auto* values, Eigen::Index n) {
+    bytes.append(reinterpret_cast<const char*>(values), static_cast<std::size_t>(n) * sizeof *values);
+  };
+  const std::array<int, 3> head{failure.value_or(0), mesh.n_nodes(), mesh.n_elements()};
+  put(head.data(), 3);
+  put(mesh.nodes_m.data(), mesh.nodes_m.size());
+  put(mesh.elements.data(), mesh.elements.size());
+  return bytes;
+}
+
+std::optional<int> unpacked(const std::string& bytes, TetMesh& mesh) {
+  std::array<int, 3> head{};
+  if (bytes.size() < sizeof head) return kCrashed;
+  std::memcpy(head.data(), bytes.data(), sizeof head);
+  if (head[0] != 0) return head[0];
+  mesh.nodes_m.resize(head[1], 3);
+  mesh.elements.resize(head[2], 4);
+  const std::size_t n_nodes = sizeof(double) * static_cast<std::size_t>(mesh.nodes_m.size());
+  const std::size_t n_elements = sizeof(int) * static_cast<std::size_t>(mesh.elements.size());
+  if (bytes.size() != sizeof head + n_nodes + n_elements) return kCrashed;
+  std::memcpy(mesh.nodes_m.data(), bytes.data() + sizeof head, n_nodes);
+  std::memcpy(mesh.elements.data(), bytes.data() + sizeof head + n_nodes, n_elements);
+  return std::nullopt;
+}
+
+std::optional<int> run_in_own_process(const SurfaceMesh& surface, const SurfaceParts& parts,
+                                      const std::string& switches, double max_edge_m, TetMesh& mesh, Monitor& monitor) {
+  const ChildResult result = run_in_child(
+      [&] {
+        TetMesh made;
+        const auto failure = run_tetgen(surface, parts, switches, max_edge_m, made);
+        return packed(failure, made);
+      },
+      monitor);
+  return result.done ? unpacked(result.bytes, mesh) : std::optional(kCrashed);
+}
+
 }  // namespace
 
 void TetgenOptions::validate() const {
@@ -155,7 +202,29 @@ void TetgenOptions::validate() const {
   if (order != 1 && order != 2) throw InputError(place, "order", std::to_string(order), "1 or 2");
 }
 
-TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, const std::string& name) {
+double expected_elements(const SurfaceMesh& surface, double volume_m3, const TetgenOptions& options) {
+  const auto at = [&surface](Eigen::Index t, int c) -> Eigen::Vector3d {
+    return surface.vertices_m.row(surface.triangles(t, c)).transpose();
+  };
+  const Eigen::Index n_triangles = surface.triangles.rows();
+  std::vector<double> shortest(static_cast<std::size_t>(surface.vertices_m.rows()), HUGE_VAL);
+  for (Eigen::Index t = 0; t < n_triangles; ++t)
+    for (int c = 0; c < 3; ++c)
+      for (const int v : {surface.triangles(t, c), surface.triangles(t, (c + 1) % 3)})
+        shortest[v] = std::min(shortest[v], (at(t, c) - at(t, (c + 1) % 3)).norm());
+  double n = 0.0;
+  for (Eigen::Index t = 0; t < n_triangles; ++t) {
+    double size = HUGE_VAL;
+    for (int c = 0; c < 3; ++c) size = std::min(size, shortest[surface.triangles(t, c)]);
+    n += 4.0 * (at(t, 1) - at(t, 0)).cross(at(t, 2) - at(t, 0)).norm() / (size * size);
+  }
+  // Regular tetrahedra of that edge; real ones are about half as large.
+  if (options.max_edge_m > 0.0) n += 2.0 * volume_m3 * 6.0 * std::sqrt(2.0) / std::pow(options.max_edge_m, 3);
+  return n;
+}
+
+TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, const std::string& name,
+                     Monitor& monitor) {
   options.validate();
   const SurfaceParts parts = check_closed_surface(surface, name);
   if (const double n = detail::elements_along_narrow_facets(surface); !(n <= 0.5 * options.max_elements))
@@ -179,13 +248,14 @@ TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, c
     // Refining inside an untouched surface (Y) succeeds on some surfaces where cutting its facets does not.
     const std::string limit = "S" + std::to_string(static_cast<long>(options.max_elements / 3.0)) + "Q";
     for (const std::string& switches : {"pz" + quality + limit, "pzY" + quality + limit}) {
-      failure = run_tetgen(surface, parts, switches, options.max_edge_m, mesh);
+      failure = options.in_child ? run_in_own_process(surface, parts, switches, options.max_edge_m, mesh, monitor)
+                                 : run_tetgen(surface, parts, switches, options.max_edge_m, mesh);
       if (!failure || *failure == 1 || *failure == 3) break;
     }
   }
   if (failure)
     throw InputError(name, "TetGen could not fill the surface: " + reason(*failure),
-                     "code " + std::to_string(*failure));
+                     *failure == kCrashed ? std::string() : "code " + std::to_string(*failure));
   mesh = checked_import(std::move(mesh), name);
   if (options.max_edge_m > 0.0) {
     double longest = 0.0;

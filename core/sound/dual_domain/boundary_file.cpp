@@ -107,7 +107,7 @@ BoundaryMesh read_obj(const std::filesystem::path& path) {
   const std::string bytes = read_file(path);
   mesh.surface = mesh::read_surface_bytes(bytes, ".obj", mesh.name);
   // A second reading for what the surface reader leaves out: the groups.
-  std::istringstream lines(bytes);
+  std::istringstream lines(mesh::without_continued_lines(bytes));
   int region = 0;
   for (std::string line; std::getline(lines, line);) {
     const std::string before_comment = line.substr(0, line.find('#'));
@@ -124,7 +124,7 @@ BoundaryMesh read_obj(const std::filesystem::path& path) {
     }
   }
   if (mesh.region.size() != static_cast<std::size_t>(mesh.surface.triangles.rows()))
-    throw InputError(mesh.name, "groups of faces cannot be read (lines continued by \\ are not)");
+    throw InputError(mesh.name, "groups of faces cannot be read");
   return mesh;
 }
 

@@ -51,6 +51,17 @@ TetMesh sample_mesh(int order) {
 
 }  // namespace
 
+TEST(Gmsh, RemarksMayStandBeforeTheFormatAndBetweenSections) {
+  std::string text = read_file(data("brick-22-p1.msh"));
+  const TetMesh plain = read_tet_mesh_bytes(text, ".msh", "plain");
+  const std::string remark = "$Comments\nmade by hand, $5\n$EndComments\n";
+  text.insert(text.find("$Nodes"), remark);
+  const TetMesh mesh = read_tet_mesh_bytes(remark + text, ".msh", "remarks");
+  EXPECT_TRUE(mesh.nodes_m == plain.nodes_m);
+  EXPECT_TRUE(mesh.elements == plain.elements);
+  expect_input_error([&] { read_tet_mesh_bytes("$Comments\nno end\n", ".msh", "m"); }, {"does not end"});
+}
+
 TEST(Gmsh, EveryVersionAndEncodingGivesTheSameBrick) {
   for (const int order : {1, 2})
     for (const std::string version : {"22", "41"})

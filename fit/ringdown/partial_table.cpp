@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parse_json.hpp"
+#include "core/foundation/config/csv.hpp"
 
 namespace klang::fit {
 namespace {
@@ -43,14 +43,6 @@ std::string column_names() {
   return names;
 }
 
-std::string_view trimmed(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  text = text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
-  return text;
-}
-
 /// At most 60 characters of a cell, for a message.
 std::string quoted(std::string_view cell) {
   std::string text;
@@ -58,16 +50,6 @@ std::string quoted(std::string_view cell) {
   text += cell.substr(0, 60);
   text += '\'';
   return text;
-}
-
-std::vector<std::string_view> cells_of(std::string_view line) {
-  std::vector<std::string_view> cells;
-  for (;;) {
-    const auto comma = line.find(',');
-    cells.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
-  }
 }
 
 void store(Partial& partial, const Column& column, double value, const std::string& place, const std::string& shown) {
@@ -97,15 +79,19 @@ PartialTable finished(std::vector<Partial> partials, const std::string& name) {
   if (partials.empty()) throw InputError(name, "has no partials", "0 rows", "at least 1");
   std::stable_sort(partials.begin(), partials.end(),
                    [](const Partial& a, const Partial& b) { return a.frequency_hz < b.frequency_hz; });
-  return {std::move(partials), name};
+  return {std::move(partials), name, {}};
 }
 
-std::vector<const Column*> header_columns(std::string_view line, const std::string& place) {
+/// Null for columns that mean nothing here, which are named in left_out.
+std::vector<const Column*> header_columns(const std::vector<std::string_view>& cells, const std::string& place,
+                                          std::vector<std::string>& left_out) {
   std::vector<const Column*> columns;
-  for (const std::string_view cell : cells_of(line)) {
+  for (const std::string_view cell : cells) {
     const auto found = std::find_if(kColumns.begin(), kColumns.end(), [&](const Column& c) { return cell == c.name; });
     if (found == kColumns.end()) {
-      throw InputError(place, "unknown column", quoted(cell), column_names());
+      columns.push_back(nullptr);
+      if (!cell.empty()) left_out.emplace_back(cell.substr(0, 60));
+      continue;
     }
     if (std::find(columns.begin(), columns.end(), &*found) != columns.end()) {
       throw InputError(place, "column appears twice", std::string(cell));
@@ -113,7 +99,8 @@ std::vector<const Column*> header_columns(std::string_view line, const std::stri
     columns.push_back(&*found);
   }
   if (std::find(columns.begin(), columns.end(), kColumns.data()) == columns.end()) {
-    throw InputError(place, "the header has no column frequency_hz", {}, column_names());
+    throw InputError(place, "the header has no column frequency_hz",
+                     left_out.empty() ? std::string() : quoted(std::string_view(left_out.front())), column_names());
   }
   return columns;
 }
@@ -121,45 +108,41 @@ std::vector<const Column*> header_columns(std::string_view line, const std::stri
 }  // namespace
 
 PartialTable parse_partial_csv(std::string_view text, const std::string& name) {
-  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte-order mark of spreadsheet programs
+  CsvFile file(std::string(text), name);
   std::vector<const Column*> columns;
   std::vector<Partial> partials;
-  for (int line_number = 1; !text.empty(); ++line_number) {
-    const auto end = text.find('\n');
-    const std::string_view line = trimmed(text.substr(0, end));
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (line.empty() || line.front() == '#') continue;
-    const std::string place = name + ", line " + std::to_string(line_number);
+  std::vector<std::string> left_out;
+  while (file.next()) {
+    const auto& cells = file.cells();
+    const std::string place = file.place();
     if (columns.empty()) {
-      columns = header_columns(line, place);
+      columns = header_columns(cells, place, left_out);
       continue;
     }
-    const auto cells = cells_of(line);
     if (cells.size() != columns.size()) {
       throw InputError(place, "has the wrong number of cells", std::to_string(cells.size()),
                        std::to_string(columns.size()));
     }
     Partial partial;
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      const std::string shown = quoted(cells[i]);
+      if (columns[i] == nullptr) continue;
       if (cells[i].empty() && (columns[i]->member != nullptr || columns[i]->is_word())) continue;
+      const std::string shown = quoted(cells[i]);
       if (columns[i]->is_word()) {
         store_kind(partial, cells[i], place);
         continue;
       }
-      double value = 0;
-      const char* last = cells[i].data() + cells[i].size();
-      const auto parsed = std::from_chars(cells[i].data(), last, value);
-      if (parsed.ec != std::errc() || parsed.ptr != last) {
-        throw InputError(place, std::string(columns[i]->name) + " is not a number", shown);
-      }
-      store(partial, *columns[i], value, place, shown);
+      const auto value = csv_number(cells[i]);
+      if (!value) throw InputError(place, std::string(columns[i]->name) + " is not a number", shown);
+      store(partial, *columns[i], *value, place, shown);
     }
     partials.push_back(partial);
   }
   if (columns.empty())
     throw InputError(name, "is empty", {}, "a header line with frequency_hz, then one line per partial");
-  return finished(std::move(partials), name);
+  PartialTable table = finished(std::move(partials), name);
+  table.left_out_columns = std::move(left_out);
+  return table;
 }
 
 PartialTable parse_partial_json(std::string_view text, const std::string& name) {

@@ -62,15 +62,16 @@ struct Partial {
 };
 
 struct PartialTable {
-  std::vector<Partial> partials;  ///< ascending in frequency
-  std::string origin;             ///< the recording or file
+  std::vector<Partial> partials;                   ///< ascending in frequency
+  std::string origin;                              ///< the recording or file
+  std::vector<std::string> left_out_columns = {};  ///< of a CSV: those of names that mean nothing here
 };
 
 /// CSV with a header line (frequency_hz required; the other names of Partial optional, an empty cell is "not
 /// measured") or JSON as klang analyze writes it (by extension). Frequencies and standard deviations are
 /// above 0, decays and amplitudes at least 0; kind is a word, "decaying" where it is missing. Lines that are empty or start with # are skipped; rows come
 /// back ascending in frequency. In JSON null or a missing key is "not measured" and keys of other names are
-/// left alone; in CSV an unknown column is an error. InputError names file, line (or partials[index]),
+/// left alone; in CSV so are columns, which left_out_columns names. Separators, quotes and decimal commas: CsvFile. InputError names file, line (or partials[index]),
 /// column, value.
 PartialTable read_partial_table(const std::filesystem::path& path);
 PartialTable parse_partial_csv(std::string_view text, const std::string& name);

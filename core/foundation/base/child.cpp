@@ -30,7 +30,9 @@ void write_all(int fd, std::string_view bytes) {
 }
 
 [[noreturn]] void be_the_child(const std::function<std::string()>& work, int fd, pid_t parent) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGFPE, SIGABRT}) std::signal(signal, SIG_DFL);
+  // What the terminal sends to the whole group is the parent's to answer.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT}) std::signal(signal, SIG_DFL);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   ::prctl(PR_SET_DUMPABLE, 0);  // a crash is an answer here: no core file
   if (::getppid() != parent) ::_exit(kThrew);

@@ -3,22 +3,20 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <system_error>
 #include <vector>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/temporaries.hpp"
 
 namespace klang {
 namespace fs = std::filesystem;
 namespace {
-
-std::string unique_suffix() {
-  static std::atomic<unsigned> counter = 0;
-  return ".tmp-" + std::to_string(::getpid()) + "-" + std::to_string(counter++);
-}
 
 [[noreturn]] void fail(const fs::path& path, int error) {
   throw InputError(path.string(), std::string("cannot write: ") + std::strerror(error));
@@ -64,17 +62,16 @@ void write_file(const fs::path& path, std::string_view bytes) {
 
 void write_file_with(const fs::path& path, const std::function<void(const fs::path&)>& writer) {
   if (path.empty() || fs::is_directory(path)) throw InputError(path.string(), "cannot write: not a file name");
-  fs::path temporary = path;
-  temporary.replace_filename("." + path.stem().string() + unique_suffix() + path.extension().string());
+  const Temporary temporary(path, path.parent_path(), true);
   try {
-    writer(temporary);
-    flush_to_disk(temporary, path);
+    writer(temporary.path());
+    flush_to_disk(temporary.path(), path);
     std::error_code error;
-    fs::rename(temporary, path, error);
+    commit_whole([&] { fs::rename(temporary.path(), path, error); });
     if (error) fail(path, error.value());
   } catch (const std::exception&) {
     std::error_code ignored;
-    fs::remove(temporary, ignored);
+    fs::remove(temporary.path(), ignored);
     throw;
   }
 }
@@ -90,18 +87,20 @@ OutputDirectory::OutputDirectory(fs::path target) : target_(std::move(target)) {
   std::error_code error;
   fs::create_directories(parent, error);
   if (error) fail(target_, error.value());
-  staging_ = parent / ("." + target_.filename().string() + unique_suffix());
-  fs::create_directory(staging_, error);
+  staging_ = std::make_unique<Temporary>(target_, parent, false);
+  fs::create_directory(staging(), error);
   if (error) fail(target_, error.value());
 }
 
 OutputDirectory::~OutputDirectory() {
   std::error_code ignored;
-  fs::remove_all(staging_, ignored);
+  fs::remove_all(staging(), ignored);
 }
 
+const fs::path& OutputDirectory::staging() const { return staging_->path(); }
+
 fs::path OutputDirectory::sub_folder(std::string_view name) const {
-  const fs::path folder = staging_ / name;
+  const fs::path folder = staging() / name;
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) fail(target_ / name, error.value());
@@ -110,27 +109,54 @@ fs::path OutputDirectory::sub_folder(std::string_view name) const {
 
 void OutputDirectory::commit() {
   std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(staging_)) {
-    if (entry.is_regular_file()) files.push_back(fs::relative(entry.path(), staging_));
+  for (const auto& entry : fs::recursive_directory_iterator(staging())) {
+    if (entry.is_regular_file()) files.push_back(fs::relative(entry.path(), staging()));
   }
-  for (const fs::path& file : files) flush_to_disk(staging_ / file, target_ / file);
-  std::error_code error;
-  for (const fs::path& file : files) {
-    fs::create_directories((target_ / file).parent_path(), error);
-    if (!error) fs::rename(staging_ / file, target_ / file, error);
-    if (error) fail(target_ / file, error.value());
-  }
+  for (const fs::path& file : files) flush_to_disk(staging() / file, target_ / file);
+  commit_whole([&] {
+    std::error_code error;
+    for (const fs::path& file : files) {
+      fs::create_directories((target_ / file).parent_path(), error);
+      if (!error) fs::rename(staging() / file, target_ / file, error);
+      if (error) fail(target_ / file, error.value());
+    }
+  });
 }
+
+namespace {
+
+constexpr std::size_t kMostOfStream = std::size_t{512} << 20;  // a device may never end
+
+/// Of a pipe or device. It can be read once only: whoever asks again (for the hash of the input) gets the same bytes.
+std::string stream_bytes(const fs::path& path, std::size_t max_bytes) {
+  static std::mutex mutex;
+  static std::map<fs::path, std::string> read_before;
+  const std::lock_guard lock(mutex);
+  if (const auto found = read_before.find(path); found != read_before.end()) return found->second;
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError(path.string(), "cannot be read");
+  std::string bytes, chunk(1 << 20, '\0');
+  while (in) {
+    in.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
+    bytes.append(chunk.data(), static_cast<std::size_t>(in.gcount()));
+    if (bytes.size() > max_bytes)
+      throw InputError(path.string(), "gives too many bytes", "more than " + std::to_string(max_bytes), "a file");
+  }
+  return read_before.emplace(path, std::move(bytes)).first->second;
+}
+
+}  // namespace
 
 std::string read_file(const fs::path& path, std::size_t max_bytes) {
   std::error_code error;
+  if (path == "-" && !fs::exists(path, error)) return stream_bytes("/dev/stdin", std::min(max_bytes, kMostOfStream));
   const auto status = fs::status(path, error);
   if (!fs::exists(status)) throw InputError(path.string(), "no such file");
   if (fs::is_directory(status)) throw InputError(path.string(), "is a folder, not a file");
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(path.string(), "cannot be read");
   std::string bytes;
   if (fs::is_regular_file(status)) {
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw InputError(path.string(), "cannot be read");
     const auto size = fs::file_size(path);
     if (size > max_bytes) {
       throw InputError(path.string(), "is too large", std::to_string(size) + " bytes",
@@ -140,7 +166,7 @@ std::string read_file(const fs::path& path, std::size_t max_bytes) {
     in.read(bytes.data(), static_cast<std::streamsize>(size));
     bytes.resize(static_cast<std::size_t>(in.gcount()));
   } else {
-    bytes.assign(std::istreambuf_iterator<char>(in), {});
+    return stream_bytes(path, std::min(max_bytes, kMostOfStream));
   }
   return bytes;
 }

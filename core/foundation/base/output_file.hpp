@@ -2,10 +2,13 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 
 namespace klang {
+
+class Temporary;
 
 /// Writes a file whole or not at all: the bytes go to a temporary name beside the target, which is flushed, checked
 /// and renamed. When anything fails (no folder, no permission, full disk) the temporary file is removed, an earlier
@@ -27,16 +30,17 @@ class OutputDirectory {
   OutputDirectory(const OutputDirectory&) = delete;
   OutputDirectory& operator=(const OutputDirectory&) = delete;
   /// Where to write in the meantime: staging() / "figures/a.png". Sub-folders are made by sub_folder().
-  const std::filesystem::path& staging() const { return staging_; }
+  const std::filesystem::path& staging() const;
   std::filesystem::path sub_folder(std::string_view name) const;
   void commit();
 
  private:
   std::filesystem::path target_;
-  std::filesystem::path staging_;
+  std::unique_ptr<Temporary> staging_;
 };
 
-/// The file's bytes; InputError when it is missing, a folder, unreadable, or larger than max_bytes.
+/// The file's bytes; InputError when it is missing, a folder, unreadable, or larger than max_bytes. "-" is standard input;
+/// of pipes and devices 512 MiB at most are taken.
 std::string read_file(const std::filesystem::path& path, std::size_t max_bytes = std::size_t{4} << 30);
 
 }  // namespace klang

@@ -12,7 +12,7 @@ namespace klang::fit::detail {
 namespace {
 
 PartialTable within(const PartialTable& table, const Band& band) {
-  PartialTable kept{{}, table.origin};
+  PartialTable kept{{}, table.origin, table.left_out_columns};
   for (const Partial& partial : table.partials) {
     if (!partial.is_ring()) continue;
     if (partial.frequency_hz >= band.low_hz && partial.frequency_hz <= band.high_hz) kept.partials.push_back(partial);
@@ -66,6 +66,8 @@ MeasuredData read_measured_data(const FitProblem& problem, Monitor& monitor) {
       monitor);
   for (std::size_t s = 0; s < n; ++s) {
     const std::string& name = problem.specimens[s].name;
+    for (const std::string& column : data.specimens[s].partials.left_out_columns)
+      data.warnings.push_back(name + ": the table's column " + column + " is left out: it means nothing here");
     for (const RingdownResult& ringdown : data.specimens[s].ringdowns) {
       for (const std::string& warning : ringdown.warnings) data.warnings.push_back(name + ": " + warning);
       if (!ringdown.usable()) data.warnings.push_back(name + ": " + ringdown.message);

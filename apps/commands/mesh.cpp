@@ -6,6 +6,7 @@
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/geometry/files/mesh_file.hpp"
 #include "core/geometry/mesh/quality.hpp"
 
@@ -40,12 +41,21 @@ int run_mesh(MeshOptions options, const CommonOptions& common) {
   if (std::find(kinds.begin(), kinds.end(), options.body.shape) == kinds.end()) {
     std::swap(options.body.shape, options.body.mesh_file);
   }
-  const mesh::TetMesh mesh = options.body.build();
+  mesh::BodyNotes notes;
+  std::vector<std::string> warnings;
+  const mesh::TetMesh mesh = options.body.build_and_tell(common, notes, warnings, monitor);
   const mesh::MeshQuality quality = mesh::mesh_quality(mesh);
   nlohmann::json json = result_header("mesh", "done", common,
-                                      {{"element", options.body.element}, {"max_edge_m", options.body.max_edge_m}},
+                                      {{"element", options.body.element},
+                                       {"max_edge_m", options.body.max_edge_m},
+                                       {"max_triangles", options.body.max_triangles},
+                                       {"unit_m", options.body.unit_m}},
                                       options.body.inputs());
   json.update(quality_json(quality));
+  json["warnings"] = warnings;
+  if (notes.repairs) json["repairs"] = json_of(*notes.repairs);
+  if (notes.decimation) json["decimation"] = json_of(*notes.decimation);
+  if (notes.n_expected_elements) json["n_expected_elements"] = *notes.n_expected_elements;
   if (options.density_kg_m3 > 0.0) json["mass_kg"] = quality.mass_kg(options.density_kg_m3);
   if (!options.output.empty()) mesh::write_tet_mesh(options.output, mesh);
   write_json(common, json);

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -21,16 +22,64 @@ struct ModesOptions {
   std::string material = "aluminium";
   std::string support = "free";
   int count = 0;
-  std::string band = "20:20000";
+  std::string band = "0:20000";
+  bool band_is_asked_for = false;
   std::string output;
   std::string method = "auto";
   bool lumped_mass = false, no_mesh_error = false;
 };
 
+// Of a body that nobody gave a count or a band for: more than these are of no use, and take long.
+constexpr int kMostModes = 500;
+constexpr double kErrorToWarnOf = 1e-3;
+
 modal::ModesMethod parsed_method(const std::string& word) {
   return word == "harmonics"    ? modal::ModesMethod::kHarmonics
          : word == "tetrahedra" ? modal::ModesMethod::kTetrahedra
                                 : modal::ModesMethod::kAuto;
+}
+
+/// How far the mesh's own error reaches, where that is more than the program promises.
+std::string coarse_mesh_warning(const std::vector<modal::ModeRecord>& modes) {
+  int n = 0;
+  double worst = 0.0;
+  for (const modal::ModeRecord& mode : modes) {
+    if (!mode.mesh_relative_error || *mode.mesh_relative_error <= kErrorToWarnOf) continue;
+    ++n;
+    worst = std::max(worst, *mode.mesh_relative_error);
+  }
+  if (n == 0) return {};
+  char text[200];
+  std::snprintf(
+      text, sizeof text,
+      "%d of %zu frequencies are too high by more than 0.1 %% (up to %.2g %%) by the mesh's estimate; a finer "
+      "mesh (--refine, --max-edge-m) brings them down",
+      n, modes.size(), 100.0 * worst);
+  return text;
+}
+
+void say_modes(const modal::ModesDocument& document, const mesh::TetMesh& mesh, const ModesOptions& options,
+               const CommonOptions& common) {
+  say(common, "%d nodes, %d %s elements%s; %d rigid modes; ", mesh.n_nodes(), mesh.n_elements(),
+      mesh.order() == 2 ? "quadratic" : "linear",
+      document.method == "harmonics" ? ", frequencies by harmonics of the section" : "", *document.n_rigid_modes);
+  say(common, "%s\n",
+      !document.none_missing   ? "completeness not checked"
+      : *document.none_missing ? "none missing (proven)"
+                               : "MODES ARE MISSING");
+  if (const int n = document.n_below_band.value_or(0); n > 0)
+    say(common, "%d mode%s below the band, not listed\n", n, n == 1 ? "" : "s");
+  say(common, "%6s %14s %14s %10s %10s\n", "index", "frequency_hz", "period_s", "residual", "mesh_error");
+  for (const modal::ModeRecord& mode : document.modes) {
+    char error[16] = "-";
+    if (mode.mesh_relative_error) std::snprintf(error, sizeof error, "%.1e", *mode.mesh_relative_error);
+    say(common, "%6d %14.4f %14.6g %10.1e %10s\n", mode.index, mode.frequency_hz, 1.0 / mode.frequency_hz,
+        *mode.relative_residual, error);
+  }
+  if (document.modes.empty()) say(common, "no mode in the band\n");
+  if (const int n = document.n_left_out.value_or(0); n > 0)
+    say(common, "the lowest %zu modes are listed, %d more lie below %s Hz (--count, --band-hz)\n",
+        document.modes.size(), n, options.band.substr(options.band.find(':') + 1).c_str());
 }
 
 int run_modes(const ModesOptions& options, const CommonOptions& common) {
@@ -45,6 +94,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   modal::EigenOptions& eigen = how.eigen;
   eigen.count = options.count;
   eigen.band = parse_band("--band-hz", options.band);
+  if (!options.band_is_asked_for) eigen.most = kMostModes;
   // The estimate is made for the consistent matrix.
   eigen.estimate_mesh_error = !options.lumped_mass && !options.no_mesh_error;
   eigen.validate();
@@ -55,7 +105,9 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   const bool harmonics = modal::chosen_method(body, how) == modal::ModesMethod::kHarmonics;
 
   monitor.progress("mesh", 0.0);
-  const mesh::TetMesh mesh = options.body.build();
+  mesh::BodyNotes notes;
+  std::vector<std::string> warnings;
+  const mesh::TetMesh mesh = options.body.build_and_tell(common, notes, warnings, monitor);
   const double mesh_s = watch.seconds();
   monitor.throw_if_stopped();
   const modal::EigenResult result = modal::modes_of(body, mesh, material, how, monitor);
@@ -74,7 +126,12 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
                                {"refinement", options.body.refinement}};
   modal::ModesDocument document;
   document.header = make_header("modes", "converged", common, used, options.body.inputs());
+  document.header.warnings = warnings;
   if (!result.message.empty()) document.header.warnings.push_back(result.message);
+  document.repairs = notes.repairs;
+  document.decimation = notes.decimation;
+  document.n_below_band = result.n_below_band;
+  document.n_left_out = result.n_left_out;
   document.n_nodes = mesh.n_nodes();
   document.n_elements = mesh.n_elements();
   document.element = mesh.order() == 2 ? "p2" : "p1";
@@ -86,6 +143,10 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
     document.modes.push_back({static_cast<int>(i), frequency_hz[i], result.relative_residual[i], {}});
     if (result.mesh_relative_error) document.modes.back().mesh_relative_error = (*result.mesh_relative_error)[i];
   }
+  if (const std::string warning = coarse_mesh_warning(document.modes); !warning.empty()) {
+    document.header.warnings.push_back(warning);
+    warn(warning);
+  }
   if (!options.output.empty())
     modal::write_modal_model(options.output, result.model, json_of(document.header.provenance).dump());
   document.header.wall_time_s = result.wall_time_s;
@@ -96,21 +157,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   document.peak_memory_bytes = modal::peak_memory_bytes();
   write_json(common, json_of(document));
 
-  say(common, "%d nodes, %d %s elements%s; %d rigid modes; ", mesh.n_nodes(), mesh.n_elements(),
-      mesh.order() == 2 ? "quadratic" : "linear", harmonics ? ", frequencies by harmonics of the section" : "",
-      result.n_rigid_modes);
-  say(common, "%s\n",
-      !result.none_missing   ? "completeness not checked"
-      : *result.none_missing ? "none missing (proven)"
-                             : "MODES ARE MISSING");
-  say(common, "%6s %14s %14s %10s %10s\n", "index", "frequency_hz", "period_s", "residual", "mesh_error");
-  for (const modal::ModeRecord& mode : document.modes) {
-    char error[16] = "-";
-    if (mode.mesh_relative_error) std::snprintf(error, sizeof error, "%.1e", *mode.mesh_relative_error);
-    say(common, "%6d %14.4f %14.6g %10.1e %10s\n", mode.index, mode.frequency_hz, 1.0 / mode.frequency_hz,
-        *mode.relative_residual, error);
-  }
-  if (frequency_hz.size() == 0) say(common, "no mode in the band\n");
+  say_modes(document, mesh, options, common);
   say(common, "%.2f s\n", watch.seconds());
   return result.none_missing.value_or(true) ? kDone : kNumericalFailure;
 }
@@ -130,7 +177,10 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
       ->capture_default_str();
   app->add_option("--count", options->count, "Elastic modes from the lowest up, 1 to 2000; default: all in the band")
       ->check(CLI::Range(1, 2000));
-  app->add_option("--band-hz", options->band, "LOW:HIGH in Hz")->capture_default_str();
+  CLI::Option* band = app->add_option("--band-hz", options->band,
+                                      "LOW:HIGH in Hz; what lies below is counted, not listed. Without it and without "
+                                      "--count: from the lowest mode up, 500 at most")
+                          ->capture_default_str();
   app->add_option(
          "--method", options->method,
          "harmonics: a free body of revolution by Fourier in the angle, shapes sampled to the mesh; tetrahedra: the "
@@ -150,7 +200,10 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
       "  klang modes --shape box --dims length_m=0.2,width_m=0.02,height_m=0.003 --material steel --support "
       "clamped:x=-0.1");
   return {app,
-          [options, &common] { return run_modes(*options, common); },
+          [options, band, &common] {
+            options->band_is_asked_for = band->count() > 0;
+            return run_modes(*options, common);
+          },
           {result_kind<modal::ModesDocument>("modes", "the result of `klang modes`")}};
 }
 

@@ -5,7 +5,6 @@
 
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
-#include "core/geometry/files/mesh_file.hpp"
 
 namespace klang::apps {
 
@@ -82,7 +81,7 @@ void BodyOptions::add_to(CLI::App& app, CommonOptions& common, bool shape_is_pos
   app.add_option("--element", element, "p1 (linear) or p2 (quadratic, curved)")
       ->check(CLI::IsMember({"p1", "p2"}))
       ->capture_default_str();
-  add_fields(app, common, *this, {{"max_edge_m"}, {"unit_m"}, {"refinement", "--refine"}});
+  add_fields(app, common, *this, {{"max_edge_m"}, {"unit_m"}, {"max_triangles"}, {"refinement", "--refine"}});
 }
 
 std::optional<mesh::ShapeSpec> BodyOptions::shape_spec() const {
@@ -100,7 +99,7 @@ std::optional<mesh::ShapeSpec> BodyOptions::shape_spec() const {
   return spec;
 }
 
-mesh::TetMesh BodyOptions::build(double wavelength_m) const {
+mesh::TetMesh BodyOptions::build(double wavelength_m, mesh::BodyNotes* notes, Monitor& monitor) const {
   validate_fields("command line", *this);
   if (const auto spec = shape_spec()) {
     mesh::ShapeMeshOptions options;
@@ -108,14 +107,32 @@ mesh::TetMesh BodyOptions::build(double wavelength_m) const {
     options.max_edge_m = max_edge_m;
     options.wavelength_m = wavelength_m;
     options.refinement = refinement;
-    return mesh::mesh_shape(*spec, options);
+    mesh::TetMesh mesh = mesh::mesh_shape(*spec, options);
+    if (notes != nullptr)
+      for (const std::string& warning : mesh::body_warnings(mesh, 1.0, {})) notes->warn("--dims: " + warning);
+    return mesh;
   }
   mesh::LoadOptions options;
   options.order = order();
   options.max_edge_m = max_edge_m;
   options.wavelength_m = wavelength_m;
   options.unit_m = unit_m;
-  return mesh::load_body(mesh_file, options);
+  options.max_triangles = max_triangles;
+  mesh::TetMesh mesh = mesh::load_body(mesh_file, options, notes, monitor);
+  if (notes != nullptr)
+    for (const std::string& warning : mesh::body_warnings(mesh, unit_m, "--unit-m"))
+      notes->warn(mesh_file + ": " + warning);
+  return mesh;
+}
+
+mesh::TetMesh BodyOptions::build_and_tell(const CommonOptions& common, mesh::BodyNotes& notes,
+                                          std::vector<std::string>& warnings, Monitor& monitor) const {
+  notes.note = [&common](const std::string& text) { note(common, text); };
+  notes.warning = [&warnings](const std::string& text) {
+    warn(text);
+    warnings.push_back(text);
+  };
+  return build(0.0, &notes, monitor);
 }
 
 std::vector<std::filesystem::path> BodyOptions::inputs() const {

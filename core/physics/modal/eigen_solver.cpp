@@ -81,7 +81,7 @@ class ModeSearch {
 
   const mesh::TetMesh& mesh_;
   const solid::AssembledSolid& assembled_;
-  const EigenOptions& options_;
+  EigenOptions options_;  // count may be set from most
   Monitor& monitor_;
   const Stopwatch total_;
   EigenResult result_;
@@ -89,7 +89,8 @@ class ModeSearch {
   Search search_;
   bool factored_ = false;
   Eigen::Index n_wanted_ = 0;
-  Eigen::Index n_low_ = 0;  // elastic modes below the band
+  Eigen::Index n_low_ = 0;      // elastic modes below the band
+  Eigen::Index n_in_band_ = 0;  // and up to its upper end, where these are too many
 };
 
 ModeSearch::ModeSearch(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,
@@ -162,6 +163,11 @@ bool ModeSearch::count_in_band() {
   }
   result_.sturm_count = search_.proof.sturm_count;
   n_wanted_ = *search_.proof.sturm_count - problem_.n_rigid();
+  if (options_.most > 0 && n_wanted_ > options_.most) {
+    n_in_band_ = n_wanted_;
+    n_wanted_ = options_.count = options_.most;
+    search_.proof = {};
+  }
   if (n_wanted_ > 0) {
     check_memory();
     return true;
@@ -238,6 +244,8 @@ Eigen::Index ModeSearch::keep_modes(Eigen::VectorXd& round_off) {
   }
   result_.sturm_count = search_.proof.sturm_count;
   result_.none_missing = search_.proof.none_missing;
+  result_.n_below_band = static_cast<int>(n_low_);
+  if (n_in_band_ > 0) result_.n_left_out = static_cast<int>(n_in_band_ - n_low_ - n_modes);
   return n_modes;
 }
 
@@ -260,6 +268,7 @@ void EigenOptions::validate() const {
   if (count == 0) {
     checked_open(place, "band.high_hz", band.high_hz, band.low_hz, 1e12);
   }
+  if (most < 0) throw InputError(place, "most must not be negative", std::to_string(most), "0 or more");
   checked(place, "tolerance", tolerance, 1e-14, 1e-3);
   if (max_restarts < 1)
     throw InputError(place, "max_restarts must be positive", std::to_string(max_restarts), "1 or more");

@@ -16,6 +16,7 @@ enum class EigenStatus { kNotRun, kConverged, kNotConverged, kFailed };
 struct EigenOptions {
   int count = 0;  ///< elastic modes wanted from the lowest up; 0: all within the band
   Band band;      ///< modes outside are not returned; with count > 0 only low_hz counts
+  int most = 0;   ///< with count 0: where the band holds more than these, the lowest of them only; 0: all
   EigenMethod method = EigenMethod::
       kAuto;  ///< kAuto: dense below dense_limit_nodes free nodes; kHarmonics is for solve_revolution_modes to report
   int dense_limit_nodes = 250;  // a dense solve of 1000 nodes takes 50 times the sparse one's time
@@ -33,6 +34,8 @@ struct EigenResult {
   Eigen::VectorXd relative_residual;                   ///< n_modes
   std::optional<Eigen::VectorXd> mesh_relative_error;  ///< n_modes, estimate of (f_h - f) / f; empty: not asked for
   int n_rigid_modes = 0;                               ///< 6 for a free connected body, 0 when clamped
+  int n_below_band = 0;                                ///< elastic modes under band.low_hz, which are left out
+  int n_left_out = 0;                                  ///< within the band, above the lowest EigenOptions::most
   std::optional<bool> none_missing;                    ///< true: proven; false: the count disagrees; empty: not checked
   std::optional<long> sturm_count;                     ///< eigenvalues below the check frequency, rigid ones included
   EigenMethod method_used = EigenMethod::kAuto;

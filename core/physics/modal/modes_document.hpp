@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "core/foundation/config/result_header.hpp"
+#include "core/geometry/mesh/surface_decimation.hpp"
+#include "core/geometry/mesh/surface_repair.hpp"
 
 /// The result of `klang modes`.
 namespace klang::modal {
@@ -40,7 +42,10 @@ struct ModesDocument {
   std::optional<int> n_nodes, n_elements;
   std::string element, method;
   std::optional<int> n_rigid_modes;
+  std::optional<int> n_below_band, n_left_out;
   std::optional<bool> none_missing;
+  std::optional<mesh::SurfaceRepairs> repairs;
+  std::optional<mesh::SurfaceDecimation> decimation;
   std::vector<ModeRecord> modes;
   std::optional<double> mass_kg;
   std::optional<std::uint64_t> peak_memory_bytes;
@@ -55,7 +60,12 @@ struct ModesDocument {
     visit({"element", "p1 or p2"}, self.element);
     visit({"method", "harmonics or tetrahedra"}, self.method);
     visit({"n_rigid_modes", "that were left out"}, self.n_rigid_modes);
+    visit(absent_if_empty({"n_below_band", "elastic modes below the band, which are not listed"}), self.n_below_band);
+    visit(absent_if_empty({"n_left_out", "modes within the band above those listed, where nobody asked for a band"}),
+          self.n_left_out);
     visit({"none_missing", "true: a Sturm count proves it; null: not checked"}, self.none_missing);
+    visit(absent_if_empty({"repairs", "of a surface file: what was mended"}), self.repairs);
+    visit(absent_if_empty({"decimation", "of a surface file that was made coarser"}), self.decimation);
     visit({"modes", "ascending in frequency"}, self.modes);
     visit(absent_if_empty({"mass_kg", "where someone adds it for the page"}), self.mass_kg);
     visit({"peak_memory_bytes", "of the program"}, self.peak_memory_bytes);

@@ -89,7 +89,12 @@ EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::Tet
   std::sort(omega_sq.begin(), omega_sq.end());
   const auto below = std::lower_bound(omega_sq.begin(), omega_sq.end(), std::pow(2.0 * kPi * options.band.low_hz, 2)) -
                      omega_sq.begin();
-  const auto wanted = options.count > 0 ? below + options.count : static_cast<std::ptrdiff_t>(omega_sq.size());
+  const auto n_all = static_cast<std::ptrdiff_t>(omega_sq.size());
+  const auto wanted = options.count > 0  ? below + options.count
+                      : options.most > 0 ? std::min(below + options.most, n_all)
+                                         : n_all;
+  result.n_below_band = static_cast<int>(below);
+  if (options.count == 0) result.n_left_out = static_cast<int>(n_all - wanted);
   const auto n = static_cast<Eigen::Index>(wanted - below);
   result.sturm_count = static_cast<long>(omega_sq.size()) + result.n_rigid_modes;
   result.none_missing = true;

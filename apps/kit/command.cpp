@@ -2,13 +2,11 @@
 
 #include <unistd.h>
 
-#include <atomic>
-#include <csignal>
 #include <cstdarg>
 #include <cstdio>
-#include <ctime>
 #include <mutex>
 
+#include "apps/kit/signals.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/fields_json.hpp"
@@ -16,23 +14,7 @@
 namespace klang::apps {
 namespace {
 
-std::atomic<bool> interrupted = false;
-std::atomic<std::time_t> interrupted_at_s = 0;
-static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::time_t>::is_always_lock_free);
 std::mutex terminal_mutex;
-
-/// A second Ctrl-C ends at once, but not one within 2 s of the first: a wrapper such as timeout(1) signals the program
-/// and then its whole group, and an end in the midst of tidying up leaves files behind.
-extern "C" void on_interrupt(int signal) {
-  const std::time_t now_s = std::time(nullptr);
-  if (!interrupted) {
-    interrupted_at_s = now_s;
-    interrupted = true;
-  } else if (now_s - interrupted_at_s > 1) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
-  }
-}
 
 }  // namespace
 
@@ -59,10 +41,7 @@ void name_field(const CLI::App& app, CommonOptions& common, const std::string& f
   if (!is_new && inner->second != flag) inner->second.clear();
 }
 
-TerminalMonitor::TerminalMonitor(bool quiet) : active_(!quiet && ::isatty(STDERR_FILENO) == 1) {
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
-}
+TerminalMonitor::TerminalMonitor(bool quiet) : active_(!quiet && ::isatty(STDERR_FILENO) == 1) {}
 
 TerminalMonitor::~TerminalMonitor() { clear(); }
 
@@ -83,7 +62,7 @@ void TerminalMonitor::clear() {
   shown_.clear();
 }
 
-bool TerminalMonitor::stop_requested() const { return interrupted; }
+bool TerminalMonitor::stop_requested() const { return stop_signal() != 0; }
 
 ResultHeader make_header(std::string_view kind, std::string_view status, const CommonOptions& common,
                          const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs) {
@@ -119,6 +98,10 @@ void say(const CommonOptions& common, const char* format, ...) {
 
 void warn(std::string_view text) {
   std::fprintf(stderr, "klang: warning: %.*s\n", static_cast<int>(text.size()), text.data());
+}
+
+void note(const CommonOptions& common, std::string_view text) {
+  if (!common.quiet) std::fprintf(stderr, "klang: note: %.*s\n", static_cast<int>(text.size()), text.data());
 }
 
 }  // namespace klang::apps

@@ -13,7 +13,7 @@
 
 namespace klang::apps {
 
-/// Exit codes of every subcommand.
+/// Exit codes of every subcommand. A signal other than Ctrl-C ends with 128 + its number (143 SIGTERM, 129 SIGHUP).
 enum ExitCode { kDone = 0, kCheckNotPassed = 1, kBadInput = 2, kNumericalFailure = 3, kInterrupted = 130 };
 
 /// Options that every subcommand has.
@@ -34,7 +34,7 @@ void name_field(const CLI::App& app, CommonOptions& common, const std::string& f
 /// Adds --json, --quiet, --threads and --seed.
 void add_common_options(CLI::App& app, CommonOptions& common);
 
-/// Progress on a terminal (stderr), silence elsewhere; stops on Ctrl-C.
+/// Progress on a terminal (stderr), silence elsewhere; stops on a signal (apps/kit/signals.hpp).
 class TerminalMonitor : public Monitor {
  public:
   explicit TerminalMonitor(bool quiet);
@@ -64,6 +64,9 @@ void say(const CommonOptions& common, const char* format, ...) __attribute__((fo
 
 /// One line to standard error, "klang: warning: ...".
 void warn(std::string_view text);
+
+/// One line to standard error, "klang: note: ...", unless --quiet: what was done to the input without being asked.
+void note(const CommonOptions& common, std::string_view text);
 
 /// A subcommand: add_NAME() in apps/commands/NAME.cpp, which apps/commands/commands.cpp lists, adds it with its options and
 /// examples to its parent; run() is called after parsing and returns the exit code.

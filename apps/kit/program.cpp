@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <new>
 
+#include "apps/kit/signals.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/provenance.hpp"
@@ -29,7 +30,8 @@ Program::Program(std::span<const CommandEntry> commands)
   app_.set_version_flag("--version", version());
   app_.require_subcommand(1);
   app_.footer(
-      "Exit codes: 0 done; 1 ran, and a check did not pass; 2 bad input; 3 numerical failure; 130 interrupted.\n"
+      "Exit codes: 0 done; 1 ran, and a check did not pass; 2 bad input; 3 numerical failure; 130 interrupted "
+      "(143 by SIGTERM, 129 by SIGHUP).\n"
       "klang SUBCOMMAND --help shows its options and examples.");
   for (const CommandEntry& entry : commands) {
     if (entry.add == nullptr) {
@@ -46,13 +48,17 @@ Program::Program(std::span<const CommandEntry> commands)
 int Program::run(int argc, char** argv) {
   common_.command_line = "klang";
   for (int i = 1; i < argc; ++i) common_.command_line.append(" ").append(argv[i]);
+  int code = kDone;
   try {
     app_.parse(argc, argv);
     set_thread_count(common_.n_threads);
-    return run_parsed();
+    heed_signals();
+    code = run_parsed();
   } catch (const std::exception&) {
-    return exit_code_of_exception(argc, argv);
+    code = exit_code_of_exception(argc, argv);
   }
+  work_is_over(code);
+  return code;
 }
 
 int Program::run_parsed() const {
@@ -75,7 +81,7 @@ int Program::exit_code_of_exception(int argc, char** argv) const {
   } catch (const InputError& error) {
     return complain(error.what(), kBadInput);
   } catch (const Interrupted& error) {
-    return complain(error.what(), kInterrupted);
+    return complain(error.what(), stop_signal() != 0 ? 128 + stop_signal() : kInterrupted);
   } catch (const NumericalError& error) {
     return complain(error.what(), kNumericalFailure);
   } catch (const std::bad_alloc&) {

@@ -284,3 +284,60 @@ TEST(KlangInterrupt, ControlCEndsWith130AndNothingWritten) {
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_TRUE(scratch.files().empty());
 }
+
+TEST(KlangInterrupt, EverySignalEndsAMeshThatTheLibraryWillNotStopAndNothingIsLeft) {
+  const Scratch scratch;
+  // A surface whose tetrahedra take much longer than the signal waits.
+  std::string obj;
+  constexpr int kAround = 300;
+  for (int i = 0; i < kAround; ++i)
+    for (int k = 0; k < kAround; ++k) {
+      const double u = 2.0 * M_PI * i / kAround, v = 2.0 * M_PI * k / kAround, r = 0.05 + 0.02 * std::cos(v);
+      obj += "v " + std::to_string(r * std::cos(u)) + " " + std::to_string(r * std::sin(u)) + " " +
+             std::to_string(0.02 * std::sin(v)) + "\n";
+    }
+  const auto at = [](int i, int k) { return std::to_string(1 + (i % kAround) * kAround + k % kAround); };
+  for (int i = 0; i < kAround; ++i)
+    for (int k = 0; k < kAround; ++k)
+      obj += "f " + at(i, k) + " " + at(i + 1, k) + " " + at(i + 1, k + 1) + " " + at(i, k + 1) + "\n";
+  scratch.write("ring.obj", obj);
+  for (const auto& [name, code] : {std::pair("INT", 130), std::pair("TERM", 143), std::pair("HUP", 129)}) {
+    const auto result = run_klang("mesh ring.obj -o ring.vtu", scratch.path(),
+                                  std::string("timeout --preserve-status -k 20 -s ") + name + " 1");
+    EXPECT_EQ(result.exit_code, code) << result.err;
+    EXPECT_NE(result.err.find("interrupted"), std::string::npos);
+    EXPECT_EQ(scratch.files(), (std::vector<std::string>{"ring.obj"}));
+  }
+}
+
+TEST(KlangInterrupt, WhatAKilledRunLeftIsGoneAfterTheNext) {
+  const Scratch scratch;
+  run_klang("converge fem -o out", scratch.path(),
+            "sh -c '\"$@\" & p=$!; until [ -n \"$(ls -A)\" ]; do sleep 0.02; done; kill -KILL $p; wait $p' sh");
+  ASSERT_FALSE(scratch.files().empty() && std::filesystem::is_empty(scratch.path()));
+  scratch.write(".mine.tmp-notes", "kept");
+  ASSERT_EQ(run_klang("mesh box --dims length_m=0.1,width_m=0.1,height_m=0.1 -o b.vtu", scratch.path()).exit_code, 0);
+  EXPECT_EQ(scratch.files(), (std::vector<std::string>{".mine.tmp-notes", "b.vtu"}));
+}
+
+TEST(KlangInput, ADeviceWithoutEndIsRefusedAndAPipeIsRead) {
+  const Scratch scratch;
+  const auto zero = run_klang("report /dev/zero -o out", scratch.path(), "timeout 60");
+  EXPECT_EQ(zero.exit_code, 2) << zero.err;
+  EXPECT_TRUE(scratch.files().empty());
+}
+
+TEST(KlangModes, CountsFromTheLowestUpAndSaysWhatLiesBelowABand) {
+  const Scratch scratch;
+  // A steel rod of 3 m: free bending from 2.5 Hz on.
+  const std::string rod = "modes --shape rod --dims length_m=3,radius_m=0.0025 --material steel --no-mesh-error ";
+  ASSERT_EQ(run_klang(rod + "--count 2 --json low.json", scratch.path()).exit_code, 0);
+  const json low = read_json(scratch.path() / "low.json");
+  // Euler and Bernoulli: 22.3733 / (2 pi) (r / 2) sqrt(E / rho) / L^2
+  const double lowest_hz = 22.3733 / (2.0 * M_PI) * 0.00125 * std::sqrt(210e9 / 7850.0) / 9.0;
+  EXPECT_LE(std::abs(low["modes"][0]["frequency_hz"].get<double>() / lowest_hz - 1.0), 0.05);
+  const auto banded = run_klang(rod + "--band-hz 20:40 --json band.json", scratch.path());
+  ASSERT_EQ(banded.exit_code, 0) << banded.err;
+  EXPECT_NE(banded.out.find("6 modes below the band"), std::string::npos) << banded.out;
+  EXPECT_EQ(read_json(scratch.path() / "band.json")["n_below_band"], 6);
+}

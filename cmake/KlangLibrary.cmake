@@ -1,6 +1,7 @@
 # One static library per room. Each target shows only its own public headers, under their path from the root
 # ("core/geometry/mesh/tet_mesh.hpp"), through links in the build tree: a room that does not link another cannot include it.
 include_guard()
+set(KLANG_BATCH_SIZE 4)
 find_program(KLANG_CCACHE ccache)
 if(KLANG_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${KLANG_CCACHE})
@@ -40,15 +41,18 @@ endif()
 # klang_library(name FOLDER core/geometry/mesh SOURCES a.cpp ... PUBLIC deps ... PRIVATE deps ... [LIGHT] [BATCH n])
 # Others see the folder's own headers and not those below detail/; tests link klang::NAME_detail for these. A header that is
 # reached by climbing ("../") would get round that and is refused.
-# LIGHT: nothing here is worth the optimiser's time; -O1 in Release. BATCH n: n sources are compiled as one
-# (docs/developer/performance.md says what both save).
+# LIGHT: nothing here is worth the optimiser's time; -O1 in Release. BATCH n: n sources are compiled as one (default
+# KLANG_BATCH_SIZE; docs/developer/performance.md says what both save).
 function(klang_library name)
   cmake_parse_arguments(ARG "LIGHT" "FOLDER;BATCH" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target klang_${name})
   set(source ${PROJECT_SOURCE_DIR}/${ARG_FOLDER})
   set(layer ${PROJECT_BINARY_DIR}/layers/${name})
   add_library(${target} STATIC)
-  if(ARG_BATCH AND KLANG_BATCH)
+  if(NOT ARG_BATCH)
+    set(ARG_BATCH ${KLANG_BATCH_SIZE})
+  endif()
+  if(KLANG_BATCH)
     klang_batch(${target} ${ARG_FOLDER} ${ARG_BATCH} ${ARG_SOURCES})
   else()
     target_sources(${target} PRIVATE ${ARG_SOURCES})

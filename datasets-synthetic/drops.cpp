@@ -24,9 +24,9 @@ constexpr double kSilentFall = 13.815510557964274;  // ln 1e6
 constexpr double kLongestLifeS = 20.0;
 constexpr double kTrackStepS = 1e-3;
 constexpr double kHighestOfSampleRate = 0.499;
-enum class Purpose : std::uint64_t { kNoise = 1, kRoom = 2 };
+enum class DropPurpose : std::uint64_t { kNoise = 1, kRoom = 2 };
 
-RandomStream stream(std::uint64_t seed, std::size_t recording, Purpose purpose) {
+RandomStream stream(std::uint64_t seed, std::size_t recording, DropPurpose purpose) {
   return {seed, (std::uint64_t{0xd70a} << 32) | (recording << 4) | static_cast<std::uint64_t>(purpose)};
 }
 
@@ -121,7 +121,7 @@ RecordedDrops make_recording(const DropRecipe& recipe, std::size_t index, std::u
   clean *= scale;
   Eigen::VectorXd sound = clean;
   if (recipe.room_rt60_s) {
-    RandomStream random = stream(seed, index, Purpose::kRoom);
+    RandomStream random = stream(seed, index, DropPurpose::kRoom);
     sound += room_tail(clean, recipe.sample_rate_hz, *recipe.room_rt60_s, recipe.room_level_db, random);
   }
   double noise_rms = 0.0;
@@ -129,7 +129,7 @@ RecordedDrops make_recording(const DropRecipe& recipe, std::size_t index, std::u
     const double mean_square =
         recipe.snr_of == DropSnr::kDrop ? scale * scale * loudest : sound.squaredNorm() / static_cast<double>(n_frames);
     noise_rms = std::sqrt(mean_square) * std::pow(10.0, -*recipe.snr_db / 20.0);
-    RandomStream random = stream(seed, index, Purpose::kNoise);
+    RandomStream random = stream(seed, index, DropPurpose::kNoise);
     sound +=
         noise_rms * (recipe.pink ? pink_noise(n_frames, recipe.sample_rate_hz, random) : white_noise(n_frames, random));
   }

@@ -187,6 +187,6 @@ Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind analysis_page() { return page_kind("analysis", make); }
+PageKind analysis_page() { return page_kind<fit::AnalysisDocument>("analysis", make); }
 
 }  // namespace klang::reports::detail

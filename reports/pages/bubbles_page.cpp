@@ -279,6 +279,6 @@ Page make(const BubblesDocument& data, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind bubbles_page() { return page_kind("bubbles", make); }
+PageKind bubbles_page() { return page_kind<BubblesDocument>("bubbles", make); }
 
 }  // namespace klang::reports::detail

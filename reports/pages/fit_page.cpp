@@ -324,6 +324,6 @@ Page make(const fit::FitDocument& data, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind fit_page() { return page_kind("fit", make); }
+PageKind fit_page() { return page_kind<fit::FitDocument>("fit", make); }
 
 }  // namespace klang::reports::detail

@@ -114,6 +114,6 @@ Page make(const modal::ModesDocument& data, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind modes_page() { return page_kind("modes", make); }
+PageKind modes_page() { return page_kind<modal::ModesDocument>("modes", make); }
 
 }  // namespace klang::reports::detail

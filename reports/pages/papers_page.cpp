@@ -113,6 +113,6 @@ Page make(const validate::PapersDocument& data, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind papers_page() { return page_kind("papers", make); }
+PageKind papers_page() { return page_kind<validate::PapersDocument>("papers", make); }
 
 }  // namespace klang::reports::detail

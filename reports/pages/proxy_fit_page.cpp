@@ -309,6 +309,6 @@ Page make(const ProxyFitDocument& data, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind proxy_fit_page() { return page_kind("proxy_fit", make); }
+PageKind proxy_fit_page() { return page_kind<ProxyFitDocument>("proxy_fit", make); }
 
 }  // namespace klang::reports::detail

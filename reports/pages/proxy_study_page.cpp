@@ -260,6 +260,6 @@ Page make(const DebrisDocument& data, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind proxy_study_page() { return page_kind("proxy_study", make); }
+PageKind proxy_study_page() { return page_kind<DebrisDocument>("proxy_study", make); }
 
 }  // namespace klang::reports::detail

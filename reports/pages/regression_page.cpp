@@ -212,6 +212,6 @@ Page make(const validate::RegressionDocument& data, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind regression_page() { return page_kind("regression", make); }
+PageKind regression_page() { return page_kind<validate::RegressionDocument>("regression", make); }
 
 }  // namespace klang::reports::detail

@@ -295,6 +295,6 @@ Page make(const validate::StudyDocument& study, ReportFolder& folder) {
 
 }  // namespace
 
-PageKind study_page() { return page_kind("study", make); }
+PageKind study_page() { return page_kind<validate::StudyDocument>("study", make); }
 
 }  // namespace klang::reports::detail

@@ -4,6 +4,8 @@
 
 #include <array>
 
+#include "version_text.hpp"
+
 namespace klang {
 
 std::string version() { return KLANG_VERSION_TEXT; }

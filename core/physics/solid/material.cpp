@@ -93,7 +93,7 @@ void validate(const Material& material) {
   checked_open(place, "lame_lambda_pa", material.lame_lambda_pa, -HUGE_VAL, HUGE_VAL);
   if (!(material.bulk_modulus_pa() > 0)) {
     throw InputError(place, "lame_lambda_pa + 2/3 lame_mu_pa (the bulk modulus) must be positive",
-                     to_text(material.bulk_modulus_pa()), "> 0");
+                     klang::to_text(material.bulk_modulus_pa()), "> 0");
   }
   checked_open(place, "density_kg_m3", material.density_kg_m3, 0, HUGE_VAL);
 }

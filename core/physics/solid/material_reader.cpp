@@ -8,7 +8,7 @@ namespace klang::solid {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr std::string_view kAllowed =
+constexpr std::string_view kAllowedKeys =
     "preset, or lame_lambda_pa with lame_mu_pa, or youngs_modulus_pa with poissons_ratio";
 
 }  // namespace
@@ -35,12 +35,12 @@ MaterialInput read_material(const TomlTable& table) {
   if (int(preset.has_value()) + int(lame) + int(engineering) != 1) {
     const char* problem = preset || lame || engineering ? "says the elasticity twice" : "says no elasticity";
     const char* key = preset ? "preset" : lame ? "lame_mu_pa" : "youngs_modulus_pa";
-    throw InputError(table.place(key), problem, "", kAllowed);
+    throw InputError(table.place(key), problem, "", kAllowedKeys);
   }
   if (lame && !(lambda && mu))
-    throw InputError(table.place(lambda ? "lame_lambda_pa" : "lame_mu_pa"), "stands alone", "", kAllowed);
+    throw InputError(table.place(lambda ? "lame_lambda_pa" : "lame_mu_pa"), "stands alone", "", kAllowedKeys);
   if (engineering && !(young && poisson))
-    throw InputError(table.place(young ? "youngs_modulus_pa" : "poissons_ratio"), "stands alone", "", kAllowed);
+    throw InputError(table.place(young ? "youngs_modulus_pa" : "poissons_ratio"), "stands alone", "", kAllowedKeys);
   MaterialInput input;
   Material& material = input.material;
   if (preset) {

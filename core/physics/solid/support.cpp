@@ -12,7 +12,7 @@
 namespace klang::solid {
 namespace {
 
-constexpr std::string_view kAllowed =
+constexpr std::string_view kAllowedPlaces =
     "free, clamped:WHERE or pinned:WHERE with WHERE one of x=min, x=max, x=0.05, x<0.01, x>0.01 (also y, z; metres), "
     "box:x0,y0,z0:x1,y1,z1, set:NAME";
 
@@ -45,7 +45,7 @@ std::optional<Eigen::Vector3d> triple(std::string_view text) {
 }
 
 Region parse_region(std::string_view where) {
-  const auto fail = [&](std::string_view problem) { throw InputError("support", problem, where, kAllowed); };
+  const auto fail = [&](std::string_view problem) { throw InputError("support", problem, where, kAllowedPlaces); };
   Region region;
   if (where.starts_with("set:")) {
     region.kind = Region::Kind::kSet;
@@ -97,8 +97,8 @@ Support parse_support(std::string_view text) {
   else if (kind == "pinned")
     support.kind = SupportKind::kPinned;
   else
-    throw InputError("support", "unknown kind", text, kAllowed);
-  if (colon == std::string_view::npos) throw InputError("support", "says not where", text, kAllowed);
+    throw InputError("support", "unknown kind", text, kAllowedPlaces);
+  if (colon == std::string_view::npos) throw InputError("support", "says not where", text, kAllowedPlaces);
   support.where = text.substr(colon + 1);
   parse_region(support.where);
   return support;

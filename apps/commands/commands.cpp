@@ -3,7 +3,7 @@
 namespace klang::apps {
 
 // Every subcommand, in the order of --help. Each stands in a file of its own, apps/commands/NAME.cpp (GROUP_NAME.cpp in a
-// group), which defines add_NAME() (add_GROUP_NAME()): Subcommand in apps/kit/command.hpp.
+// group), which defines add_NAME() (add_GROUP_NAME()): Subcommand in apps/kit/command.hpp. CMakeLists.txt reads the list.
 // clang-format off
 #define KLANG_COMMANDS(COMMAND, GROUP, MEMBER) \
   COMMAND(mesh) \

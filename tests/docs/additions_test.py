@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""additions_test.py SOURCE BUILD CXX: adds a dummy shape, damping law, study, command with a page and room to a copy of the sources, as
+docs/developer/add-*.md say, builds what they change, links the program from that and BUILD's other libraries, and uses the dummies.
+
+Holds: at most three files that were there before are touched for each, and the how-to page names them and no others.
+"""
+import json, pathlib, re, shutil, subprocess, sys
+
+SOURCE, BUILD, CXX = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]), sys.argv[3]
+HERE = SOURCE / "tests" / "docs" / "additions"
+COPY = BUILD / "additions" / "source"
+TREE = BUILD / "additions" / "build"
+FOLDERS = ["core", "fit", "validate", "datasets-synthetic", "reports", "apps", "cmake", "tests", "docs"]
+
+# (how-to page, file, what stands there, what stands there afterwards)
+EDITS = [
+    ("shape", "core/geometry/shapes/shape_registry.cpp", '#include "core/geometry/shapes/detail/revolution_shape.hpp"\n',
+     '#include "core/geometry/shapes/detail/pebble_shape.hpp"\n#include "core/geometry/shapes/detail/revolution_shape.hpp"\n'),
+    ("shape", "core/geometry/shapes/shape_registry.cpp", "&detail::revolution_shape(),", "&detail::revolution_shape(), &detail::pebble_shape(),"),
+    ("shape", "core/geometry/shapes/CMakeLists.txt", "detail/sphere_shape.cpp", "detail/sphere_shape.cpp detail/pebble_shape.cpp"),
+    ("damping-law", "core/physics/modal/damping/damping_laws.cpp", '#include "core/physics/modal/damping/zener.hpp"\n',
+     '#include "core/physics/modal/damping/square_root.hpp"\n#include "core/physics/modal/damping/zener.hpp"\n'),
+    ("damping-law", "core/physics/modal/damping/damping_laws.cpp", "    RegisteredLaw{zener_law, LawUse::kRecipes},",
+     "    RegisteredLaw{square_root_law, LawUse::kOptions},\n    RegisteredLaw{zener_law, LawUse::kRecipes},"),
+    ("damping-law", "core/physics/modal/damping/CMakeLists.txt", "zener.cpp", "zener.cpp square_root.cpp"),
+    ("study", "validate/studies/CMakeLists.txt", "set(studies fem", "set(studies midpoint fem"),
+    ("command", "apps/commands/commands.cpp", "  COMMAND(doctor)", "  COMMAND(tally) \\\n  COMMAND(doctor)"),
+    ("command", "reports/pages/CMakeLists.txt", "set(pages fit", "set(pages tally fit"),
+    ("room", "core/physics/CMakeLists.txt", "foreach(room ", "foreach(room tally "),
+    ("room", "tests/CMakeLists.txt", "core/physics/bubble ", "core/physics/bubble core/physics/tally "),
+]
+TARGETS = ["klang_shapes", "klang_damping_laws", "klang_studies", "klang_app_commands", "klang_report_pages", "tally_test",
+           "apps/CMakeFiles/klang.dir/main.cpp.o"]
+
+
+def run(command, where, fails=False):
+    done = subprocess.run([str(c) for c in command], cwd=where, capture_output=True, text=True)
+    if (done.returncode != 0) != fails:
+        sys.exit(f"{' '.join(map(str, command))}: exit {done.returncode}\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}")
+    return done.stdout + done.stderr
+
+
+def expect(right, what):
+    if not right:
+        sys.exit("FAILED: " + what)
+    print("ok:", what)
+
+
+def copy_sources():
+    """The copy keeps the times of unchanged files, so that a second run builds little."""
+    for name in FOLDERS:
+        for file in (SOURCE / name).rglob("*"):
+            if not file.is_file() or HERE in file.parents or "__pycache__" in file.parts:
+                continue
+            to = COPY / file.relative_to(SOURCE)
+            if not to.exists() or to.read_bytes() != file.read_bytes():
+                to.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(file, to)
+    for name in ["CMakeLists.txt", "README.md", "CMakePresets.json", "LICENSE"]:
+        if (SOURCE / name).exists():
+            shutil.copy2(SOURCE / name, COPY / name)
+
+
+def add(kind):
+    """Returns the files that were there and are touched."""
+    for file in (HERE / kind).rglob("*"):
+        if file.is_file():
+            to = COPY / file.relative_to(HERE / kind)
+            expect(not (SOURCE / file.relative_to(HERE / kind)).exists(), f"{kind}: {to.relative_to(COPY)} is new")
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(file, to)
+    touched = []
+    for page, name, before, after in EDITS:
+        if page != kind:
+            continue
+        text = (COPY / name).read_text()
+        expect(text.count(before) == 1, f"{kind}: {name} has the place for the line")
+        (COPY / name).write_text(text.replace(before, after))
+        if name not in touched:
+            touched.append(name)
+    return touched
+
+
+def named_by_page(kind):
+    text = (SOURCE / "docs" / "developer" / f"add-{kind}.md").read_text()
+    expect("Touched files:" in text, f"add-{kind}.md lists what is touched")
+    numbered = [line for line in text.split("Touched files:")[1].split("\n") if re.match(r"\d\. ", line)]
+    return [re.findall(r"`([^`]+)`", line)[0] for line in numbered]
+
+
+def link():
+    """The program's link command with BUILD's library wherever the copy has built none."""
+    command = run(["ninja", "-t", "commands", "apps/klang"], TREE).strip().split("\n")[-1]
+    words = re.sub(r"^: && | && :$", "", command).split()
+    def place(word):
+        return str(BUILD / word) if word.endswith(".a") and not word.startswith("/") and not (TREE / word).exists() else word
+    run([place(word) for word in words], TREE)
+    return TREE / "apps" / "klang"
+
+
+def main():
+    copy_sources()
+    for kind in ["shape", "damping-law", "study", "command", "room"]:
+        touched, named = add(kind), named_by_page(kind)
+        expect(len(named) <= 3, f"add-{kind}.md names at most three files: {', '.join(named)}")
+        for name in touched:
+            expect(name in named, f"add-{kind}.md names {name}")
+    run(["cmake", "-S", COPY, "-B", TREE, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Dummies", "-DCMAKE_CXX_FLAGS_DUMMIES=-O0 -DNDEBUG",
+         f"-DCMAKE_CXX_COMPILER={CXX}", "-DKLANG_BUILD_TESTS=ON", "-DKLANG_BUILD_BENCHMARKS=OFF"], BUILD)
+    run(["ninja", *TARGETS], TREE)
+    klang = link()
+    out = TREE / "out"
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir()
+    run([klang, "mesh", "pebble", "--dims", "diameter_m=0.1", "-o", "pebble.vtu", "--json", "pebble.json"], out)
+    text = run([klang, "mesh", "pebble", "--dims", "diameter_m=-1", "-o", "bad.vtu"], out, fails=True)
+    expect("diameter_m" in text, "the shape's own dimension is refused by name: " + text.strip())
+    text = run([klang, "synth", "--help"], out)
+    expect("--root-factor" in text, "the damping law is an option of klang synth")
+    run([klang, "converge", "midpoint", "--json", "midpoint.json"], out)
+    order = json.loads((out / "midpoint.json").read_text())["series"][0]["order"]
+    order = order.get("order", order.get("observed")) if isinstance(order, dict) else order
+    expect(abs(order - 2) <= 0.05, f"the study observes order {order}")
+    run([klang, "tally", "3", "-o", "tally"], out)
+    page = (out / "tally" / "report.html").read_text()
+    expect("3 taps were counted." in page, "the command writes its result's page")
+    expect("1 test" in run([TREE / "tests/core/physics/tally/tally_test"], out), "the room's test runs")
+
+
+main()

@@ -302,12 +302,12 @@ AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& 
   return drawable(std::move(axis));
 }
 
-Frame::Frame(Svg& svg, double left, double top, double width, double height, AxisSpec x, AxisSpec y)
+Frame::Frame(Svg& svg, const PlotArea& area, AxisSpec x, AxisSpec y)
     : svg_(svg),
-      left_(left),
-      top_(top),
-      width_(width),
-      height_(height),
+      left_(area.left),
+      top_(area.top),
+      width_(area.width),
+      height_(area.height),
       x_axis_(drawable(std::move(x))),
       y_axis_(drawable(std::move(y))) {}
 

@@ -73,10 +73,14 @@ std::vector<Tick> axis_ticks(const AxisSpec& axis, int wanted);
 /// value.
 AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& values, double margin = 0.06);
 
+struct PlotArea {
+  double left, top, width, height;
+};
+
 /// The area between two axes.
 class Frame {
  public:
-  Frame(Svg& svg, double left, double top, double width, double height, AxisSpec x, AxisSpec y);
+  Frame(Svg& svg, const PlotArea& area, AxisSpec x, AxisSpec y);
   /// Grid, ticks, labels and the frame's lines; call first.
   void draw_axes(int x_ticks = 7, int y_ticks = 6, bool x_grid = true, bool y_grid = true);
   double x(double value) const;

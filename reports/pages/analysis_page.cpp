@@ -36,7 +36,7 @@ std::optional<Svg> spectrum_figure(const fit::AnalysisDocument& data) {
   Svg svg(kPageWidth, kHeight,
           "Partials as lines: level at the strike over frequency, " +
               counted(frequencies.size(), "partial", "partials") + ".");
-  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48, x, y);
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48}, x, y);
   frame.draw_axes(9, 6, false, true);
   std::vector<std::size_t> loudest(frequencies.size());
   for (std::size_t i = 0; i < loudest.size(); ++i) loudest[i] = i;

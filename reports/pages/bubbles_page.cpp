@@ -70,7 +70,7 @@ std::optional<Svg> bubble_decay_figure(const BubblesDocument& data) {
   const AxisSpec y = axis_around("Decay of amplitude [1/s]", Scale::kLog, decays, 0.16);
   Svg svg(kWidth, kHeight,
           "Decay rate of each ring over its pitch on logarithmic axes, and the curve of a free bubble's damping.");
-  Frame frame(svg, kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48, x, y);
+  Frame frame(svg, {kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48}, x, y);
   frame.draw_axes(9, 8);
   std::vector<PlotPoint> curve;
   double end_y = frame.bottom();

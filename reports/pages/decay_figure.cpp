@@ -88,7 +88,7 @@ std::optional<Svg> decay_figure(const DecayPlot& plot) {
           "Decay rate over frequency on logarithmic axes, measured with error bars" +
               (models.empty() ? std::string(".") : ", and the curves of the damping models " + models + "."));
   const double right_margin = plot.models.empty() ? 14 : kRight;
-  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - right_margin, kHeight - kTop - 48, x, y);
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - right_margin, kHeight - kTop - 48}, x, y);
   frame.draw_axes(9, 8);
   draw_models(svg, frame, plot, x.high);
   for (const DecayMark& mark : marks) {

@@ -88,7 +88,7 @@ Svg ladder_figure(const fit::FitDocument& data, std::size_t first, std::size_t c
   Svg svg(kPageWidth, kHeight,
           "Measured and model frequencies of " + names + " side by side; the numbers are listed in the tables.");
   const double plot_width = kPageWidth - kLeft - 10;
-  Frame frame(svg, kLeft, kTop, plot_width, kHeight - kTop - kBottom, {"", Scale::kLinear, 0, 1, false}, y);
+  Frame frame(svg, {kLeft, kTop, plot_width, kHeight - kTop - kBottom}, {"", Scale::kLinear, 0, 1, false}, y);
   for (const Tick& tick : axis_ticks(y, 9)) {
     const double at = frame.y(tick.value);
     if (!tick.label.empty()) svg.line(kLeft, at, frame.right(), at, "grid");
@@ -174,7 +174,7 @@ std::optional<Svg> residual_figure(const fit::FitDocument& data) {
   Svg svg(kPageWidth, kHeight,
           "Deviation of each matched partial from the model in cents over frequency; root mean square " +
               rounded(rms, 2) + " cents.");
-  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48, x, y);
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48}, x, y);
   svg.rect(frame.left(), frame.y(rms), frame.right() - frame.left(), frame.y(-rms) - frame.y(rms), "band");
   frame.draw_axes(9, 6, false, true);
   svg.line(frame.left(), frame.y(0), frame.right(), frame.y(0), "axis");

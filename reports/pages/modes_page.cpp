@@ -23,7 +23,7 @@ std::optional<Svg> modes_figure(const modal::ModesDocument& data) {
   for (const modal::ModeRecord& mode : data.modes) frequencies.push_back(mode.frequency_hz);
   const AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.05);
   Svg svg(kPageWidth, kHeight, "Frequencies of the modes on a logarithmic axis.");
-  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48, x, {"", Scale::kLinear, 0, 1, false});
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48}, x, {"", Scale::kLinear, 0, 1, false});
   for (const Tick& tick : axis_ticks(x, 9)) {
     const double at = frame.x(tick.value);
     svg.line(at, frame.bottom(), at, frame.bottom() + (tick.label.empty() ? 3 : 5), "axis");

@@ -113,14 +113,14 @@ Svg partials_figure(const ProxyFitDocument& data) {
   const AxisSpec x = axis_around("Frequency of the body's partial [Hz]", Scale::kLog, frequencies, 0.05);
   AxisSpec hidden = x;
   hidden.labelled = false;
-  Frame lines(svg, kLeft, kTop, kWidth - kLeft - kRight, kLines, hidden,
+  Frame lines(svg, {kLeft, kTop, kWidth - kLeft - kRight, kLines}, hidden,
               {"Level at the strike [dB re loudest]", Scale::kLinear, floor, 5});
   lines.draw_axes(10, 6);
   draw_lines(svg, lines, data, floor, loudest);
   for (const fit::ProxyPartialRecord& p : data.partials)
     for (const double hz : {p.before.frequency_hz, p.after.frequency_hz})
       largest = std::max(largest, std::abs(cents(hz, p.target.frequency_hz)));
-  Frame frame(svg, kLeft, kTop + kLines + kGap, kWidth - kLeft - kRight, kCents, x,
+  Frame frame(svg, {kLeft, kTop + kLines + kGap, kWidth - kLeft - kRight, kCents}, x,
               {"Proxy above body [cents]", Scale::kLinear, -1.12 * largest, 1.12 * largest});
   frame.draw_axes(10, 5);
   draw_differences(svg, frame, data);

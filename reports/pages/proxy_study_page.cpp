@@ -65,7 +65,7 @@ Svg error_figure(const DebrisDocument& data) {
   Svg svg(kWidth, kHeight,
           "Distances of the mix from the mix of direct sounds over the threshold: they fall as fewer pieces sound by "
           "proxies.");
-  Frame frame(svg, kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48, threshold_axis(data),
+  Frame frame(svg, {kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48}, threshold_axis(data),
               {"Distance from the direct mix [dB]", Scale::kLinear, 0, 1.08 * highest});
   frame.draw_axes(9, 6);
   double legend = kLeft + 8;
@@ -91,7 +91,7 @@ Svg time_figure(const DebrisDocument& data) {
       if (value && *value > 0) times.push_back(*value);
   Svg svg(kWidth, kHeight, "Processor time with proxies over the threshold, beside the time of the direct way.");
   AxisSpec y = axis_around("Processor time [s]", Scale::kLog, times, 0.08);
-  Frame frame(svg, kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48, threshold_axis(data), y);
+  Frame frame(svg, {kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48}, threshold_axis(data), y);
   frame.draw_axes(9, 6);
   std::vector<PlotPoint> direct, with;
   for (std::size_t i = 0; i < data.thresholds.size(); ++i) {

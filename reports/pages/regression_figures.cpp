@@ -83,7 +83,7 @@ Svg regression_spectrum_figure(const validate::RegressionDocument& data) {
   const AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.08);
   Svg svg(kWidth, kHeight,
           "Levels of the partials of the reference and of the sound over frequency, and third-octave levels of both.");
-  Frame frame(svg, kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48, x,
+  Frame frame(svg, {kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - 48}, x,
               {"Level at the strike [dB re full scale]", Scale::kLinear, floor, ceiling});
   frame.draw_axes(10, 7);
   for (const bool is_sound : {false, true}) {
@@ -149,7 +149,7 @@ std::optional<Svg> regression_partials_figure(const validate::RegressionDocument
     const double range = 1.2 * std::max(largest, 1.5 * tolerances[tolerances.size() / 2]);
     AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.08);
     x.labelled = is_decay;
-    Frame frame(svg, kLeft, top, kWidth - kLeft - kRight, kPanel, x,
+    Frame frame(svg, {kLeft, top, kWidth - kLeft - kRight, kPanel}, x,
                 {is_decay ? "Decay [%]" : "Frequency [cents]", Scale::kLinear, -range, range});
     frame.draw_axes(10, 5);
     svg.line(frame.left(), frame.y(0), frame.right(), frame.y(0), "axis");
@@ -210,7 +210,7 @@ std::optional<Svg> regression_spectrogram_figure(const validate::RegressionDocum
               data_uri("image/png", png_bytes(image, i == 2 ? palette : heat_palette())));
     AxisSpec axis = y;
     axis.labelled = i == 0;
-    Frame frame(svg, left, kTop, panel, kPlotHeight, {"Time from the onset [s]", Scale::kLinear, 0, last_s, true},
+    Frame frame(svg, {left, kTop, panel, kPlotHeight}, {"Time from the onset [s]", Scale::kLinear, 0, last_s, true},
                 axis);
     frame.draw_axes(5, 6, false, false);
     svg.text(left, kTop - 12, titles[i], "strong");

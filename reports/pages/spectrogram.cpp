@@ -145,7 +145,7 @@ Svg spectrogram_figure(const audio::Signal& recorded, const audio::Signal& compu
     svg.image(left, kTop, panel_width, kPlotHeight,
               data_uri("image/png",
                        png_bytes(coloured(panels[static_cast<std::size_t>(i)], low_db, high_db), heat_palette())));
-    Frame frame(svg, left, kTop, panel_width, kPlotHeight, {"Time [s]", Scale::kLinear, 0, range.duration_s, true},
+    Frame frame(svg, {left, kTop, panel_width, kPlotHeight}, {"Time [s]", Scale::kLinear, 0, range.duration_s, true},
                 {"Frequency [kHz]", range.low_hz > 0 ? Scale::kLog : Scale::kLinear, range.low_hz / 1000,
                  range.high_hz / 1000, i == 0});
     frame.draw_axes(n_panels == 1 ? 10 : 5, 6, false, false);

@@ -83,8 +83,11 @@ std::string shortened(const std::string& text, std::size_t longest) {
 }
 
 /// A triangle that shows the expected slope, below the finest part of the curves.
-void draw_slope(Svg& svg, const Frame& frame, const AxisSpec& x_axis, const AxisSpec& y_axis, double order,
-                double x_from, double x_to, double y_at) {
+struct Slope {
+  double order, x_from, x_to, y_at;
+};
+void draw_slope(Svg& svg, const Frame& frame, const AxisSpec& x_axis, const AxisSpec& y_axis, const Slope& slope) {
+  const auto [order, x_from, x_to, y_at] = slope;
   const double rise = std::pow(x_to / x_from, order);
   if (!(y_at > y_axis.low) || !(y_at * rise < y_axis.high) || !(x_from > x_axis.low) || !(x_to < x_axis.high)) return;
   svg.polyline(
@@ -112,7 +115,7 @@ CaptionedFigure convergence_figure(const validate::StudyDocument& study, const s
   for (const std::size_t s : group)
     names += (names.empty() ? "" : "; ") + study.series[s].title + ", " + order_words(study.series[s]);
   Svg svg(kPageWidth, kHeight, "Errors over " + first.step + " on logarithmic scales: " + names + ".");
-  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 50, x, y);
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 50}, x, y);
 
   for (const std::size_t s : group) {  // bands first, so that nothing hides behind them
     const validate::SeriesRecord& series = study.series[s];
@@ -178,8 +181,9 @@ CaptionedFigure convergence_figure(const validate::StudyDocument& study, const s
     const double width = std::pow(x.high / x.low, 0.13);
     for (std::size_t k = 0; k < orders.size() && over_h; ++k) {
       const double from = x.low * std::pow(x.high / x.low, 0.66 + 0.17 * static_cast<double>(k));
-      draw_slope(svg, frame, x, y, orders[orders.size() - 1 - k], from, from * std::pow(width, 0.7),
-                 y.low * std::pow(y.high / y.low, 0.03));
+      draw_slope(
+          svg, frame, x, y,
+          {orders[orders.size() - 1 - k], from, from * std::pow(width, 0.7), y.low * std::pow(y.high / y.low, 0.03)});
     }
   }
   draw_labels(svg, frame, std::move(labels), frame.right() + 14);
@@ -261,7 +265,7 @@ std::vector<CaptionedFigure> cost_figures(const validate::StudyDocument& study) 
   const AxisSpec x = axis_around("Unknowns", Scale::kLog, costs, 0.05),
                  y = axis_around("Error", Scale::kLog, errors, 0.07);
   Svg svg(kPageWidth, kHeight, "Error over the number of unknowns of every level, both on logarithmic scales.");
-  Frame frame(svg, kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 50, x, y);
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 50}, x, y);
   frame.draw_axes(7, 7);
   std::vector<Label> labels;
   for (std::size_t s = 0; s < study.series.size(); ++s) {
@@ -332,7 +336,7 @@ Svg slice_figure(const StudyField& field, const validate::SliceField& slice) {
   Svg svg(kPictureWidth, kTop + height + kBottom, field.record.title);
   svg.image(kLeft, kTop, width, height, data_uri("image/png", png_bytes(image)));
   const double u0 = start_of(slice.corner_m, slice.side_u_m), v0 = start_of(slice.corner_m, slice.side_v_m);
-  Frame frame(svg, kLeft, kTop, width, height,
+  Frame frame(svg, {kLeft, kTop, width, height},
               {axis_words(slice.side_u_m, 'u'), Scale::kLinear, u0, u0 + slice.side_u_m.norm(), true},
               {axis_words(slice.side_v_m, 'v'), Scale::kLinear, v0, v0 + slice.side_v_m.norm(), true});
   frame.draw_axes(5, 5, false, false);

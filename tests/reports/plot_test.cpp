@@ -42,7 +42,7 @@ TEST(SvgPlot, AxesOfAnyDataHaveAnExtent) {
 
 TEST(SvgPlot, CurvesAreCutAtTheFrame) {
   Svg svg(200, 200, "test");
-  Frame frame(svg, 50, 50, 100, 100, {"", Scale::kLinear, 0, 1, true}, {"", Scale::kLinear, 0, 1, true});
+  Frame frame(svg, {50, 50, 100, 100}, {"", Scale::kLinear, 0, 1, true}, {"", Scale::kLinear, 0, 1, true});
   frame.curve({{-1, -1}, {2, 2}}, "ink");
   EXPECT_NE(svg.inline_markup().find("points=\"50,150 150,50\""), std::string::npos) << svg.inline_markup();
   Svg outside(200, 200, "test");

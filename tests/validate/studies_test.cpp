@@ -112,7 +112,7 @@ TEST(TwoMedia, ElementsInTurnsComeToTheTwoWaySeriesOfAnEccentricBubble) {
   const bubble::LiquidBoundary boundary(mesh);
   const std::vector<Eigen::Vector3d> points = {{0.2, 0, 0}, {0, 0, 0.3}, {0.1, -0.1, -0.2}};
   const LiquidBall ball{0.05, 4000.0, 0.02, {1000.0, 1497.0}, {}};
-  const TwoWayResult result = two_way_pressure(boundary, 4000.0, {0, 0, 0.02}, points, 8);
+  const TwoWayResult result = two_way_pressure(boundary, 4000.0, {0, 0, 0.02}, points, {8});
   EXPECT_TRUE(result.converged);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::complex<double> exact = ball_pressure(ball, Coupling::kTwoWay, points[i]);

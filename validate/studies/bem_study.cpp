@@ -45,13 +45,18 @@ SphereResult solved(const SphereCase& sphere, std::shared_ptr<const acoustics::H
 }
 
 /// At an interior resonance the error must be no larger than beside it.
-Claim resonance_claim(const char* name, const char* words, int degree, double ka,
-                      std::shared_ptr<const acoustics::HelmholtzBem>& solver, int divisions, Monitor& monitor) {
-  const auto error = [&](double at) {
-    return solved({degree, kRadius_m, at, divisions}, solver, monitor).surface_pressure_relative_error;
+struct Resonance {
+  const char *name, *words;
+  int degree;
+  double ka;
+};
+Claim resonance_claim(const Resonance& at, int divisions, std::shared_ptr<const acoustics::HelmholtzBem>& solver,
+                      Monitor& monitor) {
+  const auto error = [&](double ka) {
+    return solved({at.degree, kRadius_m, ka, divisions}, solver, monitor).surface_pressure_relative_error;
   };
-  const double beside = 0.5 * (error(0.94 * ka) + error(1.06 * ka));
-  return judged({name, words, error(ka) / beside, 1.0, 0.25, {}, false});
+  const double beside = 0.5 * (error(0.94 * at.ka) + error(1.06 * at.ka));
+  return judged({at.name, at.words, error(at.ka) / beside, 1.0, 0.25, {}, false});
 }
 
 /// |p| and its error around the sphere from the solution's multipoles; the error map on the surface; the balloon.
@@ -167,11 +172,12 @@ Study bem_study(const StudyOptions& options, Monitor& monitor) {
       if (options.fields && k == 0 && i + 1 == n_levels) add_fields(sphere, result, cases[k].title, study.fields);
     }
     if (i == 1 && options.only.empty()) {
-      study.claims.push_back(resonance_claim("resonance-pi", "Error at ka = π over its mean 6 % beside (pulsating)", 0,
-                                             kPi, solver, divisions[i], silent_monitor()));
-      study.claims.push_back(resonance_claim("resonance-4.4934",
-                                             "Error at ka = 4.4934 over its mean 6 % beside (dipole)", 1,
-                                             4.493409457909064, solver, divisions[i], silent_monitor()));
+      study.claims.push_back(
+          resonance_claim({"resonance-pi", "Error at ka = π over its mean 6 % beside (pulsating)", 0, kPi},
+                          divisions[i], solver, silent_monitor()));
+      study.claims.push_back(resonance_claim(
+          {"resonance-4.4934", "Error at ka = 4.4934 over its mean 6 % beside (dipole)", 1, 4.493409457909064},
+          divisions[i], solver, silent_monitor()));
     }
   }
   return study;

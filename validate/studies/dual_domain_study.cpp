@@ -83,14 +83,16 @@ Level mean_level(const std::vector<double>& errors, double n_sources, double sec
   return level;
 }
 
-Series new_series(const char* id, const char* title, const char* reference, const char* step, const char* error,
-                  double tolerance, bool counts) {
+struct SeriesWords {
+  const char *id, *title, *reference, *step, *error;
+};
+Series new_series(const SeriesWords& words, double tolerance, bool counts) {
   Series series;
-  series.id = id;
-  series.title = title;
-  series.reference = reference;
-  series.step_words = step;
-  series.error_words = error;
+  series.id = words.id;
+  series.title = words.title;
+  series.reference = words.reference;
+  series.step_words = words.step;
+  series.error_words = words.error;
   series.expected_order = kNoOrder;
   series.error_tolerance = tolerance;
   series.counts = counts;
@@ -134,7 +136,7 @@ Scene make_scene(bool with_elements, Monitor& monitor) {
   scene.points = listeners();
   const LiquidBoundary elements(scene.tank.mesh(kElement_m));
   const TwoWayResult both =
-      two_way_pressure(elements, kFrequencyHz, kBubble_m, scene.points, kElementSources, {}, 1e-9, 4, monitor);
+      two_way_pressure(elements, kFrequencyHz, kBubble_m, scene.points, {kElementSources, {}, 1e-9, 4}, monitor);
   scene.change = both.change;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     scene.one_way.push_back(both.one_way_pressure[i] / both.liquid.source_strength);
@@ -254,26 +256,29 @@ void run_pass_1(SeriesRunner& runner, const Scene& scene) {
   no_images.images = false;
   printed.literature =
       bubble::Literature::kCorrected;  // signs and densities do not matter here, the wall's weight keeps its length
-  runner.run(new_series("fluid", "Pass 1, flat limit and images",
-                        "100 sources (900 waves) on a finer surface (itself within about 3 %)", kFluidStep, kSlopeError,
-                        0.06, true),
-             kFluidCounts, false, [&](int n, std::uint64_t seed) {
-               return slope_error(boundary, solved(boundary, kFrequencyHz, n, 1, seed, {})[0], scene.slope);
-             });
-  runner.run(new_series("fluid-no-images", "Pass 1, flat limit",
-                        "100 sources (900 waves) on a finer surface (itself within about 3 %)", kFluidStep, kSlopeError,
-                        0.15, true),
-             kFluidCounts, false, [&](int n, std::uint64_t seed) {
-               return slope_error(boundary, solved(boundary, kFrequencyHz, n, 1, seed, no_images)[0], scene.slope);
-             });
-  runner.run(new_series("fluid-printed", "Pass 1 as printed (sources, ridge 1e-8)",
-                        "100 sources (900 waves) on a finer surface (itself within about 3 %)", kFluidStep, kSlopeError,
-                        1.0, false),
-             kFluidCounts, true, [&](int n, std::uint64_t seed) {
-               return slope_error(boundary, solved(boundary, kFrequencyHz, n, 1, seed, printed)[0], scene.slope);
-             });
   runner.run(
-      new_series("fluid-residual", "Pass 1 as printed, residual", kNoReference, kFluidStep, kResidual, 1.0, false),
+      new_series({"fluid", "Pass 1, flat limit and images",
+                  "100 sources (900 waves) on a finer surface (itself within about 3 %)", kFluidStep, kSlopeError},
+                 0.06, true),
+      kFluidCounts, false, [&](int n, std::uint64_t seed) {
+        return slope_error(boundary, solved(boundary, kFrequencyHz, n, 1, seed, {})[0], scene.slope);
+      });
+  runner.run(
+      new_series({"fluid-no-images", "Pass 1, flat limit",
+                  "100 sources (900 waves) on a finer surface (itself within about 3 %)", kFluidStep, kSlopeError},
+                 0.15, true),
+      kFluidCounts, false, [&](int n, std::uint64_t seed) {
+        return slope_error(boundary, solved(boundary, kFrequencyHz, n, 1, seed, no_images)[0], scene.slope);
+      });
+  runner.run(
+      new_series({"fluid-printed", "Pass 1 as printed (sources, ridge 1e-8)",
+                  "100 sources (900 waves) on a finer surface (itself within about 3 %)", kFluidStep, kSlopeError},
+                 1.0, false),
+      kFluidCounts, true, [&](int n, std::uint64_t seed) {
+        return slope_error(boundary, solved(boundary, kFrequencyHz, n, 1, seed, printed)[0], scene.slope);
+      });
+  runner.run(
+      new_series({"fluid-residual", "Pass 1 as printed, residual", kNoReference, kFluidStep, kResidual}, 1.0, false),
       kFluidCounts, true, [&](int n, std::uint64_t seed) {
         return solved(boundary, kFrequencyHz, n, 1, seed, printed)[0].fit_error_fluid;
       });
@@ -285,11 +290,11 @@ void run_steep_crater(SeriesRunner& runner) {
   steep.dimple_m = 0.015;
   steep.width_m = 0.02;
   const LiquidBoundary crater(steep.mesh(kSpacing_m));
-  runner.run(new_series("fluid-steep-residual", "Pass 1 in a steep crater, residual", kNoReference, kFluidStep,
-                        kResidual, 1.0, false),
-             kFluidCounts, false, [&](int n, std::uint64_t seed) {
-               return solved(crater, kFrequencyHz, n, 1, seed, {})[0].fit_error_fluid;
-             });
+  runner.run(
+      new_series({"fluid-steep-residual", "Pass 1 in a steep crater, residual", kNoReference, kFluidStep, kResidual},
+                 1.0, false),
+      kFluidCounts, false,
+      [&](int n, std::uint64_t seed) { return solved(crater, kFrequencyHz, n, 1, seed, {})[0].fit_error_fluid; });
 }
 
 /// Pass 2, behind a converged pass 1. What stays sits at the rim, where the surface's motion ends at an edge: no field of
@@ -297,13 +302,14 @@ void run_steep_crater(SeriesRunner& runner) {
 void run_pass_2(SeriesRunner& runner, const Scene& scene) {
   const LiquidBoundary& boundary = *scene.boundary;
   const std::vector<int> air_counts = {5, 10, 20, 40, 80, 120};
-  runner.run(new_series("air-residual", "Pass 2, residual", kNoReference, kAirStep, kResidual, 1.0, false), air_counts,
-             true, [&](int n, std::uint64_t seed) {
+  runner.run(new_series({"air-residual", "Pass 2, residual", kNoReference, kAirStep, kResidual}, 1.0, false),
+             air_counts, true, [&](int n, std::uint64_t seed) {
                return solved(boundary, kFrequencyHz, kEnoughSources, n, seed, {})[0].fit_error_air;
              });
-  runner.run(new_series("air-pressure", "Pass 2, pressure at listeners",
-                        "boundary elements driven by the same surface velocity (0.2 %)", kAirStep,
-                        "rms error of the pressure at 24 listeners 0.5 m away, relative", 0.18, true),
+  runner.run(new_series({"air-pressure", "Pass 2, pressure at listeners",
+                         "boundary elements driven by the same surface velocity (0.2 %)", kAirStep,
+                         "rms error of the pressure at 24 listeners 0.5 m away, relative"},
+                        0.18, true),
              air_counts, true, [&](int n, std::uint64_t seed) {
                return pressure_error(solved(boundary, kFrequencyHz, kEnoughSources, n, seed, {})[0], scene.points,
                                      scene.one_way);
@@ -313,8 +319,9 @@ void run_pass_2(SeriesRunner& runner, const Scene& scene) {
 /// What the coupling leaves out: a ball, exactly.
 void add_ball(Study& study, const StudyOptions& options, const Scene& scene) {
   Series ball =
-      new_series("one-way-ball", "One-way coupling of a ball, bubble off the centre", "two-way series (1e-12)",
-                 "frequency [Hz]", "rms error of the pressure around the ball, relative", 1.0, false);
+      new_series({"one-way-ball", "One-way coupling of a ball, bubble off the centre", "two-way series (1e-12)",
+                  "frequency [Hz]", "rms error of the pressure around the ball, relative"},
+                 1.0, false);
   if (!wanted(options, ball.id)) return;
   for (const double frequency_hz : {200.0, 500.0, 1000.0, 2000.0, 4000.0, 6000.0, 10000.0, 14000.0}) {
     const LiquidBall liquid{0.05, frequency_hz, 0.025, {1000.0, 1497.0}, {}};

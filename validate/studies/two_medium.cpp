@@ -59,9 +59,7 @@ Complex ball_pressure(const LiquidBall& ball, Coupling coupling, const Vector3d&
 }
 
 TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double frequency_hz, const Vector3d& bubble_m,
-                              const std::vector<Vector3d>& points_m, int n_fluid_sources,
-                              const bubble::DualDomainOptions& options, double tolerance, int max_turns,
-                              Monitor& monitor) {
+                              const std::vector<Vector3d>& points_m, const TwoWayOptions& options, Monitor& monitor) {
   TwoWayResult result;
   const mesh::SurfaceMesh& surface = boundary.surface();
   std::vector<int> vertex_of;
@@ -91,7 +89,7 @@ TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double fre
   }
   const acoustics::HelmholtzBem solver(std::move(radiating));
   acoustics::BemOptions bem;
-  bem.medium = options.air;
+  bem.medium = options.pass.air;
   bem.allow_coarse = true;
   bem.n_blas_threads = 1;  // the same bits on any number of threads
   Eigen::Matrix3Xd points(3, static_cast<Index>(points_m.size()));
@@ -99,10 +97,10 @@ TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double fre
   solver.check_outside(points);
   result.n_elements = solver.surface().n_triangles();
 
-  const bubble::SourcePoints sources = bubble::random_source_points(boundary, n_fluid_sources, 1, 1);
-  bubble::DualDomainOptions solve = options;
+  const bubble::SourcePoints sources = bubble::random_source_points(boundary, options.n_fluid_sources, 1, 1);
+  bubble::DualDomainOptions solve = options.pass;
   const double omega = 2.0 * kPi * frequency_hz;
-  for (int turn = 0; turn < max_turns; ++turn) {
+  for (int turn = 0; turn < options.max_turns; ++turn) {
     monitor.throw_if_stopped();
     result.liquid = bubble::solve_dual_domain(boundary, frequency_hz, sources, {{bubble_m, 0.001}}, solve)[0];
     if (!result.liquid.usable()) throw NumericalError("two-way: " + result.liquid.message);
@@ -110,7 +108,7 @@ TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double fre
     for (std::size_t i = 0; i < corner_sample.size(); ++i)  // dP/dn = -i omega rho v_n
       if (corner_sample[i] >= 0)
         velocity(static_cast<Index>(i), 0) = result.liquid.normal_derivative[corner_sample[i]] *
-                                             Complex(0.0, 1.0 / (omega * options.liquid.density_kg_m3));
+                                             Complex(0.0, 1.0 / (omega * options.pass.liquid.density_kg_m3));
     const acoustics::BemResult air = solver.solve(frequency_hz, velocity, bem);
     if (!air.usable()) throw NumericalError("two-way: " + air.message);
     const Eigen::VectorXcd pressure = solver.pressure_at(air, points);
@@ -122,7 +120,7 @@ TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double fre
     result.change.push_back(change);
     result.pressure.assign(pressure.data(), pressure.data() + pressure.size());
     if (turn == 0) result.one_way_pressure = result.pressure;
-    if (turn > 0 && change <= tolerance) {
+    if (turn > 0 && change <= options.tolerance) {
       result.converged = true;
       break;
     }

@@ -37,9 +37,14 @@ struct TwoWayResult {
   bubble::DualDomainResult liquid;                     ///< of the last turn
   int n_elements = 0;
 };
+struct TwoWayOptions {
+  int n_fluid_sources = 8;
+  bubble::DualDomainOptions pass = {};
+  double tolerance = 1e-9;  ///< relative change of the pressure by a turn
+  int max_turns = 8;
+};
 TwoWayResult two_way_pressure(const bubble::LiquidBoundary& boundary, double frequency_hz,
                               const Eigen::Vector3d& bubble_m, const std::vector<Eigen::Vector3d>& points_m,
-                              int n_fluid_sources, const bubble::DualDomainOptions& options = {},
-                              double tolerance = 1e-9, int max_turns = 8, Monitor& monitor = silent_monitor());
+                              const TwoWayOptions& options, Monitor& monitor = silent_monitor());
 
 }  // namespace klang::validate

@@ -105,11 +105,6 @@ KLANG_CLONES void to_stress(int m, double lambda, double mu, double* gradient) {
   }
 }
 
-void multiply(const char* op_b, int m, int n, int k, const double* a, const double* b, int ldb, double* c) {
-  const double one = 1, zero = 0;
-  dgemm_("N", op_b, &m, &n, &k, &one, a, &m, b, &ldb, &zero, c, &m);
-}
-
 }  // namespace
 
 EnrichedSpace::EnrichedSpace(const mesh::TetMesh& mesh, const AssembledSolid& assembled, const Material& material)
@@ -224,24 +219,28 @@ void EnrichedSpace::apply(const Fields& in, const Eigen::VectorXd* value, Eigen:
                                            : in.added->col(added_[e * n_local_ + i - t.n_own]).data();
           std::copy(from, from + rows, x.data() + static_cast<std::size_t>(i - first_in) * rows);
         }
-        multiply("N", rows, 3 * kPoints, n_in, x.data(), gradient.data() + first_in, n_functions, strain.data());
+        la::gemm('N', 'N', rows, 3 * kPoints, n_in, 1.0, x.data(), rows, gradient.data() + first_in, n_functions, 0.0,
+                 strain.data(), rows);
         for (int q = 0; q < kPoints; ++q) {
           to_stress(m, weight[q] * material_.lame_lambda_pa, weight[q] * material_.lame_mu_pa,
                     strain.data() + static_cast<std::size_t>(3 * q) * rows);
         }
         double* out = part.data() + k * static_cast<std::size_t>(n_out) * rows;
-        multiply("T", rows, n_out, 3 * kPoints, strain.data(), gradient.data() + first_out, n_functions, out);
+        la::gemm('N', 'T', rows, n_out, 3 * kPoints, 1.0, strain.data(), rows, gradient.data() + first_out, n_functions,
+                 0.0, out, rows);
         if (value == nullptr) continue;
         for (int q = 0; q < kPoints; ++q) {
           for (int i = 0; i < n_functions; ++i)
             values[q * n_functions + i] = t.value[q][i] * (i < t.n_own ? 1 : sign[i - t.n_own]);
         }
-        multiply("N", rows, kPoints, n_in, x.data(), values.data() + first_in, n_functions, at_points.data());
+        la::gemm('N', 'N', rows, kPoints, n_in, 1.0, x.data(), rows, values.data() + first_in, n_functions, 0.0,
+                 at_points.data(), rows);
         for (int q = 0; q < kPoints; ++q) {
           for (int r = 0; r < rows; ++r)
             at_points[static_cast<std::size_t>(q) * rows + r] *= weight[q] * material_.density_kg_m3 * (*value)[r % m];
         }
-        multiply("T", rows, n_out, kPoints, at_points.data(), values.data() + first_out, n_functions, inertia.data());
+        la::gemm('N', 'T', rows, n_out, kPoints, 1.0, at_points.data(), rows, values.data() + first_out, n_functions,
+                 0.0, inertia.data(), rows);
         for (std::size_t i = 0; i < inertia.size(); ++i) out[i] -= inertia[i];
       }
     });

@@ -81,18 +81,23 @@ std::vector<Event> events_of(const std::vector<ModalImpulse>& impulses, double s
   return events;
 }
 
-State start_state(const Event& event, const OscillatorResponse& response, double impulse, double gain,
-                  double sample_rate_hz, std::vector<double>& during, Eigen::Ref<Eigen::VectorXd> output) {
+/// A mode's share of an impulse, and what it adds to the mix.
+struct Drive {
+  double impulse = 0.0, gain = 0.0;
+};
+
+State start_state(const Event& event, const OscillatorResponse& response, const Drive& drive, double sample_rate_hz,
+                  std::vector<double>& during, Eigen::Ref<Eigen::VectorXd> output) {
   if (!event.pulse) {
     const long double since = event.sample / static_cast<long double>(sample_rate_hz) - event.impulse->time_s;
     const auto r = response.impulse(std::max(0.0L, since));
-    return {impulse * r.z, impulse * r.zd};
+    return {drive.impulse * r.z, drive.impulse * r.zd};
   }
-  const auto state = event.pulse->drive(response, impulse, &during);
+  const auto state = event.pulse->drive(response, drive.impulse, &during);
   const long first = event.pulse->first_sample();
   for (std::size_t i = 0; i < during.size(); ++i) {
     const long n = first + static_cast<long>(i);
-    if (n >= 0 && n < output.size()) output[n] += gain * during[i];
+    if (n >= 0 && n < output.size()) output[n] += drive.gain * during[i];
   }
   if (event.pulse->last_sample() >= 0) return {state.z, state.zd};
   // The whole pulse lies before the first sample: free motion up to it.
@@ -168,7 +173,7 @@ void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::si
     };
     for (const Event& event : events) {
       const double impulse = event.impulse->impulse[static_cast<Eigen::Index>(first_mode + m)];
-      const State s = start_state(event, response, impulse, gain, sample_rate_hz, during, output);
+      const State s = start_state(event, response, {impulse, gain}, sample_rate_hz, during, output);
       if (event.sample >= n_frames) continue;
       const std::size_t event_block = event.sample / kBlockFrames;
       advance_to(event_block + 1);

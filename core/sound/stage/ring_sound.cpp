@@ -35,8 +35,13 @@ struct Piece {
   std::size_t n_frames = 0;
 };
 
+/// Over a block.
+struct GainRamp {
+  Complex start, end;
+};
+
 // One lane from a block: the sample at age a, then steps of h.
-void fill_lane(const RingBlock& block, Complex gain_start, Complex gain_end, double age_s, double h, std::size_t lane,
+void fill_lane(const RingBlock& block, const GainRamp& gain_of, double age_s, double h, std::size_t lane,
                detail::RingLanes& lanes) {
   const double s = age_s - block.start_s;
   const Complex log_z = block.log_start + s * (block.c1 + s * (block.c2 + s * (block.c3 + s * block.c4)));
@@ -53,8 +58,8 @@ void fill_lane(const RingBlock& block, Complex gain_start, Complex gain_end, dou
     lanes.ratio_re[k][lane] = ratio[k].real();
     lanes.ratio_im[k][lane] = ratio[k].imag();
   }
-  const Complex slope = (gain_end - gain_start) / block.length_s;
-  const Complex gain = gain_start + s * slope;
+  const Complex slope = (gain_of.end - gain_of.start) / block.length_s;
+  const Complex gain = gain_of.start + s * slope;
   lanes.gain_re[lane] = gain.real();
   lanes.gain_im[lane] = gain.imag();
   lanes.gain_step_re[lane] = h * slope.real();
@@ -106,7 +111,7 @@ void add_ring(const RingSound& ring, double sample_rate_hz, std::int64_t first_f
     const std::int64_t end = std::min(until, is_last ? range.end : frame_at(track.blocks[b + 1].start_s));
     for (; frame < end; frame += static_cast<std::int64_t>(kMostFrames)) {
       const auto n = static_cast<std::size_t>(std::min<std::int64_t>(end - frame, kMostFrames));
-      fill_lane(block, ring.gain_start[b], ring.gain_end[b], age_of(frame), h, n_lanes, lanes);
+      fill_lane(block, {ring.gain_start[b], ring.gain_end[b]}, age_of(frame), h, n_lanes, lanes);
       pieces[n_lanes++] = {frame, n};
       if (n_lanes == kRingLanes) flush();
     }

@@ -46,10 +46,29 @@ void count_matched(JointMatch& joint) {
   }
 }
 
+/// Whether modes that a partial takes as one line have come apart at the solution: their mean is then no ring's frequency.
+bool has_torn_line(const Context& c, const JointMatch& joint) {
+  for (std::size_t s = 0; s < c.tables.size(); ++s) {
+    if (c.tables[s].partials.empty()) continue;
+    const Eigen::VectorXd frequency_hz = model_frequencies(c.space, c.models, s, joint.fit.x);
+    for (const int line : joint.matches[s].line_of_partial) {
+      if (line < 0) continue;
+      const std::vector<int>& modes = item(joint.lines[s], line).modes;
+      for (const int mode : modes) {
+        if (std::abs(cents(item(frequency_hz, mode), item(frequency_hz, modes.front()))) > 1.5 * kClusterCents)
+          return true;
+      }
+    }
+  }
+  return false;
+}
+
 void weigh(const Context& c, JointMatch& joint) {
+  constexpr double kTorn = 100.0;  // log odds: such a match is taken only where there is no other
   const auto data = elastic_data(c.tables, joint.lines, joint.matches);
   joint.evidence = match_evidence(c.space, c.tables, joint.lines, joint.matches, data, joint.fit, c.options.elastic,
                                   evidence_options(c));
+  if (has_torn_line(c, joint)) joint.evidence -= kTorn;
 }
 
 /// Matches and fits in turns until both stay. Rounds before the third match widely; a later first_round keeps near what

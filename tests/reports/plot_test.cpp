@@ -46,7 +46,7 @@ TEST(SvgPlot, CurvesAreCutAtTheFrame) {
   frame.curve({{-1, -1}, {2, 2}}, "ink");
   EXPECT_NE(svg.inline_markup().find("points=\"50,150 150,50\""), std::string::npos) << svg.inline_markup();
   Svg outside(200, 200, "test");
-  Frame(outside, 50, 50, 100, 100, {"", Scale::kLinear, 0, 1, true}, {"", Scale::kLinear, 0, 1, true})
+  Frame(outside, {50, 50, 100, 100}, {"", Scale::kLinear, 0, 1, true}, {"", Scale::kLinear, 0, 1, true})
       .curve({{0, 2}, {1, 3}}, "ink");
   EXPECT_EQ(outside.inline_markup().find("polyline"), std::string::npos);
 }

@@ -197,7 +197,7 @@ TEST(BadOption, UnknownOptionsAndSubcommandsGiveOneLine) {
 TEST(FullDisk, LeavesExitTwoAndOneLine) {
   const Scratch scratch;
   const auto result = run_klang(
-      "modes --count 1 --element p1 --quiet --shape box --dims length_m=0.1,width_m=0.1,height_m=0.01 --json /dev/full",
+      "modes --count 1 --element p2 --quiet --shape box --dims length_m=0.1,width_m=0.1,height_m=0.01 --json /dev/full",
       scratch.path());
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_EQ(result.err_lines(), 1) << result.err;

@@ -42,7 +42,8 @@ endif()
 # Others see the folder's own headers and not those below detail/; tests link klang::NAME_detail for these. A header that is
 # reached by climbing ("../") would get round that and is refused.
 # LIGHT: nothing here is worth the optimiser's time; -O1 in Release. BATCH n: n sources are compiled as one (default
-# KLANG_BATCH_SIZE; docs/developer/performance.md says what both save).
+# KLANG_BATCH_SIZE; docs/developer/performance.md says what both save); BATCH 1 for a room that has rooms below it, whose headers a
+# batch would find.
 function(klang_library name)
   cmake_parse_arguments(ARG "LIGHT" "FOLDER;BATCH" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target klang_${name})
@@ -52,7 +53,7 @@ function(klang_library name)
   if(NOT ARG_BATCH)
     set(ARG_BATCH ${KLANG_BATCH_SIZE})
   endif()
-  if(KLANG_BATCH)
+  if(KLANG_BATCH AND ARG_BATCH GREATER 1)
     klang_batch(${target} ${ARG_FOLDER} ${ARG_BATCH} ${ARG_SOURCES})
   else()
     target_sources(${target} PRIVATE ${ARG_SOURCES})

@@ -3,30 +3,15 @@
 
 #include <cmath>
 
-#include "core/foundation/base/conventions.hpp"
 #include "core/physics/rigid/rigid_world.hpp"
+#include "tests/core/physics/rigid/bodies.hpp"
 
 namespace {
 
 using namespace klang::rigid;
 using Eigen::Vector3d;
 
-RigidBodySpec stone(double radius_m) {
-  RigidBodySpec body;
-  body.name = "stone";
-  ConvexPart part;
-  part.corners_m.resize(3, 14);
-  const double golden = klang::kPi * (3 - std::sqrt(5.0));
-  for (int i = 0; i < 14; ++i) {
-    const double z = 1 - (2 * i + 1) / 14.0, r = std::sqrt(1 - z * z);
-    part.corners_m.col(i) = radius_m * Vector3d(r * std::cos(golden * i), r * std::sin(golden * i), z);
-  }
-  body.parts.push_back(part);
-  set_mass_from_parts(body, 2500);
-  return body;
-}
-
-/// After `seconds` of falling on the floor: stones apart on a grid, or piled on each other.
+/// After 0.2 s: stones apart on the floor in a grid, or falling on each other.
 void rigid_steps(benchmark::State& state) {
   const int n = static_cast<int>(state.range(0));
   const bool piled = state.range(1) != 0;

@@ -6,35 +6,13 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/physics/rigid/impact_pulse.hpp"
 #include "core/physics/rigid/rigid_world.hpp"
+#include "tests/core/physics/rigid/bodies.hpp"
 
 using namespace klang::rigid;
 using Eigen::Vector3d;
 using klang::kPi;
 
 namespace {
-
-Skin skin(double restitution, double friction) {
-  Skin s;
-  s.restitution = restitution;
-  s.friction = friction;
-  return s;
-}
-
-/// A hull of 14 corners on a sphere, which lands on a corner, an edge or a face by its turn.
-RigidBodySpec stone(double radius_m) {
-  RigidBodySpec body;
-  body.name = "stone";
-  ConvexPart part;
-  part.corners_m.resize(3, 14);
-  const double golden = kPi * (3 - std::sqrt(5.0));
-  for (int i = 0; i < 14; ++i) {
-    const double z = 1 - (2 * i + 1) / 14.0, r = std::sqrt(1 - z * z);
-    part.corners_m.col(i) = radius_m * Vector3d(r * std::cos(golden * i), r * std::sin(golden * i), z);
-  }
-  body.parts.push_back(part);
-  set_mass_from_parts(body, 2500);
-  return body;
-}
 
 /// Rebound over impact speed of the point that touches, where both are taken at the moment of touch.
 struct Drop {

@@ -6,18 +6,12 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "tests/core/physics/rigid/bodies.hpp"
 
 using namespace klang::rigid;
 using Eigen::Vector3d;
 
 namespace {
-
-Skin skin(double restitution, double friction) {
-  Skin s;
-  s.restitution = restitution;
-  s.friction = friction;
-  return s;
-}
 
 RigidWorldOptions on_the_floor(double rate_hz, const Skin& floor) {
   RigidWorldOptions options;

@@ -152,7 +152,8 @@ audio::Signal ringing(const std::vector<Tone>& tones, double rate, double second
 
 /// Found, with its 95 % interval.
 fit::FitParameter found(const char* name, double value, double std, double start, bool derived = false) {
-  return {name, value, std, std::array{value - 1.96 * std, value + 1.96 * std}, true, "", fit::Verdict::kTrusted, start, derived};
+  return {name,  value,  std, std::array{value - 1.96 * std, value + 1.96 * std}, true, "", fit::Verdict::kTrusted,
+          start, derived};
 }
 
 fit::FitParameter not_found(const char* name, double value, const char* why, double start) {

@@ -9,31 +9,58 @@ namespace klang::fit {
 namespace detail {
 namespace {
 
-constexpr double kRivalOdds = 3.0;    // 20 to 1
-constexpr double kHintOdds = 3.5;     // 33 to 1 for a dimension's error of a few per cent
-constexpr double kLeastHint = 0.001;  // of a dimension: below it no caliper is right
+constexpr double kRivalOdds = 3.0;     // 20 to 1
+constexpr double kHintOdds = 3.5;      // 33 to 1 for a dimension's error of a few per cent
+constexpr double kConstantOdds = 1.5;  // 4.5 to 1 for a constant's: it was read in a table, not measured
+// Errors below these no caliper and no handbook excludes; above the grave ones another body or material was meant.
+constexpr double kLeastError = 0.001, kLeastModulusError = 0.005, kLeastPoissonError = 0.005;
+constexpr double kGraveError = 0.015, kGraveModulusError = 0.2, kGravePoissonError = 0.06;
 
-void judge_dimensions(const JudgeInput& input, std::vector<Reason>& reasons) {
-  const std::vector<DimensionHint> hints = dimension_hints(input.residuals, input.model_std_cents);
+/// Of kind's unit: what is shown is value times this.
+struct Shown {
+  double scale = 1.0;
+  const char* unit = "";
+};
+
+Shown shown_as(const GivenValue& given) {
+  if (given.kind == GivenKind::kPoissonsRatio) return {};
+  if (given.kind == GivenKind::kModulus) return {1e-9, " GPa"};
+  return given.value < 1.0 ? Shown{1e3, " mm"} : Shown{1.0, " m"};
+}
+
+double value_with(const GivenValue& given, double error) {
+  return given.kind == GivenKind::kPoissonsRatio ? given.value + error : given.value * std::exp(error);
+}
+
+std::string error_words(const GivenValue& given, const GivenHint& hint) {
+  if (given.kind == GivenKind::kPoissonsRatio)
+    return shown("%+.4f", hint.error) + " +- " + shown("%.4f", hint.error_std);
+  return shown("%+.2f", 100.0 * (std::exp(hint.error) - 1.0)) + " +- " + shown("%.2f %%", 100.0 * hint.error_std);
+}
+
+void judge_given(const JudgeInput& input, std::vector<Reason>& reasons) {
+  const std::vector<GivenHint> hints = given_hints(input.residuals, input.model_std_cents);
   if (hints.empty()) return;
   const double best = hints.front().log_odds;
-  for (const DimensionHint& hint : hints) {
-    if (hint.log_odds < kHintOdds || hint.log_odds < best - 2.5 || std::abs(hint.log_error) < kLeastHint ||
-        std::abs(hint.log_error) < 2.5 * hint.log_error_std)
+  for (const GivenHint& hint : hints) {
+    const GivenValue& given = input.residuals.given[hint.given];
+    const auto of_kind = [&](double dimension, double modulus, double poisson) {
+      return given.kind == GivenKind::kDimension ? dimension : given.kind == GivenKind::kModulus ? modulus : poisson;
+    };
+    const double error = std::abs(hint.error);
+    if (hint.log_odds < of_kind(kHintOdds, kConstantOdds, kConstantOdds) || hint.log_odds < best - 2.5 ||
+        error < 2.5 * hint.error_std || error < of_kind(kLeastError, kLeastModulusError, kLeastPoissonError))
       continue;
-    const GivenDimension& dimension = input.residuals.dimensions[hint.dimension];
-    const double fits_m = dimension.value_m * std::exp(hint.log_error);
-    const bool grave = hint.log_odds > 25.0 && std::abs(hint.log_error) > 0.015;
-    const bool mm = dimension.value_m < 1.0;
-    const double unit = mm ? 1e3 : 1.0;
-    reasons.push_back({ReasonKind::kDimension, grave ? Verdict::kContradicted : Verdict::kDoubtful, dimension.specimen,
-                       dimension.name,
-                       hint.ring + " speaks against " + dimension.name + ": " + shown("%.4g", unit * fits_m) +
-                           (mm ? " mm" : " m") + " would fit, " + shown("%.4g", unit * dimension.value_m) +
-                           " is given (" + shown("%+.2f", 100.0 * (std::exp(hint.log_error) - 1.0)) + " +- " +
-                           shown("%.2f %%", 100.0 * hint.log_error_std) + ")",
-                       dimension.value_m, fits_m * (1.0 - 2.0 * hint.log_error_std),
-                       fits_m * (1.0 + 2.0 * hint.log_error_std)});
+    const bool grave = hint.log_odds > 25.0 && error > of_kind(kGraveError, kGraveModulusError, kGravePoissonError);
+    const double fits = value_with(given, hint.error);
+    const auto [scale, unit] = shown_as(given);
+    reasons.push_back({given.kind == GivenKind::kDimension ? ReasonKind::kDimension : ReasonKind::kGuess,
+                       grave ? Verdict::kContradicted : Verdict::kDoubtful, given.specimen, given.name,
+                       hint.ring + " speaks against " + given.name + ": " + shown("%.4g", scale * fits) + unit +
+                           " would fit, " + shown("%.4g", scale * given.value) + unit + " is given (" +
+                           error_words(given, hint) + ")",
+                       given.value, value_with(given, hint.error - 2.0 * hint.error_std),
+                       value_with(given, hint.error + 2.0 * hint.error_std)});
   }
 }
 
@@ -87,7 +114,7 @@ void judge_agreement(const JudgeInput& input, std::vector<Reason>& reasons) {
                            "dimensions leaves",
                        input.rms_cents, 0.0, doubtful});
   judge_rival(input, reasons);
-  judge_dimensions(input, reasons);
+  judge_given(input, reasons);
 }
 
 }  // namespace detail

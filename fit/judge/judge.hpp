@@ -28,11 +28,15 @@ struct JudgedSpecimen {
   std::optional<double> take_share;          ///< least share of a take's strong partials that another take has too
 };
 
-/// A given dimension and what an error of it does.
-struct GivenDimension {
-  std::string specimen, name;
-  double value_m = 0.0;
-  Eigen::VectorXd slope;  ///< of each residual's ln model by ln dimension
+enum class GivenKind { kDimension, kModulus, kPoissonsRatio };
+
+/// A number that was given and not fitted, and what an error of it does. Errors are of its logarithm, of Poisson's ratio itself.
+struct GivenValue {
+  std::string specimen;  ///< empty: of the material
+  std::string name;
+  double value = 0.0;     ///< m, Pa or 1
+  Eigen::VectorXd slope;  ///< of each residual's ln model by the error
+  GivenKind kind = GivenKind::kDimension;
 };
 
 /// The residuals of the fit and of rings that were left out near a mode.
@@ -43,7 +47,7 @@ struct JudgedResiduals {
   std::vector<std::string> coordinates;  ///< names of x
   Eigen::VectorXd guess_std;             ///< guess_std() of x
   std::vector<std::string> rings;        ///< "mode 5 (7169.8 Hz)" of each
-  std::vector<GivenDimension> dimensions;
+  std::vector<GivenValue> given;
 };
 
 struct JudgeInput {
@@ -59,20 +63,23 @@ struct JudgeInput {
 
 Judgement judge_fit(const JudgeInput& input);
 
-/// An error of a dimension that would explain the residuals.
-struct DimensionHint {
-  std::size_t dimension = 0;  ///< of JudgedResiduals::dimensions
-  double log_odds = 0.0;      ///< for it against no error; an error has a standard deviation of 3 % beforehand
-  double log_error = 0.0, log_error_std = 0.0;  ///< of ln true dimension - ln given one
-  std::string ring;                             ///< whose residual it takes most from
-  Eigen::VectorXd step;                         ///< of x, with it
+/// An error of a given number that would explain the residuals.
+struct GivenHint {
+  std::size_t given = 0;  ///< of JudgedResiduals::given
+  double log_odds = 0.0;  ///< for it against no error; beforehand an error has the standard deviation given_error_std()
+  double error = 0.0, error_std = 0.0;  ///< of ln true - ln given, of Poisson's ratio true - given
+  std::string ring;                     ///< whose residual it takes most from
+  Eigen::VectorXd step;                 ///< of x, with it
 };
 
-/// All dimensions, likeliest first. Marginal likelihoods of a linear model with normal priors and an unknown scatter of at
-/// least 0.3 cents (Gelman et al. 2013, Bayesian Data Analysis, chapter 14).
-std::vector<DimensionHint> dimension_hints(const JudgedResiduals& residuals, double model_std_cents);
+/// Beforehand: 3 % of a dimension, 5 % of a modulus, 0.03 of Poisson's ratio.
+double given_error_std(GivenKind kind);
 
-/// d ln E / d ln dimension (each of them) at the same measured frequencies, E's coordinate free: -2 for the thickness of a bar
+/// All given numbers, likeliest to be wrong first. Marginal likelihoods of a linear model with normal priors and an unknown scatter of at
+/// least 0.3 cents (Gelman et al. 2013, Bayesian Data Analysis, chapter 14).
+std::vector<GivenHint> given_hints(const JudgedResiduals& residuals, double model_std_cents);
+
+/// d ln E / d ln value (of each given number) at the same measured frequencies, E's coordinate free: -2 for the thickness of a bar
 /// of given density, -3 for one of given mass. Empty where E is not free.
 std::vector<double> stiffness_powers(const JudgedResiduals& residuals);
 

@@ -117,7 +117,7 @@ void measure_fit(RingdownResult& result, const RingData& data, const JudgedParti
 Partial table_row(const RingData& data, const FittedPartial& partial, Eigen::Index channel) {
   Partial out;
   out.frequency_hz = partial.ring.pole.frequency_hz;
-  out.frequency_std_hz = std::sqrt(partial.pole_covariance(0, 0));
+  out.frequency_std_hz = std::hypot(std::sqrt(partial.pole_covariance(0, 0)), partial.drift_hz);
   const detail::StruckAmplitude struck = detail::at_strike(data, partial, 0, channel);
   out.amplitude = struck.amplitude;
   out.amplitude_std = struck.amplitude_std;

@@ -27,7 +27,7 @@ JudgedResiduals bar_residuals() {
   const auto given = [&](const char* name, double value_m, std::initializer_list<double> slope) {
     Eigen::VectorXd by(6);
     std::copy(slope.begin(), slope.end(), by.begin());
-    r.dimensions.push_back({"bar", name, value_m, by});
+    r.given.push_back({"bar", name, value_m, by, GivenKind::kDimension});
   };
   given("length_m", 0.12, {-1.5, -1.5, -1.45, -1.4, -0.5, -0.5});
   given("width_m", 0.025, {0.5, 0.5, 0.5, 1.4, -0.5, -0.5});
@@ -42,7 +42,7 @@ JudgedResiduals flat_bending() {
   r.residual.conservativeResize(3);
   r.sigma.conservativeResize(3);
   r.derivative.conservativeResize(3, Eigen::NoChange);
-  for (GivenDimension& dimension : r.dimensions) dimension.slope.conservativeResize(3);
+  for (GivenValue& given : r.given) given.slope.conservativeResize(3);
   r.rings.resize(3);
   return r;
 }
@@ -107,17 +107,36 @@ TEST(Judge, StiffnessOfABarOfGivenMassGoesWithItsThicknessToMinusThree) {
 
 TEST(Judge, WidthTwoPerCentOffIsNamedByItsInPlaneBending) {
   JudgeInput input = steel_bar(208e9);
-  input.residuals.residual = -0.019 * input.residuals.dimensions[1].slope;
-  const auto hints = dimension_hints(input.residuals, 2.0);
+  input.residuals.residual = -0.019 * input.residuals.given[1].slope;
+  const auto hints = given_hints(input.residuals, 2.0);
   ASSERT_EQ(hints.size(), 3u);
-  EXPECT_EQ(hints[0].dimension, 1u);
-  EXPECT_NEAR(hints[0].log_error, -0.019, 0.002);
+  EXPECT_EQ(hints[0].given, 1u);
+  EXPECT_NEAR(hints[0].error, -0.019, 0.002);
   EXPECT_EQ(hints[0].ring, "mode 3");
   const Judgement judgement = judge_fit(input);
   EXPECT_GE(judgement.verdict, Verdict::kDoubtful);
   const Reason* reason = reason_of(judgement, ReasonKind::kDimension);
   ASSERT_NE(reason, nullptr);
   EXPECT_NE(reason->text.find("width_m: 24.5"), std::string::npos) << reason->text;
+}
+
+TEST(Judge, APoissonsRatioGivenThreeHundredthsTooHighIsNamed) {
+  JudgeInput input = steel_bar(208e9);
+  JudgedResiduals& r = input.residuals;
+  r.given.push_back({"", "poissons_ratio", 0.30, r.derivative.col(1), GivenKind::kPoissonsRatio});
+  r.coordinates = {"youngs_modulus_pa"};  // it alone is asked for
+  r.guess_std.conservativeResize(1);
+  r.derivative.conservativeResize(Eigen::NoChange, 1);
+  input.n_free = 1;
+  r.residual << 0.5, -0.4, 0.3, 0.4, -0.5, 0.2;
+  r.residual = (kCent * r.residual - 0.03 * r.given.back().slope).eval();
+  EXPECT_GE(judge_fit(input).verdict, Verdict::kDoubtful);
+  const Reason* reason = reason_of(judge_fit(input), ReasonKind::kGuess);
+  ASSERT_NE(reason, nullptr);
+  EXPECT_EQ(reason->subject, "poissons_ratio");
+  EXPECT_NE(reason->text.find("poissons_ratio: 0.2"), std::string::npos) << reason->text;
+  EXPECT_LE(reason->expected_low.value(), 0.27);
+  EXPECT_GE(reason->expected_high.value(), 0.27);
 }
 
 TEST(Judge, ResidualsOfHalfACentNameNoDimension) {

@@ -38,14 +38,14 @@ std::string dimensions_instead(const JudgeInput& input, double wanted_ratio) {
   };
   std::vector<Way> ways;
   for (std::size_t d = 0; d < powers.size(); ++d) {
-    if (std::abs(powers[d]) < 0.5) continue;
-    const GivenDimension& dimension = input.residuals.dimensions[d];
+    if (std::abs(powers[d]) < 0.5 || input.residuals.given[d].kind != GivenKind::kDimension) continue;
+    const GivenValue& dimension = input.residuals.given[d];
     const double change = std::log(wanted_ratio) / powers[d];
     if (std::abs(change) > 1.0) continue;
-    const bool mm = dimension.value_m < 1.0;
+    const bool mm = dimension.value < 1.0;
     ways.push_back({std::abs(change),
-                    dimension.name + " " + shown("%.4g", (mm ? 1e3 : 1.0) * dimension.value_m * std::exp(change)) +
-                        (mm ? " mm" : " m") + " instead of " + shown("%.4g", (mm ? 1e3 : 1.0) * dimension.value_m) +
+                    dimension.name + " " + shown("%.4g", (mm ? 1e3 : 1.0) * dimension.value * std::exp(change)) +
+                        (mm ? " mm" : " m") + " instead of " + shown("%.4g", (mm ? 1e3 : 1.0) * dimension.value) +
                         " (E goes with its power " + shown("%.2g", powers[d]) + ")"});
   }
   std::stable_sort(ways.begin(), ways.end(), [](const Way& a, const Way& b) { return a.change < b.change; });

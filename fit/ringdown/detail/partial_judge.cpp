@@ -15,6 +15,7 @@ using Complex = std::complex<double>;
 constexpr double kPi2 = 2 * kPi;
 constexpr double kRestless = 10.0;          ///< residual over noise from which it is misfit or a codec's noise
 constexpr double kSureAmidMisfitDb = 20.0;  ///< as kSureSnrDb there: such a residual is no white noise and makes bursts
+constexpr double kSureCarryingDb = 12.0;    ///< there, of what explains most of its neighbourhood
 constexpr int kMaxPasses = 16;              ///< of pruning
 constexpr int kMaxRounds = 3;               ///< of searching again in the residual
 
@@ -63,7 +64,9 @@ Verdict decay_verdict(const RingData& data, const FittedPartial& partial, std::o
 Verdict judged(const RingData& data, const FittedPartial& partial, const SearchOptions& options) {
   const Pole& pole = partial.ring.pole;
   if (partial.unresolved || partial.amplitude_covariance.empty()) return Verdict::kNoise;
-  const double sure_db = partial.disturbance > kRestless ? kSureAmidMisfitDb : kSureSnrDb;
+  // What carries its neighbourhood is not made by the misfit of another; there a pitch that glides is the misfit.
+  const double sure_db =
+      partial.disturbance > kRestless ? (partial.carries ? kSureCarryingDb : kSureAmidMisfitDb) : kSureSnrDb;
   if (!(partial.snr_db >= std::max(options.min_snr_db, sure_db))) return Verdict::kNoise;
   const double frequency_std = std::sqrt(partial.pole_covariance(0, 0));
   const double decay_std = std::sqrt(partial.pole_covariance(1, 1));

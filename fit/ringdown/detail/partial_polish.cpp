@@ -17,6 +17,9 @@ constexpr double kSurer = 1.3;         ///< how much smaller the deviation must 
 constexpr double kReachCells = 8.0;    ///< from a change to what is fitted again, in 1 / window
 constexpr double kMostGrowth = 3.0;    ///< nepers over the longest segment
 constexpr double kSameStory = 2.5;     ///< residual with a later start's poles over the one without
+constexpr double kCarriedShare = 0.6;  ///< of the energy in a sub-band, for its group to be what sounds there
+constexpr double kDriftPart = 0.2;     ///< of the window: starts up to there tell whether a frequency drifts
+constexpr double kNotFarBelow = 0.01;  ///< of the strongest member's energy
 
 /// Neighbours whose lines overlap and whose decays are alike are fitted together.
 std::vector<std::vector<std::size_t>> groups_of(const RingData& data, const std::vector<FittedPartial>& partials) {
@@ -139,6 +142,26 @@ void leave_out(FittedPartial& partial) {
   partial.ring.amplitude.setZero();
 }
 
+/// Which members of the group carry their neighbourhood (FittedPartial::carries): where the group explains most of its
+/// sub-band and no other partial near it is stronger, the strongest and those not far below it.
+std::vector<char> carrying_members(const RingData& data, const GroupFit& fit, const std::vector<std::size_t>& group,
+                                   const std::vector<FittedPartial>& all) {
+  std::vector<char> carries(group.size(), 0);
+  const double background = linear_fit(fit.band, {}).residual_sum_sq;
+  if (!(fit.fit.linear.residual_sum_sq <= (1.0 - kCarriedShare) * background)) return carries;
+  std::vector<double> energy;
+  for (std::size_t g = 0; g < group.size(); ++g)
+    energy.push_back(RingPartial{fit.fit.poles[g], amplitudes_of(data, fit.band, fit.fit.linear, g)}.energy());
+  const auto strongest = static_cast<std::size_t>(std::max_element(energy.begin(), energy.end()) - energy.begin());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (std::find(group.begin(), group.end(), i) != group.end()) continue;
+    const double apart = std::abs(all[i].ring.pole.frequency_hz - fit.fit.poles[strongest].frequency_hz);
+    if (apart < kHalfBandCells / fit.band.time_scale_s && all[i].ring.energy() > energy[strongest]) return carries;
+  }
+  for (std::size_t g = 0; g < group.size(); ++g) carries[g] = energy[g] >= kNotFarBelow * energy[strongest];
+  return carries;
+}
+
 /// One group's joint fit; the others stay as they are. Where no joint fit succeeds the least resolved member is left
 /// out (and marked) and the rest is fitted again: one that cannot be told from its neighbour takes nobody along.
 void polish_group(const RingData& data, const std::vector<FittedPartial>& all, std::vector<std::size_t> group,
@@ -165,6 +188,7 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, s
   if (!best.ok) best = hold_pole(data, poles.front(), others, window);
   const GroupFit early = best;
   Eigen::Index best_offset = 0;
+  std::vector<double> drift_hz(group.size(), 0.0);
   if (how.later_starts && (!best.ok || best.variance > kDisturbed * how.noise->at(centre))) {
     // Something other than free ringing in the first part (a second touch, a rattle)? A later start that is
     // much surer of the strongest partial says so.
@@ -172,6 +196,13 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, s
       const auto later = static_cast<Eigen::Index>(part * window * data.sample_rate_hz());
       GroupFit late = fit_group(data, poles, others, window, later);
       const bool complete = late.ok && (!best.ok || late.band.blocks.size() >= best.band.blocks.size());
+      for (std::size_t g = 0; early.ok && complete && part < kDriftPart && g < group.size(); ++g) {
+        const auto at = static_cast<Eigen::Index>(2 * g);
+        const double moved = std::abs(late.fit.poles[g].frequency_hz - early.fit.poles[g].frequency_hz);
+        const double width = early.fit.poles[g].decay_per_s / (2 * kPi) + 0.5 / window;
+        const bool beyond_noise = moved * moved > 9.0 * late.spread.poles(at, at);
+        if (beyond_noise && moved < 0.3 * width) drift_hz[g] = std::max(drift_hz[g], moved);
+      }
       if (!complete || !(late.strongest_std_hz < best.strongest_std_hz / (best_offset == 0 ? kSurer : 1.0))) continue;
       // Its poles must tell the whole story nearly as well: a pitch that glides is not a disturbance.
       const SubBand whole =
@@ -200,8 +231,11 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, s
     best.spread.poles = poles_from_late;
   }
   const auto n_channels = data.channels().size();
+  const std::vector<char> carries = carrying_members(data, best, group, all);
   for (std::size_t g = 0; g < group.size(); ++g) {
     FittedPartial& partial = result[group[g]];
+    partial.carries = carries[g] != 0;
+    if (how.later_starts) partial.drift_hz = drift_hz[g];
     partial.ring.pole = best.fit.poles[g];
     partial.ring.amplitude = amplitudes_of(data, best.band, best.fit.linear, g);
     partial.window_s = best.band.time_scale_s;

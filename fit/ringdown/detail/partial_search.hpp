@@ -20,9 +20,11 @@ struct FittedPartial {
   /// Per segment and channel (row segment * n_channels + channel): covariance of (Re a, Im a) and with (f,
   /// decay).
   std::vector<Eigen::Matrix2d> amplitude_covariance, cross_covariance;
-  double snr_db = 0.0;        ///< |a|^2 over its variance with the poles known, best segment and channel
-  double window_s = 0.0;      ///< of its last fit
-  double disturbance = 0.0;   ///< residual around it over the recording's own noise; about 1 for clean exponentials
+  double snr_db = 0.0;       ///< |a|^2 over its variance with the poles known, best segment and channel
+  double window_s = 0.0;     ///< of its last fit
+  double disturbance = 0.0;  ///< residual around it over the recording's own noise; about 1 for clean exponentials
+  double drift_hz = 0.0;     ///< how far its frequency moves with the window's start, beyond what noise does
+  bool carries = false;  ///< with its group it explains most of its neighbourhood's energy, nothing stronger is near
   std::optional<bool> lasts;  ///< by check_persistence(); empty since its last fit
   bool fresh = true;          ///< found in the present round of the search
   bool unresolved = false;    ///< cannot be told from a stronger neighbour: no joint fit succeeds

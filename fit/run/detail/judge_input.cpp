@@ -67,17 +67,49 @@ std::vector<Row> rows_of(const MaterialFit& fit, const FitResult& result, const 
   return rows;
 }
 
+/// Elastic constants that were given and not asked for, and how they move lambda and mu [Pa].
+struct GivenConstant {
+  const char* name = "";
+  GivenKind kind = GivenKind::kModulus;
+  double value = 0.0, d_lambda = 0.0, d_mu = 0.0;  ///< by ln value, by Poisson's ratio itself
+};
+
+/// Beside the constant that was asked for its usual partner (ParameterSpace), both where none was.
+std::vector<GivenConstant> given_constants(const ParameterSpace& space, const SpectrumPoint& point) {
+  const double lambda = point.lame_lambda_pa, mu = point.lame_mu_pa;
+  const double poisson = lambda / (2.0 * (lambda + mu)), young = 2.0 * mu * (1.0 + poisson);
+  const double a = 1.0 + poisson, b = 1.0 - 2.0 * poisson;
+  const std::string& free = space.single_elastic();
+  std::vector<GivenConstant> constants;
+  if (free == "lame_mu_pa" && lambda > 0.0)
+    constants.push_back({"lame_lambda_pa", GivenKind::kModulus, lambda, lambda, 0.0});
+  if (free == "lame_lambda_pa") constants.push_back({"lame_mu_pa", GivenKind::kModulus, mu, 0.0, mu});
+  if (free == "poissons_ratio" || !space.elastic_is_free())
+    constants.push_back({"youngs_modulus_pa", GivenKind::kModulus, young, lambda, mu});
+  if (free == "youngs_modulus_pa" || !space.elastic_is_free())
+    constants.push_back({"poissons_ratio", GivenKind::kPoissonsRatio, poisson,
+                         young * (1.0 + 2.0 * poisson * poisson) / (a * a * b * b), -young / (2.0 * a * a)});
+  return constants;
+}
+
 /// A specimen's modes at the solution and what moves them.
 struct Slopes {
   Eigen::VectorXd log_frequency, mesh_error;
-  Eigen::MatrixXd by_x, by_given;
+  Eigen::MatrixXd by_x, by_dimension, by_constant;
 };
 
 Slopes slopes_of(const MaterialFit& fit, std::size_t s) {
   const ParameterSpace::Local local = fit.space->local(s, fit.joint.fit.x);
   const Spectrum spectrum = fit.spectra[s]->spectrum(local.point);
+  const std::vector<GivenConstant> constants = given_constants(*fit.space, local.point);
+  Eigen::MatrixXd by_constant(spectrum.derivative.rows(), static_cast<Eigen::Index>(constants.size()));
+  for (Eigen::Index k = 0; k < by_constant.cols(); ++k) {
+    const GivenConstant& constant = item(constants, k);
+    by_constant.col(k) =
+        0.5 * (spectrum.derivative.col(0) * constant.d_lambda + spectrum.derivative.col(1) * constant.d_mu);
+  }
   return {0.5 * spectrum.log_angular_frequency_sq.array() - std::log(2.0 * kPi), fit.spectra[s]->relative_error(),
-          0.5 * spectrum.derivative * local.derivative, fit.spectra[s]->given_slopes(local.point)};
+          0.5 * spectrum.derivative * local.derivative, fit.spectra[s]->given_slopes(local.point), by_constant};
 }
 
 std::string ring_words(const MaterialFit& fit, const Row& row, bool several) {
@@ -98,13 +130,16 @@ JudgedResiduals judged_residuals(const MaterialFit& fit, const FitResult& result
   residuals.residual.resize(n);
   residuals.sigma.resize(n);
   residuals.derivative = Eigen::MatrixXd::Zero(n, fit.space->size());
+  const auto constants = given_constants(*fit.space, fit.space->local(0, fit.joint.fit.x).point);
+  for (const GivenConstant& constant : constants)
+    residuals.given.push_back({"", constant.name, constant.value, Eigen::VectorXd::Zero(n), constant.kind});
   for (std::size_t s = 0; s < tables.size(); ++s) {
     if (!fit.specimens[s].spectrum || result.specimens[s].predicted) continue;
     const Slopes slopes = slopes_of(fit, s);
-    const std::size_t first = residuals.dimensions.size();
+    const std::size_t first = residuals.given.size();
     for (const std::string& name : fit.spectra[s]->given_dimensions())
-      residuals.dimensions.push_back(
-          {result.specimens[s].name, name, fit.start.specimens[s].shape->dims.at(name), Eigen::VectorXd::Zero(n)});
+      residuals.given.push_back({result.specimens[s].name, name, fit.start.specimens[s].shape->dims.at(name),
+                                 Eigen::VectorXd::Zero(n), GivenKind::kDimension});
     for (Eigen::Index i = 0; i < n; ++i) {
       const Row& row = item(rows, i);
       if (row.specimen != s) continue;
@@ -115,8 +150,10 @@ JudgedResiduals judged_residuals(const MaterialFit& fit, const FitResult& result
         residuals.residual[i] -= share * item(slopes.log_frequency, mode);
         residuals.derivative.row(i) += share * slopes.by_x.row(mode);
         if (mode < slopes.mesh_error.size()) mesh_error = std::max(mesh_error, slopes.mesh_error[mode]);
-        for (std::size_t d = first; d < residuals.dimensions.size(); ++d)
-          residuals.dimensions[d].slope[i] += share * slopes.by_given(mode, static_cast<Eigen::Index>(d - first));
+        for (std::size_t d = first; d < residuals.given.size(); ++d)
+          residuals.given[d].slope[i] += share * slopes.by_dimension(mode, static_cast<Eigen::Index>(d - first));
+        for (std::size_t k = 0; k < constants.size(); ++k)
+          residuals.given[k].slope[i] += share * slopes.by_constant(mode, static_cast<Eigen::Index>(k));
       }
       residuals.sigma[i] = std::hypot(row.sigma, mesh_error);
     }

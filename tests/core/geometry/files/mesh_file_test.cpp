@@ -231,3 +231,13 @@ TEST(LoadBody, TetrahedraComeInTheOrderAndUnitAskedFor) {
   options.unit_m = 0.0;
   expect_input_error([&] { load_body(data("brick-22-p1.msh"), options); }, {"unit_m"});
 }
+
+TEST(LoadBody, FilesInMillimetresAndOfTwoBodiesAreWarnedOf) {
+  const std::vector<std::string> large = body_warnings(load_body(data("block-in-mm.vtu")), 1.0, "--unit-m");
+  ASSERT_EQ(large.size(), 1U);
+  EXPECT_NE(large[0].find("100 m long"), std::string::npos) << large[0];
+  EXPECT_NE(large[0].find("--unit-m 0.001"), std::string::npos) << large[0];
+  const std::vector<std::string> two = body_warnings(load_body(data("two-blocks.vtu")), 1.0, "--unit-m");
+  ASSERT_EQ(two.size(), 1U);
+  EXPECT_NE(two[0].find("2 bodies"), std::string::npos) << two[0];
+}

@@ -8,7 +8,6 @@ namespace klang::fit {
 namespace {
 
 constexpr double kCentsPerLog = 1200.0 / 0.693147180559945309417;
-constexpr double kDimensionStd = 0.03;
 constexpr double kLeastCents = 0.3, kMostCents = 60.0;
 constexpr int kScatters = 20;
 
@@ -53,26 +52,28 @@ Marginal marginal(const Eigen::VectorXd& residual, const Eigen::VectorXd& sigma,
 
 }  // namespace
 
-std::vector<DimensionHint> dimension_hints(const JudgedResiduals& r, double model_std_cents) {
-  std::vector<DimensionHint> hints;
+double given_error_std(GivenKind kind) { return kind == GivenKind::kModulus ? 0.05 : 0.03; }
+
+std::vector<GivenHint> given_hints(const JudgedResiduals& r, double model_std_cents) {
+  std::vector<GivenHint> hints;
   const Eigen::Index n = r.residual.size(), m = r.derivative.cols();
   if (n < 2) return hints;
   const Marginal none = marginal(r.residual, r.sigma, r.derivative, r.guess_std, model_std_cents);
   const Eigen::VectorXd left = r.residual - r.derivative * none.step;
-  for (std::size_t d = 0; d < r.dimensions.size(); ++d) {
+  for (std::size_t d = 0; d < r.given.size(); ++d) {
     Eigen::MatrixXd columns(n, m + 1);
-    columns << r.derivative, r.dimensions[d].slope;
+    columns << r.derivative, r.given[d].slope;
     Eigen::VectorXd prior(m + 1);
-    prior << r.guess_std, kDimensionStd;
+    prior << r.guess_std, given_error_std(r.given[d].kind);
     const Marginal with = marginal(r.residual, r.sigma, columns, prior, model_std_cents);
-    DimensionHint hint{d, with.log_evidence - none.log_evidence, with.step[m], with.std[m], "", with.step.head(m)};
+    GivenHint hint{d, with.log_evidence - none.log_evidence, with.step[m], with.std[m], "", with.step.head(m)};
     Eigen::Index most = 0;
     (left.cwiseAbs() - (r.residual - columns * with.step).cwiseAbs()).maxCoeff(&most);
     hint.ring = r.rings[static_cast<std::size_t>(most)];
     hints.push_back(std::move(hint));
   }
   std::stable_sort(hints.begin(), hints.end(),
-                   [](const DimensionHint& a, const DimensionHint& b) { return a.log_odds > b.log_odds; });
+                   [](const GivenHint& a, const GivenHint& b) { return a.log_odds > b.log_odds; });
   return hints;
 }
 
@@ -85,8 +86,7 @@ std::vector<double> stiffness_powers(const JudgedResiduals& r) {
   // What the data do not determine stays: a trace of the guess's own pull, for residuals of a tenth of a per cent.
   normal.diagonal() += (1e-3 * r.guess_std.cwiseInverse()).cwiseAbs2();
   const Eigen::LDLT<Eigen::MatrixXd> factor(normal);
-  for (const GivenDimension& dimension : r.dimensions)
-    powers.push_back(-factor.solve(r.derivative.transpose() * dimension.slope)[e]);
+  for (const GivenValue& given : r.given) powers.push_back(-factor.solve(r.derivative.transpose() * given.slope)[e]);
   return powers;
 }
 

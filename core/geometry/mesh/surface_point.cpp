@@ -41,7 +41,12 @@ Eigen::Vector3d nearest_on_triangle(const Eigen::Matrix3d& corners, const Eigen:
 SurfacePoint nearest_surface_point(const TetMesh& mesh, const Eigen::Vector3d& point_m) {
   if (!point_m.allFinite()) throw InputError("surface point", "is not finite");
   if (mesh.n_elements() == 0) throw InputError("surface point", "the mesh has no elements");
-  const SurfaceMesh surface = boundary_surface(mesh);
+  return nearest_surface_point(boundary_surface(mesh), point_m);
+}
+
+SurfacePoint nearest_surface_point(const SurfaceMesh& surface, const Eigen::Vector3d& point_m) {
+  if (!point_m.allFinite()) throw InputError("surface point", "is not finite");
+  if (surface.triangles.rows() == 0) throw InputError("surface point", "the surface has no triangles");
   SurfacePoint found;
   Eigen::Vector3d hats = Eigen::Vector3d::Zero();
   Eigen::Index triangle = 0;
@@ -54,6 +59,7 @@ SurfacePoint nearest_surface_point(const TetMesh& mesh, const Eigen::Vector3d& p
     if (distance < found.distance_m) found.distance_m = distance, hats = here, triangle = t;
   }
   for (Eigen::Index c = 0; c < surface.triangles.cols(); ++c) found.nodes.push_back(surface.triangles(triangle, c));
+  found.barycentric = hats;
   found.weights = hats;
   if (surface.triangles.cols() == 6) {
     found.weights.resize(6);

@@ -2,11 +2,11 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <map>
 #include <numeric>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/face_parts.hpp"
 
 namespace klang::solid {
 namespace {
@@ -32,37 +32,6 @@ class Groups {
  private:
   std::vector<int> parent_;
 };
-
-// Number of the part of each element: elements that share a face are one part.
-std::vector<int> face_parts(const mesh::TetMesh& mesh, int& n_parts) {
-  struct Face {
-    std::array<int, 3> corners;
-    int element;
-    bool operator<(const Face& other) const { return corners < other.corners; }
-  };
-  std::vector<Face> faces;
-  faces.reserve(4 * static_cast<std::size_t>(mesh.n_elements()));
-  constexpr int corners[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
-  for (int e = 0; e < mesh.n_elements(); ++e) {
-    for (const auto& face : corners) {
-      std::array<int, 3> nodes{mesh.elements(e, face[0]), mesh.elements(e, face[1]), mesh.elements(e, face[2])};
-      std::sort(nodes.begin(), nodes.end());
-      faces.push_back({nodes, e});
-    }
-  }
-  std::sort(faces.begin(), faces.end());
-  Groups groups(mesh.n_elements());
-  for (std::size_t k = 1; k < faces.size(); ++k) {
-    if (faces[k].corners == faces[k - 1].corners) groups.join(faces[k].element, faces[k - 1].element);
-  }
-  std::vector<int> part(mesh.n_elements(), -1);
-  n_parts = 0;
-  for (int e = 0; e < mesh.n_elements(); ++e) {
-    const int root = groups.root(e);
-    part[e] = root == e ? n_parts++ : part[root];  // a root is the lowest number of its group
-  }
-  return part;
-}
 
 // The displacement at x of part p is rows(x, p) times (translation, rotation * radius) of p.
 struct PartFrame {
@@ -211,8 +180,7 @@ std::vector<Eigen::VectorXd> free_motions(const mesh::TetMesh& mesh, const std::
 }  // namespace
 
 Eigen::MatrixXd rigid_modes(const mesh::TetMesh& mesh, const AssembledSolid& assembled) {
-  int n_parts = 0;
-  const std::vector<int> part_of_element = face_parts(mesh, n_parts);
+  const auto [n_parts, part_of_element] = mesh::face_parts(mesh);
   if (n_parts > kMaxParts) {
     throw InputError("mesh", "falls apart into too many pieces that share no face", std::to_string(n_parts),
                      "at most " + std::to_string(kMaxParts));

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/foundation/base/check.hpp"
-#include "core/physics/fracture/pattern/geodesic.hpp"
 
 namespace klang::fracture {
 namespace {
@@ -42,7 +41,10 @@ int between(int good, double good_j, int bad, double bad_j, double spendable_j, 
 
 PatternMaker::PatternMaker(const mesh::TetMesh& mesh, const Eigen::VectorXd& energy_density, PatternRules rules,
                            std::uint64_t seed)
-    : mesh_(mesh), rules_(std::move(rules)), sampler_(mesh, energy_density, rules_.smallest_piece_m, seed) {
+    : mesh_(mesh),
+      rules_(std::move(rules)),
+      sampler_(mesh, energy_density, rules_.smallest_piece_m, seed),
+      paths_(mesh, rules_.alpha) {
   KLANG_CHECK(mesh.order() == 1, "a body that breaks has straight tetrahedra");
   size_m_ = (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).norm();
   base_ = rules_.score ? cut_by_plane(mesh, rules_.score->plane) : uncut(mesh);
@@ -65,7 +67,7 @@ FracturePattern PatternMaker::with_cells(int n) {
     if (!rules_.geodesic)
       for (int c = 0; c < n; ++c) cells[c] = power.half_spaces(c);
     if (rules_.geodesic && rules_.score) {
-      cut = cut_regions(mesh_, geodesic_fields(mesh_, pattern.seeds, rules_.alpha));
+      cut = cut_regions(mesh_, paths_.fields(pattern.seeds));
       const RegionCut twice = cut_by_plane(cut.mesh, rules_.score->plane);
       std::vector<int> region, element;
       for (std::size_t e = 0; e < twice.region.size(); ++e) {
@@ -74,8 +76,8 @@ FracturePattern PatternMaker::with_cells(int n) {
       }
       cut = {twice.mesh, std::move(region), std::move(element)};
     } else {
-      RegionCut twice = cut_regions(
-          base_.mesh, rules_.geodesic ? geodesic_fields(mesh_, pattern.seeds, rules_.alpha) : power.fields(base_.mesh));
+      RegionCut twice =
+          cut_regions(base_.mesh, rules_.geodesic ? paths_.fields(pattern.seeds) : power.fields(base_.mesh));
       for (std::size_t e = 0; e < twice.region.size(); ++e) {
         if (rules_.score) twice.region[e] = 2 * twice.region[e] + base_.region[twice.element[e]];
         twice.element[e] = base_.element[twice.element[e]];

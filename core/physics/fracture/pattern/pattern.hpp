@@ -5,6 +5,7 @@
 
 #include "core/foundation/config/fields.hpp"
 #include "core/physics/fracture/pattern/fragments.hpp"
+#include "core/physics/fracture/pattern/geodesic.hpp"
 #include "core/physics/fracture/pattern/power_cells.hpp"
 
 namespace klang::fracture {
@@ -76,6 +77,7 @@ class PatternMaker {
   const mesh::TetMesh& mesh_;
   PatternRules rules_;
   SeedSampler sampler_;
+  GeodesicRegions paths_;
   double size_m_ = 0.0;
   RegionCut base_;  // cut by the score only
 };

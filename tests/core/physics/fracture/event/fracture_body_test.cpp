@@ -10,6 +10,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
+#include "core/geometry/mesh/surface_check.hpp"
 #include "tests/core/physics/fracture/boxes.hpp"
 
 namespace klang::fracture {
@@ -248,6 +249,45 @@ TEST(FractureBody, AScoredTileBreaksAlongItsScoreWhereTheRestHolds) {
   for (const FragmentBody& half : r.pieces) {
     EXPECT_LE(std::abs(half.volume_m3 / (0.05 * 0.1 * 0.008) - 1.0), 1e-12);
     EXPECT_EQ(half.parts[0].corners_m.cols(), 8);
+  }
+}
+
+TEST(FractureBody, ATubeBreaksIntoSolidsThatFillIt) {
+  ParentBody tube = plate({0.1, 0.1, 0.008}, 3, 3, 1);
+  tube.mesh = mesh::mesh_shape({"tube", {{"length_m", 0.2}, {"outer_radius_m", 0.05}, {"wall_m", 0.004}}, {}},
+                               mesh::ShapeDivisions{{16, 28, 1}}, 2);
+  tube.parts.clear();
+  tube.tensile_strength_pa = 1e6;
+  FractureOptions options;
+  options.pattern = PatternKind::kGeodesic;
+  const mesh::TetMesh straight = mesh::to_linear(tube.mesh);
+  const double volume = mesh::mass_properties(straight).volume_m3;
+  for (const std::uint64_t seed : {1, 2}) {
+    const FractureResult r = fracture_body(tube, even_tension(tube, 60e6), options, 2.0, seed);
+    ASSERT_EQ(r.status, FractureStatus::kBroken);
+    ASSERT_GT(r.pieces.size(), 4u);
+    double sum_m3 = 0.0;
+    for (const FragmentBody& piece : r.pieces) {
+      sum_m3 += piece.volume_m3;
+      EXPECT_NO_THROW(mesh::check_closed_surface(fragment_surface(piece, 0.008), "piece"));
+    }
+    EXPECT_LE(std::abs(sum_m3 / volume - 1.0), 1e-12);
+  }
+}
+
+// The paper's form pulls together what tension held: pieces of an evenly pulled plate move towards its middle.
+TEST(FractureBody, ThePapersImpulsesAreThereByOption) {
+  ParentBody body = plate({0.3, 0.3, 0.012}, 10, 10, 1);
+  body.tensile_strength_pa = 1e6;
+  for (const Literature literature : {Literature::kMended, Literature::kPaper}) {
+    FractureOptions options;
+    options.literature = literature;
+    const FractureResult r = fracture_body(body, even_tension(body, 60e6), options, 4.0, 1);
+    ASSERT_EQ(r.status, FractureStatus::kBroken);
+    double outwards = 0.0;
+    for (std::size_t d = 0; d < r.pieces.size(); ++d)
+      outwards += r.pieces[d].mass_kg * r.push.velocity_m_s[d].dot(r.pieces[d].centre_m);
+    EXPECT_EQ(outwards > 0.0, literature == Literature::kMended);
   }
 }
 

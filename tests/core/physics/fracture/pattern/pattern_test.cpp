@@ -273,7 +273,7 @@ TEST(Geodesic, RegionsGoAroundCorners) {
   };
   ASSERT_GE(left, 0);
   ASSERT_GE(right, 0);
-  const RegionCut cut = cut_regions(u, geodesic_fields(u, {seed(left), seed(right)}, 0.15));
+  const RegionCut cut = cut_regions(u, GeodesicRegions(u, 0.15).fields({seed(left), seed(right)}));
   for (int e = 0; e < cut.mesh.n_elements(); ++e) {
     double x = 0.0, y = 0.0;
     for (int c = 0; c < 4; ++c) {

@@ -98,6 +98,8 @@ void validate(const ShapeSpec& spec) {
                      "smallest at least 1e-5 of the largest");
 }
 
+std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec) { return validated(spec).convex_parts(spec); }
+
 double shape_volume_m3(const ShapeSpec& spec) { return validated(spec).volume_m3(spec); }
 
 double shape_area_m2(const ShapeSpec& spec) { return validated(spec).area_m2(spec); }

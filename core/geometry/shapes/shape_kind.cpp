@@ -4,6 +4,7 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/geometry/shapes/detail/block_mesh.hpp"
+#include "core/geometry/shapes/detail/convex_wedges.hpp"
 
 namespace klang::mesh {
 
@@ -22,6 +23,10 @@ ShapeDivisions ShapeKind::refined(const std::array<int, 3>& counts, int level) c
     count <<= level;
   }
   return divisions;
+}
+
+std::vector<Eigen::Matrix3Xd> ShapeKind::convex_parts(const ShapeSpec& spec) const {
+  return detail::convex_wedges(section_patches(spec, {1, 1, 0}));
 }
 
 ShapeDivisions ShapeKind::resonance_divisions(const ShapeSpec& spec, double, double) const {

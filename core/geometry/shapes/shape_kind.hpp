@@ -65,6 +65,9 @@ class ShapeKind {
   virtual ShapeDivisions refined(const std::array<int, 3>& counts, int level) const;
   virtual TetMesh mesh(const ShapeSpec& spec, const ShapeDivisions& divisions, int order) const = 0;
 
+  /// convex_parts() of shape.hpp. Default: wedges of the section of a body of revolution.
+  virtual std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec) const;
+
   /// resonance_divisions() and reference_divisions() of shape.hpp. Defaults: the default counts; twice as fine.
   virtual ShapeDivisions resonance_divisions(const ShapeSpec& spec, double bar_speed_m_s, double highest_hz) const;
   virtual ShapeDivisions reference_divisions(const ShapeSpec& spec) const;

@@ -1,6 +1,7 @@
 #include "core/geometry/shapes/detail/ball_shape.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/geometry/shapes/detail/disk_blocks.hpp"
@@ -26,6 +27,18 @@ std::vector<Block> BallShape::blocks(const ShapeSpec& spec, std::array<int, 3> n
          [=, map = piece.map](double u, double v, double w) -> Vector3d { return axes_m.cwiseProduct(map(u, v, w)); },
          {"", piece.shell ? "outer" : "", "", "", "", ""}});
   return blocks;
+}
+
+std::vector<Eigen::Matrix3Xd> BallShape::convex_parts(const ShapeSpec& spec) const {
+  constexpr int kRings = 9, kAround = 16;  // chords leave out 1 % at most
+  Eigen::Matrix3Xd corners(3, kRings * kAround + 2);
+  corners.col(0) = -Vector3d::UnitZ();
+  corners.col(1) = Vector3d::UnitZ();
+  for (int i = 0; i < kRings * kAround; ++i) {
+    const double polar = kPi * (i / kAround + 1) / (kRings + 1), angle = 2.0 * kPi * (i % kAround) / kAround;
+    corners.col(2 + i) << std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle), std::cos(polar);
+  }
+  return {semi_axes_m(spec).asDiagonal() * corners};
 }
 
 bool BallShape::is_axisymmetric(const ShapeSpec& spec) const {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/geometry/shapes/detail/block_shape.hpp"
+#include "core/geometry/shapes/detail/convex_wedges.hpp"
 
 namespace klang::mesh::detail {
 namespace {
@@ -97,6 +98,12 @@ class BoxShape : public BlockShape {
                             },
                             {x.from_face, x.to_face, y.from_face, y.to_face, z.from_face, z.to_face}});
     return blocks;
+  }
+
+  std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec) const override {
+    const Sides s = sides_m(spec);
+    const Vector3d half(0.5 * s[0], 0.5 * s[1], 0.5 * s[2]);
+    return {cuboid_corners(-half, half)};
   }
 
   ShapeDivisions resonance_divisions(const ShapeSpec& spec, double, double) const override {

@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/shapes/detail/block_shape.hpp"
+#include "core/geometry/shapes/detail/convex_wedges.hpp"
 
 namespace klang::mesh::detail {
 namespace {
@@ -38,6 +39,12 @@ class ShellBoxShape : public BlockShape {
     const double wall_m = dimension(spec, "wall_m"), inner_m = hollow_m(spec);
     if (edge_m > 0.0) return {2 * divided(0.5 * inner_m, edge_m), divided(wall_m, edge_m), 1};
     return {12, rounded(4.0 * wall_m / inner_m, 1, 4), 1};
+  }
+
+  /// Nothing gets into the hollow.
+  std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec) const override {
+    const Vector3d half = Vector3d::Constant(0.5 * dimension(spec, "edge_m"));
+    return {cuboid_corners(-half, half)};
   }
 
   /// Seven bricks per octant: each direction is beside the hollow or beyond its face.

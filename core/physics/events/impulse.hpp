@@ -21,10 +21,13 @@ constexpr auto words_of(ImpulseKind) {
 ///   gaussian  F(t) = J / (s sqrt(2 pi)) exp(-(t - time_s)^2 / (2 s^2)),  s = duration_s
 ///   hertz     F(t) ~ d(t)^(3/2) with d'' ~ -d^(3/2), d = 0 at time_s and again at time_s + duration_s: two elastic
 ///             bodies with round surfaces (Hertz 1881) touch for duration_s; the peak is 1.8395 J / duration_s
-/// Either is a Dirac pulse at time_s where duration_s is 0.
-enum class PulseShape { kGaussian, kHertz };
+///   held      F(t) = J / duration_s from time_s to time_s + duration_s: a step of a contact that lasts. Held impulses of a body
+///             that follow one another are one force, for voices the polygon through the middles of the steps
+/// Each is a Dirac pulse at time_s where duration_s is 0.
+enum class PulseShape { kGaussian, kHertz, kHeld };
 constexpr auto words_of(PulseShape) {
-  return std::array{Word{PulseShape::kGaussian, "gaussian"}, Word{PulseShape::kHertz, "hertz"}};
+  return std::array{Word{PulseShape::kGaussian, "gaussian"}, Word{PulseShape::kHertz, "hertz"},
+                    Word{PulseShape::kHeld, "held"}};
 }
 
 inline constexpr Range kTimesS = between(-1e6, 1e6);
@@ -46,11 +49,12 @@ struct Impulse {
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
-    visit({"time_s", "centre of a gaussian pulse, first touch of a hertz pulse", kTimesS, true}, self.time_s);
-    visit({"duration_s", "standard deviation of a gaussian pulse, contact time of a hertz pulse; 0: a Dirac pulse",
+    visit({"time_s", "centre of a gaussian pulse, begin of a hertz or held pulse", kTimesS, true}, self.time_s);
+    visit({"duration_s",
+           "standard deviation of a gaussian pulse, contact time of a hertz or held pulse; 0: a Dirac pulse",
            between(0.0, 10.0)},
           self.duration_s);
-    visit({"shape", "of the force over time: gaussian or hertz"}, self.shape);
+    visit({"shape", "of the force over time: gaussian, hertz or held"}, self.shape);
     visit({"kind", "impact, lasting (a step of a lasting contact) or fracture"}, self.kind);
     visit({"body", "that is pushed: a row of bodies", kBodyNumbers, true}, self.body);
     visit({"other", "that pushes: a row of bodies, or -1: the world", between(-1, 999999)}, self.other);
@@ -69,7 +73,7 @@ struct GaussianPulse {
 
 /// The gaussian pulse of the same area, centre and variance; a gaussian impulse is itself, to the bit. A hertz pulse of
 /// contact time T has its centre at T/2 and the standard deviation 0.194075 T; up to 0.5 / T the two spectra differ by
-/// less than 0.4 %.
+/// less than 0.4 %. A held pulse of length T: T/2 and T / sqrt(12).
 GaussianPulse gaussian_pulse(const Impulse& impulse);
 
 }  // namespace klang::events

@@ -8,6 +8,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/sound/audio/nyquist.hpp"
+#include "core/sound/stage/held_force.hpp"
 #include "core/sound/stage/surface_coupling.hpp"
 
 namespace klang::stage {
@@ -54,13 +55,16 @@ double RingingBody::damped_rad_s(Eigen::Index mode) const {
 }
 
 std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, const ModalPush& push,
-                                         const std::vector<Eigen::Index>& modes) {
+                                         const PushedModes& modes) {
   std::vector<ModalImpulse> impulses;
   for (const events::Impulse& impulse : log.impulses) {
-    if (impulse.body != body) continue;
+    if (impulse.body != body || (impulse.shape == events::PulseShape::kHeld && impulse.duration_s > 0.0)) continue;
     const events::GaussianPulse pulse = events::gaussian_pulse(impulse);
-    impulses.push_back({pulse.centre_s, push(impulse.point_m, impulse.impulse_n_s)(modes), pulse.standard_deviation_s});
+    impulses.push_back(
+        {pulse.centre_s, push(impulse.point_m, impulse.impulse_n_s)(modes.numbers), pulse.standard_deviation_s});
   }
+  const std::vector<ModalImpulse> held = held_impulses(log, body, push, modes);
+  impulses.insert(impulses.end(), held.begin(), held.end());
   return impulses;
 }
 
@@ -85,7 +89,8 @@ void ModalVoice::add_to(Mix& mix, const events::EventLog& log, const Listener&, 
   for (Eigen::Index m = 0; m < ringing_.angular_frequency_rad_s.size(); ++m) {
     if (ringing_.damped_rad_s(m) / (2.0 * kPi) < audio::highest_rendered_hz(mix.sample_rate_hz())) kept.push_back(m);
   }
-  const std::vector<ModalImpulse> impulses = modal_impulses(log, body_, ringing_.push, kept);
+  const std::vector<ModalImpulse> impulses = modal_impulses(
+      log, body_, ringing_.push, {kept, ringing_.angular_frequency_rad_s(kept), ringing_.decay_per_s(kept)});
   Eigen::VectorXd sound;
   for (int c = 0; c < mix.n_channels(); ++c) {
     if (c == 0 || ringing_.gain.cols() > 1) {

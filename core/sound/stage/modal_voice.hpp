@@ -29,12 +29,18 @@ struct RingingBody {
   double damped_rad_s(Eigen::Index mode) const;
 };
 
-/// Modal impulses of the given modes by the impulses of a log on a body, in the log's order.
+/// Some modes of a body that are pushed.
+struct PushedModes {
+  std::vector<Eigen::Index> numbers;                     ///< rows of a ModalPush
+  Eigen::VectorXd angular_frequency_rad_s, decay_per_s;  ///< of these modes, undamped, > 0
+};
+
+/// Modal impulses by the impulses of a log on a body: of its pulses in the log's order, then of its held ones (held_force.hpp).
 std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, const ModalPush& push,
-                                         const std::vector<Eigen::Index>& modes);
+                                         const PushedModes& modes);
 
 /// Sum of gain_i z_i(t) with z_i'' + 2 b_i z_i' + w_i^2 z_i = u_i . f(t) (S02 eq. 18 with factor 1: errata 2). Each
-/// impulse is a Gaussian pulse (events::gaussian_pulse). Modes at or above audio::highest_rendered_hz are left out by
+/// impulse is a Gaussian pulse (events::gaussian_pulse), held ones a force (held_force.hpp). Modes at or above audio::highest_rendered_hz are left out by
 /// the frequency that is heard, |Im p| / 2 pi in Hz (errata 3): over-damped modes do not ring and stay. Where the
 /// listener is does not matter.
 class ModalVoice : public Voice {

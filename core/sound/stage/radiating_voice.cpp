@@ -252,9 +252,11 @@ void RadiatingVoice::add_to(Mix& mix, const events::EventLog& log, const Listene
   }
   fill_gains(work, listener);
 
-  std::vector<Eigen::Index> numbers;
-  for (const ModeTransfer& mode : work.transfer.modes) numbers.push_back(mode.mode);
-  const std::vector<ModalImpulse> impulses = modal_impulses(log, body_, push_at_nearest_node(model_), numbers);
+  PushedModes pushed;
+  for (const ModeTransfer& mode : work.transfer.modes) pushed.numbers.push_back(mode.mode);
+  pushed.angular_frequency_rad_s = model_.angular_frequency_rad_s(pushed.numbers);
+  pushed.decay_per_s = decay_per_s_(pushed.numbers);
+  const std::vector<ModalImpulse> impulses = modal_impulses(log, body_, push_at_nearest_node(model_), pushed);
   Eigen::MatrixXd sound = Eigen::MatrixXd::Zero(n_frames, listener.n_channels());
   // A few modes at a time: first their oscillations, mode by mode, then the sum, stretch of time by stretch.
   for (std::size_t first = 0; first < work.modes.size(); first += kModesATime) {

@@ -1,6 +1,7 @@
 #include "core/physics/rigid/recording.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "core/foundation/base/errors.hpp"
 
@@ -13,7 +14,7 @@ events::Impulse row_of(const ContactImpulse& contact, bool first, const events::
   events::Impulse row;
   row.time_s = contact.time_s;
   row.duration_s = contact.duration_s;
-  row.shape = events::PulseShape::kHertz;
+  row.shape = contact.kind == events::ImpulseKind::kLasting ? events::PulseShape::kHeld : events::PulseShape::kHertz;
   row.kind = contact.kind;
   row.body = first ? contact.a : contact.b;
   row.other = first ? contact.b : contact.a;
@@ -54,13 +55,22 @@ void Recording::keep_poses(const RigidWorld& world) {
 }
 
 void Recording::add(const RigidWorld& world, const StepRecord& step) {
+  std::set<int> pushed;
   for (const ContactImpulse& contact : step.contacts) {
-    if (!world.spec(contact.a).fixed) log_.impulses.push_back(row_of(contact, true, world.pose(contact.a)));
-    if (contact.b >= 0 && !world.spec(contact.b).fixed)
-      log_.impulses.push_back(row_of(contact, false, world.pose(contact.b)));
+    for (const int body : {contact.a, contact.b}) {
+      if (body < 0) continue;
+      log_.impulses.push_back(row_of(contact, body == contact.a, world.pose(body)));
+      if (!world.spec(body).fixed) pushed.insert(body);
+    }
   }
+  worst_solver_residual_m_s_ = std::max(worst_solver_residual_m_s_, step.solver_residual_m_s);
+  deepest_m_ = std::max(deepest_m_, step.deepest_m);
   ledger_.push_back(world.ledger());
-  if (world.time_s() >= next_pose_s_ - 1e-12) keep_poses(world);
+  if (world.time_s() >= next_pose_s_ - 1e-12) {
+    keep_poses(world);
+  } else {
+    for (const int body : pushed) log_.poses.push_back(world.pose(body));
+  }
 }
 
 void run(RigidWorld& world, Recording& recording, const RunOptions& options, Monitor& monitor) {

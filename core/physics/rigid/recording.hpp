@@ -8,7 +8,8 @@
 namespace klang::rigid {
 
 struct RecordingOptions {
-  double pose_rate_hz = 1000.0;  ///< of the poses that are kept; impacts have one of their own beside them
+  double pose_rate_hz =
+      1000.0;  ///< of the poses that are kept; a step that pushes a body keeps one of it at its end beside them
 
   void validate() const;  ///< InputError
 
@@ -20,7 +21,8 @@ struct RecordingOptions {
 };
 
 /// Writes down what a world does, for those who make sound, pictures and tables of it: bodies, their poses, and every impulse
-/// as a row for each movable body that it pushes (a moving pair gives two, opposite), in that body's own frame.
+/// as a row for each body that it pushes (a pair gives two, opposite), in that body's own frame at the end of the
+/// step, whose pose is kept: events::world_impulses() turns them back to the last bits.
 class Recording {
  public:
   /// Of a world at its start.
@@ -28,7 +30,9 @@ class Recording {
   /// After each step of the world, with what it returned.
   void add(const RigidWorld& world, const StepRecord& step);
   const events::EventLog& log() const { return log_; }
-  const std::vector<EnergyLedger>& ledger() const { return ledger_; }  ///< one row per step, and the start
+  const std::vector<EnergyLedger>& ledger() const { return ledger_; }              ///< one row per step, and the start
+  double worst_solver_residual_m_s() const { return worst_solver_residual_m_s_; }  ///< of all steps
+  double deepest_m() const { return deepest_m_; }                                  ///< of all steps
 
  private:
   void keep_poses(const RigidWorld& world);
@@ -36,7 +40,7 @@ class Recording {
   RecordingOptions options_;
   events::EventLog log_;
   std::vector<EnergyLedger> ledger_;
-  double next_pose_s_ = 0.0;
+  double next_pose_s_ = 0.0, worst_solver_residual_m_s_ = 0.0, deepest_m_ = 0.0;
 };
 
 /// Steps the world until end_s, or until all bodies rest where end_s is not given: for a tenth of a second no speed above

@@ -1,0 +1,87 @@
+#include "core/physics/rigid/convex_parts.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/shapes/shape.hpp"
+#include "tests/core/physics/rigid/bodies.hpp"
+
+namespace klang::rigid {
+namespace {
+
+double mass_of(const std::vector<ConvexPart>& parts) {
+  RigidBodySpec body;
+  body.parts = parts;
+  set_mass_from_parts(body, 1.0);
+  return body.mass_kg;
+}
+
+std::vector<ConvexPart> parts_of(const mesh::ShapeSpec& shape) {
+  std::vector<ConvexPart> parts;
+  for (const Eigen::Matrix3Xd& corners_m : mesh::convex_parts(shape)) parts.push_back({corners_m});
+  return parts;
+}
+
+TEST(ConvexParts, OfShapesFillThem) {
+  const struct {
+    mesh::ShapeSpec shape;
+    double tolerance;
+    std::size_t n_parts;
+  } cases[] = {
+      {{"box", {{"length_m", 0.3}, {"width_m", 0.2}, {"height_m", 0.01}}, {}}, 1e-12, 1},
+      {{"rod", {{"length_m", 0.3}, {"radius_m", 0.01}}, {}}, 0.01, 1},
+      {{"sphere", {{"radius_m", 0.1}}, {}}, 0.07, 1},
+      {{"ellipsoid", {{"a_m", 0.1}, {"b_m", 0.05}, {"c_m", 0.08}}, {}}, 0.07, 1},
+      {{"tube", {{"length_m", 0.505}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}}, 0.5, 12},
+      {{"tube", {{"length_m", 0.1}, {"outer_radius_m", 0.1}, {"wall_m", 0.05}}, {}}, 0.05, 12},
+      {{"bowl", {{"outer_radius_m", 0.1}, {"wall_m", 0.02}, {"depth_m", 0.07}}, {}}, 0.1, 0},
+  };
+  for (const auto& c : cases) {
+    const std::vector<ConvexPart> parts = parts_of(c.shape);
+    if (c.n_parts > 0) {
+      EXPECT_EQ(parts.size(), c.n_parts) << c.shape.kind;
+    }
+    const double volume = mesh::shape_volume_m3(c.shape);
+    EXPECT_LE(std::abs(mass_of(parts) - volume), c.tolerance * volume) << c.shape.kind << " " << parts.size();
+  }
+}
+
+TEST(ConvexParts, ThoseOfAClosedHollowFillIt) {
+  const std::vector<ConvexPart> parts = parts_of({"shell_box", {{"edge_m", 0.05}, {"wall_m", 0.0025}}, {}});
+  ASSERT_EQ(parts.size(), 1u);
+  EXPECT_LE(std::abs(mass_of(parts) - 1.25e-4), 1e-16);
+}
+
+TEST(ConvexParts, OfAConvexMeshAreItsHullAndOfAnAngleJustTwo) {
+  const mesh::TetMesh box =
+      mesh::to_linear(mesh::mesh_shape({"box", {{"length_m", 0.3}, {"width_m", 0.2}, {"height_m", 0.1}}, {}}));
+  ASSERT_EQ(convex_parts_of(box, "box").size(), 1u);
+  EXPECT_LE(std::abs(mass_of(convex_parts_of(box, "box")) - 0.006), 1e-12);
+  EXPECT_EQ(convex_parts_of(box, "box")[0].corners_m.cols(), 8);
+
+  // An L of two cuboids, 0.2 x 0.1 x 0.1 and 0.1 x 0.1 x 0.1 m, meshed together from a coarse box without an octant's column.
+  mesh::TetMesh angle;
+  const mesh::TetMesh square = mesh::to_linear(
+      mesh::mesh_shape({"box", {{"length_m", 0.2}, {"width_m", 0.2}, {"height_m", 0.1}}, {}}, {1, 0.11, 0.0, 4.0, 0}));
+  angle.nodes_m = square.nodes_m;
+  std::vector<int> kept;
+  for (int e = 0; e < square.n_elements(); ++e) {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (int c = 0; c < 4; ++c) centre += 0.25 * square.nodes_m.row(square.elements(e, c)).transpose();
+    if (!(centre.x() > 0.0 && centre.y() > 0.0)) kept.push_back(e);
+  }
+  angle.elements = square.elements(kept, Eigen::all);
+  const std::vector<ConvexPart> parts = convex_parts_of(angle, "angle");
+  EXPECT_GE(parts.size(), 2u);
+  EXPECT_LE(parts.size(), 4u);
+  EXPECT_LE(std::abs(mass_of(parts) - 0.003), 1e-12);
+}
+
+TEST(ConvexParts, TooManyAreRefused) {
+  const mesh::TetMesh bowl =
+      mesh::to_linear(mesh::mesh_shape({"bowl", {{"outer_radius_m", 0.1}, {"wall_m", 0.005}, {"depth_m", 0.07}}, {}}));
+  EXPECT_THROW(convex_parts_of(bowl, "bowl", {0.0, 10}), InputError);
+}
+
+}  // namespace
+}  // namespace klang::rigid

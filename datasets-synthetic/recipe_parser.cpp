@@ -8,7 +8,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/toml_table.hpp"
 #include "core/geometry/shapes/shape_reader.hpp"
-#include "core/physics/modal/damping/damping_laws.hpp"
+#include "core/physics/modal/damping/damping_reader.hpp"
 #include "core/physics/solid/material_reader.hpp"
 #include "core/physics/solid/support_reader.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
@@ -89,27 +89,6 @@ const TomlField kSchema[] = {
     {"specimen.mount", "damping_n_s_per_m", TomlType::kNumber, "required", 0, 1e3, "coefficient of the damper"},
 };
 
-/// "`rayleigh`, `loss_factor` or `zener`".
-std::string law_choice() {
-  const auto& laws = damping::damping_laws(damping::LawUse::kRecipes);
-  std::string text;
-  for (std::size_t i = 0; i < laws.size(); ++i) {
-    text += i == 0 ? "" : i + 1 < laws.size() ? ", " : " or ";
-    text.append("`").append(laws[i]->name()).append("`");
-  }
-  return text;
-}
-
-std::vector<TomlField> damping_fields() {
-  static const std::string choice = law_choice();
-  std::vector<TomlField> fields = {{"damping", "model", TomlType::kText, "required", -kInf, kInf, choice}};
-  for (const damping::DampingLaw* law : damping::damping_laws(damping::LawUse::kRecipes)) {
-    for (const damping::LawParameter& p : law->parameters())
-      fields.push_back({"damping", p.name, TomlType::kNumber, "0", p.low, p.high, p.meaning});
-  }
-  return fields;
-}
-
 /// The table above with the keys of materials, damping laws, shapes and supports in their places.
 const std::vector<TomlField>& recipe_schema() {
   static const std::vector<TomlField> schema = [] {
@@ -120,31 +99,12 @@ const std::vector<TomlField>& recipe_schema() {
       fields.insert(place, more.begin(), more.end());
     };
     insert("noise", solid::material_fields("material", "the preset's"));
-    insert("noise", damping_fields());
+    insert("noise", damping::damping_fields("damping"));
     insert("specimen.strike", mesh::shape_fields("specimen.shape"));
     insert("specimen.strike", solid::support_fields("specimen.support"));
     return fields;
   }();
   return schema;
-}
-
-void read_damping(const TomlTable& table, Recipe& recipe) {
-  const std::string model = table.text("model");
-  recipe.damping = damping::find_law(model, damping::LawUse::kRecipes);
-  if (!recipe.damping) {
-    throw InputError(table.place("model"), "unknown damping model", model,
-                     damping::law_names(damping::LawUse::kRecipes));
-  }
-  std::set<std::string_view> keys = {"model"};
-  for (const damping::LawParameter& parameter : recipe.damping->parameters()) {
-    recipe.damping_parameters.push_back(parameter.required ? table.number(parameter.name)
-                                                           : table.number(parameter.name, 0.0));
-    keys.insert(parameter.name);
-  }
-  for (const TomlField& field : recipe_schema()) {
-    if (field.table == "damping" && !keys.count(field.key) && table.has(field.key))
-      throw InputError(table.place(field.key), "has no meaning in the model", model);
-  }
 }
 
 solid::Material read_material(const TomlTable& table) {
@@ -213,7 +173,9 @@ Recipe parse_recipe(std::string_view text, const std::string& name, const std::f
   Recipe recipe;
   recipe.name = root.text("name", name.c_str());
   recipe.material = read_material(required_table(root, "material"));
-  read_damping(required_table(root, "damping"), recipe);
+  const damping::LawValue damping = damping::read_damping(required_table(root, "damping"));
+  recipe.damping = damping.law;
+  recipe.damping_parameters = damping.parameters;
   if (root.has("sound")) {
     const TomlTable sound = root.table("sound");
     recipe.sample_rate_hz = sound.number("sample_rate_hz", recipe.sample_rate_hz);

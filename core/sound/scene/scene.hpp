@@ -1,0 +1,99 @@
+#pragma once
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/geometry/shapes/shape.hpp"
+#include "core/physics/modal/damping/damping_reader.hpp"
+#include "core/physics/rigid/rigid_world.hpp"
+#include "core/physics/solid/material.hpp"
+
+/// Scenes in which solid bodies move, strike and sound: one file, docs/scenes.md.
+namespace klang::scene {
+
+struct SceneMaterial {
+  std::string name;
+  solid::Material elastic;
+  double restitution = 0.5;  ///< 0 to 1
+  double friction = 0.4;     ///< Coulomb's
+  std::optional<damping::LawValue> damping;
+  std::vector<std::filesystem::path> inputs;  ///< files that it was read from
+};
+
+/// How a body is heard.
+enum class BodySound {
+  kAuto,   ///< by its modes unless it is fixed
+  kModes,  ///< its own modes and their radiation
+  kNone
+};
+constexpr auto words_of(BodySound) {
+  return std::array{Word{BodySound::kAuto, "auto"}, Word{BodySound::kModes, "modes"}, Word{BodySound::kNone, "none"}};
+}
+
+struct SceneBody {
+  std::string name;
+  std::string place;  ///< in the file, for messages: "scene.toml:12: body[1]"
+  std::optional<mesh::ShapeSpec> shape;
+  std::filesystem::path mesh;  ///< where there is no shape
+  double unit_m = 1.0;         ///< of the mesh
+  int material = 0;            ///< row of materials
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();  ///< about the world's x, then y, then z
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();
+  bool fixed = false;
+  double max_edge_m = 0.0;  ///< of the mesh for modes; 0: the default of `klang modes`
+  BodySound sound = BodySound::kAuto;
+  bool sounds() const { return sound == BodySound::kModes || (sound == BodySound::kAuto && !fixed); }
+};
+
+struct SceneListener {
+  Eigen::Vector3d position_m{0.0, -2.0, 1.6}, facing{0.0, 1.0, 0.0};
+  bool stereo = false;
+};
+
+struct SceneSoundOptions {
+  double low_hz = 20.0, high_hz = 20000.0;
+  double sample_rate_hz = 48000.0;
+  double peak_db_re_full_scale = -3.0;
+  double longest_tail_s = 5.0;  ///< after the motion has ended, where the scene has no length of its own
+  bool radiation_damping = false;
+  double elements_per_wavelength = 4.0;  ///< of the boundary elements for radiation
+  SceneListener listener;
+};
+
+struct Scene {
+  std::string name;
+  std::filesystem::path file;
+  std::optional<double> duration_s;  ///< none: until all rests
+  double longest_s = 60.0;           ///< within which it must come to rest
+  double pose_rate_hz = 1000.0;
+  rigid::RigidWorldOptions solver;
+  std::optional<int> floor_material;
+  std::vector<SceneMaterial> materials;
+  std::vector<SceneBody> bodies;
+  SceneSoundOptions sound;
+
+  const SceneMaterial& material_of(const SceneBody& body) const {
+    return materials[static_cast<std::size_t>(body.material)];
+  }
+  std::vector<std::filesystem::path> inputs() const;  ///< the scene and every file that it names
+};
+
+/// Reads and checks a scene. @throws InputError with file, line, key, value and what is allowed
+Scene read_scene(const std::filesystem::path& toml);
+Scene parse_scene(std::string_view toml, const std::filesystem::path& file);
+
+/// The keys of a scene as Markdown tables: part of docs/scenes.md.
+std::string scene_schema_markdown();
+
+/// Rotations about the world's x, then y, then z axis.
+Eigen::Quaterniond orientation_of(const Eigen::Vector3d& rotation_deg);
+
+/// Skin of a body of this material: what touches it feels.
+rigid::Skin skin_of(const SceneMaterial& material);
+
+}  // namespace klang::scene

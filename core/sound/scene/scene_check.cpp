@@ -1,0 +1,45 @@
+#include "core/sound/scene/scene_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
+
+namespace klang::scene {
+
+SceneCheckDocument check_scene(const Scene& scene, const SceneNotes& notes, Monitor& monitor) {
+  const rigid::RigidWorld world = world_of(scene, notes, monitor);
+  SceneCheckDocument document;
+  document.name = scene.name;
+  const double step_s = 1.0 / scene.solver.rate_hz;
+  for (int i = 0; i < world.n_bodies(); ++i) {
+    const SceneBody& body = scene.bodies[static_cast<std::size_t>(i)];
+    const rigid::RigidBodySpec& rigid = world.spec(i);
+    CheckedBody checked;
+    checked.name = body.name;
+    checked.material = scene.material_of(body).name;
+    checked.sound = body.sounds() ? "modes" : "none";
+    checked.mass_kg = rigid.mass_kg;
+    checked.volume_m3 = rigid.mass_kg / scene.material_of(body).elastic.density_kg_m3;
+    checked.size_m = rigid.size_m();
+    checked.n_parts = static_cast<int>(rigid.parts.size());
+    checked.fixed = rigid.fixed;
+    document.bodies.push_back(checked);
+    if (rigid.fixed) continue;
+    const double start = rigid.velocity_m_s.norm();
+    const double reach_m = rigid.smallest_half_width_m();
+    if (!(start * step_s <= reach_m))
+      throw InputError(body.place, body.name + " moves too far in a step", to_text(start * step_s) + " m",
+                       "up to half of its smallest width, " + to_text(reach_m) + " m: a higher solver.rate_hz");
+    const double fall_m = std::max(0.0, world.centre_m(i).z());
+    const double fastest = std::sqrt(start * start + 2.0 * scene.solver.gravity_m_s2.norm() * fall_m);
+    if (scene.floor_material && !(fastest * step_s <= reach_m))
+      document.header.warnings.push_back("body " + body.name + ": falling, it may move " + to_text(fastest * step_s) +
+                                         " m in a step, more than half of its smallest width, " + to_text(reach_m) +
+                                         " m; the run is then refused");
+  }
+  if (scene.duration_s) document.n_steps = static_cast<int>(std::ceil(*scene.duration_s * scene.solver.rate_hz - 1e-9));
+  return document;
+}
+
+}  // namespace klang::scene

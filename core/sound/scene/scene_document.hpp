@@ -1,0 +1,203 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/foundation/config/result_header.hpp"
+#include "core/sound/scene/scene.hpp"
+
+/// scene.json of `klang scene run`.
+namespace klang::scene {
+
+struct FinalRecord {
+  std::array<double, 3> position_m{}, velocity_m_s{}, angular_velocity_rad_s{};
+  std::array<double, 4> orientation_wxyz{1.0, 0.0, 0.0, 0.0};
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"position_m", "of the centre of mass, in the world"}, self.position_m);
+    visit({"orientation_wxyz", "unit quaternion that turns the body's frame into the world's"}, self.orientation_wxyz);
+    visit({"velocity_m_s", "of the centre of mass"}, self.velocity_m_s);
+    visit({"angular_velocity_rad_s", "about the world's axes"}, self.angular_velocity_rad_s);
+  }
+};
+
+/// Where a body's sound comes from.
+struct SoundRecord {
+  std::string modes, transfer;  ///< files beside scene.json
+  std::string damping;          ///< law
+  std::vector<double> damping_parameters;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"modes", "file of its modes"}, self.modes);
+    visit({"transfer", "file of their radiation"}, self.transfer);
+    visit({"damping", "law by which modes decay"}, self.damping);
+    visit({"damping_parameters", "of the law, in its order"}, self.damping_parameters);
+  }
+};
+
+struct BodyRecord {
+  std::string name;
+  double mass_kg = 0.0;
+  std::optional<std::string> parent;
+  std::string material;
+  bool fixed = false;
+  int n_impacts = 0;
+  std::optional<double> hardest_impact_n_s;
+  int n_modes = 0;
+  bool proxy = false;
+  std::optional<SoundRecord> sound;
+  FinalRecord final;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"name", "as in the scene"}, self.name);
+    visit({"mass_kg", "its mass"}, self.mass_kg);
+    visit({"parent", "the body that broke into this one and others; null: a body of the scene"}, self.parent);
+    visit({"material", "as in the scene"}, self.material);
+    visit({"fixed", "it does not move"}, self.fixed);
+    visit({"n_impacts", "impacts on it"}, self.n_impacts);
+    visit({"hardest_impact_n_s", "largest impulse of one of them; null without one"}, self.hardest_impact_n_s);
+    visit({"n_modes", "that are heard; 0: silent"}, self.n_modes);
+    visit({"proxy", "heard by an ellipsoid of a soundbank"}, self.proxy);
+    visit({"sound", "where its sound comes from; null: silent"}, self.sound);
+    visit({"final", "how it ended"}, self.final);
+  }
+};
+
+struct SceneEventRecord {
+  double time_s = 0.0;
+  std::string kind, body;
+  int pieces = 0;
+  double strain_energy_j = 0.0, fracture_energy_j = 0.0, kinetic_energy_j = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"time_s", "when"}, self.time_s);
+    visit({"kind", "fracture"}, self.kind);
+    visit({"body", "that broke"}, self.body);
+    visit({"pieces", "into how many"}, self.pieces);
+    visit({"strain_energy_j", "that was in it"}, self.strain_energy_j);
+    visit({"fracture_energy_j", "spent on cracks"}, self.fracture_energy_j);
+    visit({"kinetic_energy_j", "given to the pieces"}, self.kinetic_energy_j);
+  }
+};
+
+struct LedgerRecord {
+  double residual_relative = 0.0, energy_scale_j = 0.0, limit = 1e-9;
+  double contact_j = 0.0, friction_j = 0.0, fracture_j = 0.0, correction_j = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"residual_relative", "largest part of the energy that does not close, over energy_scale_j"},
+          self.residual_relative);
+    visit({"limit", "above which the run does not pass"}, self.limit);
+    visit(
+        {"energy_scale_j", "kinetic energy at the start, and potential energy there above its lowest value in the run"},
+        self.energy_scale_j);
+    visit({"contact_j", "lost along the normals of contacts"}, self.contact_j);
+    visit({"friction_j", "lost across them"}, self.friction_j);
+    visit({"fracture_j", "in new surfaces"}, self.fracture_j);
+    visit({"correction_j", "less what the solver put in"}, self.correction_j);
+  }
+};
+
+struct ImpactRecord {
+  double time_s = 0.0;
+  std::string body, other;
+  double impulse_n_s = 0.0, duration_s = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"time_s", "of first touch"}, self.time_s);
+    visit({"body", "that was hit"}, self.body);
+    visit({"other", "by which; floor"}, self.other);
+    visit({"impulse_n_s", "its size"}, self.impulse_n_s);
+    visit({"duration_s", "of contact, by Hertz"}, self.duration_s);
+  }
+};
+
+struct ImpulsesRecord {
+  int n_impacts = 0, n_lasting = 0;
+  double largest_impact_n_s = 0.0, total_impact_n_s = 0.0;
+  std::optional<double> shortest_contact_s, longest_contact_s;
+  std::vector<ImpactRecord> hardest;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n_impacts", "points that touched anew, one row per body"}, self.n_impacts);
+    visit({"n_lasting", "points of lasting contacts in steps, one row per body"}, self.n_lasting);
+    visit({"largest_impact_n_s", "of one point"}, self.largest_impact_n_s);
+    visit({"total_impact_n_s", "sum of their sizes"}, self.total_impact_n_s);
+    visit({"shortest_contact_s", "of an impact, by Hertz"}, self.shortest_contact_s);
+    visit({"longest_contact_s", "of an impact, by Hertz"}, self.longest_contact_s);
+    visit({"hardest", "impacts on bodies, the hardest 1000 in the order of time"}, self.hardest);
+  }
+};
+
+struct HeardRecord {
+  std::string file;
+  double gain = 0.0, peak_pressure_pa = 0.0, duration_s = 0.0, sample_rate_hz = 0.0;
+  int n_channels = 1;
+  std::array<double, 3> listener_m{};
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"file", "beside scene.json"}, self.file);
+    visit({"gain", "the file is the pressure in Pa times this [1/Pa]"}, self.gain);
+    visit({"peak_pressure_pa", "at the ear"}, self.peak_pressure_pa);
+    visit({"duration_s", "of the sound"}, self.duration_s);
+    visit({"sample_rate_hz", "of the sound"}, self.sample_rate_hz);
+    visit({"n_channels", "1, or 2: left and right ear"}, self.n_channels);
+    visit({"listener_m", "centre of the head"}, self.listener_m);
+  }
+};
+
+struct SceneFiles {
+  std::string ledger = "ledger.csv", events = "events.h5";
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"ledger", "energies, a row per step"}, self.ledger);
+    visit({"events", "impulses and poses (docs/event-log.md)"}, self.events);
+  }
+};
+
+struct SceneDocument {
+  ResultHeader header;
+  std::string name;
+  double end_s = 0.0, rate_hz = 0.0;
+  int n_steps = 0;
+  std::vector<BodyRecord> bodies;
+  std::vector<SceneEventRecord> events;
+  LedgerRecord ledger;
+  ImpulsesRecord impulses_summary;
+  double solver_residual_m_s = 0.0, deepest_overlap_m = 0.0;
+  std::optional<HeardRecord> sound;
+  SceneFiles files;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    ResultHeader::describe(self.header, visit);
+    visit({"name", "of the scene"}, self.name);
+    visit({"end_s", "when the motion ended"}, self.end_s);
+    visit({"rate_hz", "steps per second"}, self.rate_hz);
+    visit({"n_steps", "that were made"}, self.n_steps);
+    visit({"bodies", "in the scene's order"}, self.bodies);
+    visit({"events", "what broke"}, self.events);
+    visit({"ledger", "whether every joule is accounted for"}, self.ledger);
+    visit({"impulses_summary", "of all impulses"}, self.impulses_summary);
+    visit({"solver_residual_m_s", "worst violation of the conditions of lasting contacts, as a speed"},
+          self.solver_residual_m_s);
+    visit({"deepest_overlap_m", "of two bodies in any step"}, self.deepest_overlap_m);
+    visit({"sound", "null: not asked for"}, self.sound);
+    visit({"files", "beside scene.json"}, self.files);
+  }
+};
+
+/// Above this the run's exit code is 1.
+inline constexpr double kLedgerLimit = 1e-9;
+
+}  // namespace klang::scene

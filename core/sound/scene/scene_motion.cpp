@@ -1,0 +1,62 @@
+#include "core/sound/scene/scene_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
+
+namespace klang::scene {
+namespace {
+
+void judge_ledger(SceneMotion& motion) {
+  double lowest_j = HUGE_VAL, worst_j = 0.0;
+  for (const rigid::EnergyLedger& row : motion.ledger) {
+    lowest_j = std::min(lowest_j, row.potential_j);
+    worst_j = std::max(worst_j, std::abs(row.residual_j));
+  }
+  const rigid::EnergyLedger& start = motion.ledger.front();
+  motion.energy_scale_j = start.kinetic_j + start.potential_j - lowest_j;
+  motion.residual_relative = worst_j > 0.0 ? worst_j / motion.energy_scale_j : 0.0;
+}
+
+FinalState final_of(const rigid::RigidWorld& world, int body) {
+  FinalState state;
+  state.position_m = world.centre_m(body);
+  state.orientation_wxyz = world.pose(body).orientation_wxyz;
+  state.velocity_m_s = world.velocity_m_s(body);
+  state.angular_velocity_rad_s = world.angular_velocity_rad_s(body);
+  return state;
+}
+
+}  // namespace
+
+SceneMotion move(const Scene& scene, std::optional<double> until_s, const SceneNotes& notes, Monitor& monitor) {
+  rigid::RigidWorld world = world_of(scene, notes, monitor);
+  rigid::RecordingOptions recording_options;
+  recording_options.pose_rate_hz = scene.pose_rate_hz;
+  rigid::Recording recording(world, recording_options);
+  rigid::RunOptions options;
+  options.end_s = scene.duration_s;
+  if (until_s) options.end_s = std::min(*until_s, scene.duration_s.value_or(*until_s));
+  options.longest_s = scene.longest_s;
+  SceneMotion motion;
+  located(scene.file.filename().string(), [&] {
+    rigid::run(world, recording, options, monitor);
+    return 0;
+  });
+  motion.log = recording.log();
+  motion.ledger = recording.ledger();
+  motion.n_steps = static_cast<int>(motion.ledger.size()) - 1;
+  motion.end_s = world.time_s();
+  motion.solver_residual_m_s = recording.worst_solver_residual_m_s();
+  motion.deepest_m = recording.deepest_m();
+  for (int i = 0; i < world.n_bodies(); ++i) {
+    motion.mass_kg.push_back(world.spec(i).mass_kg);
+    motion.final.push_back(final_of(world, i));
+  }
+  judge_ledger(motion);
+  motion.status = MotionStatus::kDone;
+  return motion;
+}
+
+}  // namespace klang::scene

@@ -1,0 +1,41 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "core/physics/events/event_log.hpp"
+#include "core/physics/rigid/recording.hpp"
+#include "core/sound/scene/scene_bodies.hpp"
+
+namespace klang::scene {
+
+enum class MotionStatus { kNotRun, kDone };
+
+/// How a body ended.
+struct FinalState {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the centre of mass
+  Eigen::Vector4d orientation_wxyz = Eigen::Vector4d(1.0, 0.0, 0.0, 0.0);
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero(), angular_velocity_rad_s = Eigen::Vector3d::Zero();
+};
+
+struct SceneMotion {
+  MotionStatus status = MotionStatus::kNotRun;
+  events::EventLog log;                     ///< bodies in the scene's order
+  std::vector<rigid::EnergyLedger> ledger;  ///< a row per step, and the start
+  std::vector<double> mass_kg;              ///< of each body
+  std::vector<FinalState> final;            ///< of each body
+  double end_s = 0.0;
+  double residual_relative = 0.0;  ///< largest |residual| over the energy at the start (energy_scale_j)
+  double energy_scale_j =
+      0.0;  ///< kinetic energy at the start, and what potential energy lay above its lowest value in the run
+  double solver_residual_m_s = 0.0, deepest_m = 0.0;  ///< worst of all steps (rigid::StepRecord)
+  int n_steps = 0;
+};
+
+/// Moves the bodies of a scene until its duration, or until all rest.
+/// @param until_s  ends it earlier
+/// @throws InputError: a scene that does not come to rest, a body that is too fast for the steps; Interrupted
+SceneMotion move(const Scene& scene, std::optional<double> until_s = {}, const SceneNotes& notes = {},
+                 Monitor& monitor = silent_monitor());
+
+}  // namespace klang::scene

@@ -1,0 +1,278 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parse_json.hpp"
+#include "core/foundation/config/toml_table.hpp"
+#include "core/geometry/shapes/shape_reader.hpp"
+#include "core/physics/solid/material_reader.hpp"
+#include "core/sound/scene/scene.hpp"
+
+namespace klang::scene {
+namespace {
+
+using enum TomlType;
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::size_t kMostBodies = 10'000, kMostMaterials = 1000;
+
+const TomlField kSchema[] = {
+    {"", "name", kText, "the file's name", -kInf, kInf, "title"},
+    {"", "duration_s", kNumber, "until all bodies rest", 0, 3600, "length of motion and sound", true},
+    {"", "longest_s", kNumber, "60", 0, 3600, "without duration_s: a scene that moves longer is refused", true},
+    {"", "solver", kTable, "the defaults below", -kInf, kInf, "steps of the motion"},
+    {"", "world", kTable, "the defaults below", -kInf, kInf, "gravity and floor"},
+    {"", "material", kTables, "required", -kInf, kInf, "one `[[material]]` each"},
+    {"", "body", kTables, "required", -kInf, kInf, "one `[[body]]` each, up to 10000"},
+    {"", "sound", kTable, "the defaults below", -kInf, kInf, "what is heard, and where"},
+
+    {"solver", "rate_hz", kNumber, "10000", 100, 1e6, "steps per second"},
+    {"solver", "iterations", kNumber, "200", 1, 1e5, "most sweeps over lasting contacts per step"},
+    {"solver", "collisions", kText, "`pairwise`", -kInf, kInf,
+     "`pairwise` (impacts of one step one after the other) or `simultaneous`"},
+    {"solver", "pose_rate_hz", kNumber, "1000", 1, 1e6, "poses per second that are kept of each body"},
+
+    {"world", "gravity_m_s2", kVector, "[0, 0, -9.81]", -1e4, 1e4, "gravity"},
+    {"world", "floor", kTable, "no floor", -kInf, kInf, "the plane z = 0"},
+    {"world.floor", "material", kText, "required", -kInf, kInf, "a material of the scene"},
+
+    {"material", "name", kText, "required", -kInf, kInf, "by which bodies name it"},
+    {"material", "fit", kText, "none", -kInf, kInf,
+     "fit.json of `klang fit`: elastic constants, density and damping from there; what stands here goes first"},
+    {"material", "restitution", kNumber, "0.5", 0, 1,
+     "separation over approach speed of an impact; of two materials the smaller holds"},
+    {"material", "friction", kNumber, "0.4", 0, 100, "Coulomb's coefficient; of two materials the smaller holds"},
+    {"material", "damping", kTable, "none, then bodies of it must not sound", -kInf, kInf, "how modes decay"},
+
+    {"body", "name", kText, "required", -kInf, kInf, "unique; not `floor`"},
+    {"body", "shape", kTable, "this or mesh", -kInf, kInf, "a shape and its dimensions (docs/shapes.md)"},
+    {"body", "mesh", kText, "this or shape", -kInf, kInf, "a mesh file, relative to the scene"},
+    {"body", "unit_m", kNumber, "1", 1e-9, 1e9, "length of the mesh's unit"},
+    {"body", "material", kText, "required", -kInf, kInf, "a material of the scene"},
+    {"body", "model", kText, "`rigid`", -kInf, kInf, "`rigid`"},
+    {"body", "position_m", kVector, "[0, 0, 0]", -1e4, 1e4, "of the origin of the shape or file"},
+    {"body", "rotation_deg", kVector, "[0, 0, 0]", -1e6, 1e6, "about the world's x, then y, then z"},
+    {"body", "velocity_m_s", kVector, "[0, 0, 0]", -1e4, 1e4, "of the centre of mass"},
+    {"body", "angular_velocity_rad_s", kVector, "[0, 0, 0]", -1e5, 1e5, "about the world's axes"},
+    {"body", "fixed", kBoolean, "false", -kInf, kInf, "it does not move, whatever pushes it"},
+    {"body", "max_edge_m", kNumber, "as `klang modes`", 0, 1e4, "of the mesh for its modes", true},
+    {"body", "sound", kText, "`auto`", -kInf, kInf,
+     "`modes`: its own modes and their radiation; `none`; `auto`: modes unless it is fixed"},
+
+    {"sound", "band_hz", kNumbers, "[20, 20000]", 1, 1e5, "modes that are computed", false, 2},
+    {"sound", "sample_rate_hz", kNumber, "48000", 4000, 768000, "sample rate"},
+    {"sound", "peak_db_re_full_scale", kNumber, "-3", -120, 0, "level of the highest peak in the file"},
+    {"sound", "longest_tail_s", kNumber, "5", 0, 600,
+     "without duration_s: how long it rings on after the motion at most"},
+    {"sound", "elements_per_wavelength", kNumber, "4", 4, 40,
+     "of the boundary elements for radiation; `klang transfer` takes 6, and several times as long"},
+    {"sound", "radiation_damping", kBoolean, "false", -kInf, kInf, "adds each mode's decay by radiation"},
+    {"sound", "listener", kTable, "the defaults below", -kInf, kInf, "where it is heard"},
+    {"sound.listener", "position_m", kVector, "[0, -2, 1.6]", -1e4, 1e4, "centre of the head"},
+    {"sound.listener", "facing", kVector, "[0, 1, 0]", -1e4, 1e4, "direction of the nose"},
+    {"sound.listener", "mode", kText, "`mono`", -kInf, kInf, "`mono`, or `stereo`: two ears of a spherical head"},
+};
+
+/// The table above with the keys of materials, damping and shapes in their places.
+const std::vector<TomlField>& schema() {
+  static const std::vector<TomlField> fields = [] {
+    std::vector<TomlField> all(std::begin(kSchema), std::end(kSchema));
+    const auto insert = [&](std::string_view before_table, const std::vector<TomlField>& more) {
+      const auto place =
+          std::find_if(all.begin(), all.end(), [&](const TomlField& field) { return field.table == before_table; });
+      all.insert(place, more.begin(), more.end());
+    };
+    insert("body", solid::material_fields("material", "the preset's or the fit's"));
+    insert("body", damping::damping_fields("material.damping"));
+    insert("sound", mesh::shape_fields("body.shape"));
+    return all;
+  }();
+  return fields;
+}
+
+/// The best law of a fit without what radiation and mounts added to it; none where no decay was measured.
+void read_fitted_damping(const nlohmann::json& fit, SceneMaterial& material) {
+  const nlohmann::json candidates = fit.value("/damping/candidates"_json_pointer, nlohmann::json::array());
+  if (!candidates.is_array() || candidates.empty()) return;
+  const nlohmann::json& best = candidates.front();
+  std::string model = text_under(best, "model");
+  model = model.substr(0, model.find("_and_"));
+  damping::LawValue value;
+  value.law = damping::find_law(model, damping::LawUse::kOptions);
+  if (!value.law || !best.contains("parameters") || !best["parameters"].is_array()) return;
+  for (const damping::LawParameter& parameter : value.law->parameters()) {
+    double number = 0.0;
+    for (const nlohmann::json& entry : best["parameters"])
+      if (text_under(entry, "name") == parameter.name && entry.contains("value") && entry["value"].is_number())
+        number = entry["value"].get<double>();
+    value.parameters.push_back(number);
+  }
+  material.damping = std::move(value);
+}
+
+/// What `klang fit` found: material {lame_lambda_pa, lame_mu_pa, density_kg_m3}, and the parameters of the damping law that it chose.
+void read_fit(const TomlTable& table, const std::filesystem::path& folder, SceneMaterial& material) {
+  const std::filesystem::path path = existing_file(table.text("fit"), table.place("fit"), folder);
+  material.inputs.push_back(path);
+  const nlohmann::json json = parse_json(read_file(path), path.string());
+  const auto number = [&](const nlohmann::json& object, const std::string& key) {
+    if (!object.is_object() || !object.contains(key) || !object[key].is_number())
+      throw InputError(table.place("fit"), "lacks a number", path.string() + ": " + key);
+    return object[key].get<double>();
+  };
+  if (!json.contains("material")) throw InputError(table.place("fit"), "has no material", path.string());
+  material.elastic.lame_lambda_pa = number(json["material"], "lame_lambda_pa");
+  material.elastic.lame_mu_pa = number(json["material"], "lame_mu_pa");
+  material.elastic.density_kg_m3 = number(json["material"], "density_kg_m3");
+  material.elastic.name = material.name;
+  located(table.place("fit"), [&] {
+    validate(material.elastic);
+    return 0;
+  });
+  read_fitted_damping(json, material);
+}
+
+SceneMaterial read_scene_material(const TomlTable& table, const std::filesystem::path& folder) {
+  SceneMaterial material;
+  material.name = table.text("name");
+  if (material.name.empty()) throw InputError(table.place("name"), "is empty");
+  const std::vector<std::string> keys = table.keys();
+  const auto is_elastic = [](const std::string& key) {
+    return key == "preset" || key == "lame_lambda_pa" || key == "lame_mu_pa" || key == "youngs_modulus_pa" ||
+           key == "poissons_ratio";
+  };
+  const bool elastic_given = std::any_of(keys.begin(), keys.end(), is_elastic);
+  if (table.has("fit")) {
+    if (elastic_given) throw InputError(table.place("fit"), "says the elasticity twice", "", "fit, or constants");
+    read_fit(table, folder, material);
+    if (const auto density = table.optional_number("density_kg_m3")) material.elastic.density_kg_m3 = *density;
+  } else {
+    const solid::MaterialInput input = solid::read_material(table);
+    if (!input.density_given)
+      throw InputError(table.place("density_kg_m3"), "is missing", "", "a density, or a preset");
+    material.elastic = input.material;
+  }
+  material.restitution = table.number("restitution", material.restitution);
+  material.friction = table.number("friction", material.friction);
+  if (table.has("damping")) material.damping = damping::read_damping(table.table("damping"));
+  return material;
+}
+
+int material_named(const Scene& scene, const std::string& name, const std::string& place) {
+  std::string known;
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    if (scene.materials[i].name == name) return static_cast<int>(i);
+    known += (known.empty() ? "" : ", ") + scene.materials[i].name;
+  }
+  throw InputError(place, "unknown material", name, known);
+}
+
+SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder, const Scene& scene) {
+  SceneBody body;
+  body.place = table.place();
+  body.name = table.text("name");
+  if (body.name.empty() || body.name == "floor")
+    throw InputError(table.place("name"), "is no name of a body", body.name, "a text other than floor");
+  for (const SceneBody& other : scene.bodies)
+    if (other.name == body.name) throw InputError(table.place("name"), "is given twice", body.name);
+  if (table.has("shape") == table.has("mesh"))
+    throw InputError(table.place(), table.has("mesh") ? "has a shape and a mesh" : "has no shape", body.name,
+                     "shape = { kind = ... } or mesh = FILE");
+  if (table.has("shape")) {
+    body.shape = located(table.place("shape"), [&] {
+      mesh::ShapeSpec spec = mesh::read_shape(table.table("shape"), folder);
+      mesh::validate(spec);
+      return spec;
+    });
+    if (table.has("unit_m")) throw InputError(table.place("unit_m"), "belongs to a mesh; shapes are in metres");
+  } else {
+    body.mesh = existing_file(table.text("mesh"), table.place("mesh"), folder);
+    body.unit_m = table.number("unit_m", 1.0);
+  }
+  body.material = material_named(scene, table.text("material"), table.place("material"));
+  table.choice("model", {"rigid"});
+  body.position_m = table.vector("position_m", body.position_m);
+  body.rotation_deg = table.vector("rotation_deg", body.rotation_deg);
+  body.velocity_m_s = table.vector("velocity_m_s", body.velocity_m_s);
+  body.angular_velocity_rad_s = table.vector("angular_velocity_rad_s", body.angular_velocity_rad_s);
+  body.fixed = table.boolean("fixed", false);
+  body.max_edge_m = table.number("max_edge_m", 0.0);
+  body.sound = *enum_from_text<BodySound>(table.choice("sound", {"auto", "modes", "none"}));
+  if (body.sounds() && !scene.material_of(body).damping)
+    throw InputError(table.place("material"), "has no damping, and the body sounds", scene.material_of(body).name,
+                     "damping = { model = ... } in the material, or sound = \"none\"");
+  return body;
+}
+
+void read_solver(const TomlTable& root, Scene& scene) {
+  const TomlTable solver = root.table("solver");
+  rigid::RigidWorldOptions& options = scene.solver;
+  options.rate_hz = solver.number("rate_hz", options.rate_hz);
+  const double iterations = solver.number("iterations", options.iterations);
+  if (iterations != std::floor(iterations))
+    throw InputError(solver.place("iterations"), "is no whole number", to_text(iterations));
+  options.iterations = static_cast<int>(iterations);
+  options.collisions =
+      *enum_from_text<rigid::CollisionOrder>(solver.choice("collisions", {"pairwise", "simultaneous"}));
+  scene.pose_rate_hz = solver.number("pose_rate_hz", scene.pose_rate_hz);
+  const TomlTable world = root.table("world");
+  options.gravity_m_s2 = world.vector("gravity_m_s2", options.gravity_m_s2);
+  if (world.has("floor")) {
+    const TomlTable floor = world.table("floor");
+    scene.floor_material = material_named(scene, floor.text("material"), floor.place("material"));
+    options.floor = skin_of(scene.materials[static_cast<std::size_t>(*scene.floor_material)]);
+  }
+}
+
+void read_sound(const TomlTable& table, SceneSoundOptions& sound) {
+  if (table.has("band_hz")) {
+    const std::vector<double> band = table.numbers("band_hz");
+    if (!(band[0] < band[1]))
+      throw InputError(table.place("band_hz"), "is no band", to_text(band[1]), "low, then high");
+    sound.low_hz = band[0];
+    sound.high_hz = band[1];
+  }
+  sound.sample_rate_hz = table.number("sample_rate_hz", sound.sample_rate_hz);
+  sound.peak_db_re_full_scale = table.number("peak_db_re_full_scale", sound.peak_db_re_full_scale);
+  sound.longest_tail_s = table.number("longest_tail_s", sound.longest_tail_s);
+  sound.elements_per_wavelength = table.number("elements_per_wavelength", sound.elements_per_wavelength);
+  sound.radiation_damping = table.boolean("radiation_damping", false);
+  const TomlTable listener = table.table("listener");
+  sound.listener.position_m = listener.vector("position_m", sound.listener.position_m);
+  sound.listener.facing = listener.vector("facing", sound.listener.facing);
+  if (!(sound.listener.facing.norm() > 0.0)) throw InputError(listener.place("facing"), "has no direction", "0, 0, 0");
+  sound.listener.stereo = listener.choice("mode", {"mono", "stereo"}) == "stereo";
+}
+
+}  // namespace
+
+Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
+  const TomlTable root = TomlTable::parse(toml, file.filename().string(), schema());
+  const std::filesystem::path folder = file.parent_path();
+  Scene scene;
+  scene.file = file;
+  scene.name = root.text("name", file.stem().string());
+  scene.duration_s = root.optional_number("duration_s");
+  scene.longest_s = root.number("longest_s", scene.longest_s);
+  for (const TomlTable& table : root.tables("material", 1, kMostMaterials)) {
+    SceneMaterial material = read_scene_material(table, folder);
+    for (const SceneMaterial& other : scene.materials)
+      if (other.name == material.name) throw InputError(table.place("name"), "is given twice", material.name);
+    scene.materials.push_back(std::move(material));
+  }
+  read_solver(root, scene);
+  for (const TomlTable& table : root.tables("body", 1, kMostBodies))
+    scene.bodies.push_back(read_body(table, folder, scene));
+  read_sound(root.table("sound"), scene.sound);
+  return scene;
+}
+
+Scene read_scene(const std::filesystem::path& toml) {
+  return parse_scene(read_file(toml, std::size_t{64} << 20), toml);
+}
+
+std::string scene_schema_markdown() { return toml_schema_markdown(schema()); }
+
+}  // namespace klang::scene

@@ -1,0 +1,101 @@
+#include "core/sound/scene/scene_sound.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/modal/modes_of.hpp"
+#include "core/sound/stage/radiating_voice.hpp"
+#include "core/sound/transfer/radiate.hpp"
+
+namespace klang::scene {
+namespace {
+
+constexpr int kMostModes = 1000;
+
+/// What makes two bodies sound alike, as text.
+std::string key_of(const SceneBody& body) {
+  std::string key = std::to_string(body.material) + ";" + to_text(body.max_edge_m) + ";" + to_text(body.unit_m) + ";";
+  if (!body.shape) return key + body.mesh.string();
+  key += body.shape->kind + ";" + body.shape->profile_csv.string();
+  for (const auto& [name, value] : body.shape->dims) key += ";" + name + "=" + to_text(value);
+  return key;
+}
+
+}  // namespace
+
+std::vector<std::optional<int>> sound_model_numbers(const Scene& scene) {
+  std::map<std::string, int> known;
+  std::vector<std::optional<int>> numbers;
+  for (const SceneBody& body : scene.bodies) {
+    numbers.emplace_back();
+    if (body.sounds()) numbers.back() = known.try_emplace(key_of(body), static_cast<int>(known.size())).first->second;
+  }
+  return numbers;
+}
+
+SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes, Monitor& monitor) {
+  const mesh::TetMesh mesh = mesh_of(body, notes, monitor);
+  modal::ModesOptions options;
+  options.eigen.band = {scene.sound.low_hz, scene.sound.high_hz};
+  options.eigen.most = kMostModes;
+  options.mesh_is_wanted = body.max_edge_m > 0.0;
+  const modal::EigenResult modes = located(body.place, [&] {
+    return modal::modes_of({body.shape, {}, 2}, mesh, scene.material_of(body).elastic, options, monitor);
+  });
+  if (!modes.usable()) throw NumericalError("modes of " + body.name + ": " + modes.message);
+  if (modes.model.n_modes() == 0)
+    throw InputError(body.place, body.name + " has no mode in the band",
+                     to_text(scene.sound.low_hz) + " to " + to_text(scene.sound.high_hz) + " Hz",
+                     "another sound.band_hz, or sound = \"none\"");
+  if (modes.n_left_out > 0 && notes.warning)
+    notes.warning("body " + body.name + ": " + std::to_string(modes.n_left_out) +
+                  " modes of the band, above the lowest " + std::to_string(kMostModes) + ", are left out");
+  acoustics::RadiateOptions radiate;
+  radiate.elements_per_wavelength = scene.sound.elements_per_wavelength;
+  acoustics::RadiateResult radiation =
+      located(body.place, [&] { return acoustics::radiate(modes.model, radiate, monitor); });
+  if (!radiation.usable()) throw NumericalError("radiation of " + body.name + ": " + radiation.message);
+  return {modes.model, std::move(radiation.transfer)};
+}
+
+Eigen::VectorXd decay_per_s(const HeardBody& body, bool radiation_damping) {
+  Eigen::VectorXd decay =
+      body.damping.law->decay_per_s(body.model->modes.angular_frequency_rad_s, body.damping.parameters.data());
+  if (radiation_damping)
+    for (const acoustics::ModeTransfer& mode : body.model->transfer.modes)
+      decay[mode.mode] += mode.decay_radiation_per_s;
+  return decay;
+}
+
+double ring_time_s(const std::vector<HeardBody>& bodies, bool radiation_damping) {
+  double longest_s = 0.0;
+  for (const HeardBody& body : bodies) {
+    const double slowest = decay_per_s(body, radiation_damping).minCoeff();
+    longest_s = std::max(longest_s, slowest > 0.0 ? std::log(1000.0) / slowest : HUGE_VAL);
+  }
+  return longest_s;
+}
+
+stage::Listener listener_of(const SceneListener& listener) {
+  if (!listener.stereo) return stage::Listener::ears({0.0}, listener.position_m);
+  stage::SphericalHead head;
+  head.centre_m = listener.position_m;
+  head.facing = listener.facing;
+  return stage::Listener::head({0.0}, listener.position_m, {}, head);
+}
+
+audio::Signal sound_of(const events::EventLog& log, const std::vector<HeardBody>& bodies,
+                       const SceneSoundOptions& options, double duration_s, Monitor& monitor) {
+  std::vector<std::unique_ptr<stage::RadiatingVoice>> voices;
+  std::vector<stage::Voice*> list;
+  for (const HeardBody& body : bodies) {
+    voices.push_back(std::make_unique<stage::RadiatingVoice>(body.body, body.model->modes, body.model->transfer,
+                                                             decay_per_s(body, options.radiation_damping)));
+    list.push_back(voices.back().get());
+  }
+  return stage::render(log, list, listener_of(options.listener), {options.sample_rate_hz, duration_s}, monitor);
+}
+
+}  // namespace klang::scene

@@ -1,0 +1,50 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "core/physics/events/event_log.hpp"
+#include "core/physics/modal/modal_model.hpp"
+#include "core/sound/audio/signal.hpp"
+#include "core/sound/scene/scene_bodies.hpp"
+#include "core/sound/stage/listener.hpp"
+#include "core/sound/transfer/transfer_model.hpp"
+
+namespace klang::scene {
+
+/// The modes of a body and how they radiate.
+struct SoundModel {
+  modal::ModalModel modes;
+  acoustics::TransferModel transfer;
+};
+
+/// Modes of the free body within the scene's band, and their radiation.
+/// @throws InputError that names the body, where it has no mode in the band; NumericalError; Interrupted
+SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes = {},
+                          Monitor& monitor = silent_monitor());
+
+/// Bodies with the same number sound alike: same shape or mesh, material and mesh size. One number per body of the scene,
+/// from 0 up; none for bodies that are silent.
+std::vector<std::optional<int>> sound_model_numbers(const Scene& scene);
+
+/// A body of a log that is heard.
+struct HeardBody {
+  int body = 0;  ///< row of the log's bodies
+  std::shared_ptr<const SoundModel> model;
+  damping::LawValue damping;  ///< of its material
+};
+
+/// Decay of each mode by the law and, with radiation_damping, by what it radiates.
+Eigen::VectorXd decay_per_s(const HeardBody& body, bool radiation_damping);
+
+/// How long the slowest mode of all rings by 60 dB [s].
+double ring_time_s(const std::vector<HeardBody>& bodies, bool radiation_damping);
+
+stage::Listener listener_of(const SceneListener& listener);
+
+/// The sound at the listener [Pa].
+audio::Signal sound_of(const events::EventLog& log, const std::vector<HeardBody>& bodies,
+                       const SceneSoundOptions& options, double duration_s, Monitor& monitor = silent_monitor());
+
+}  // namespace klang::scene

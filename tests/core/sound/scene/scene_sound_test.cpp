@@ -1,0 +1,117 @@
+#include "core/sound/scene/scene_sound.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/sound/scene/scene_motion.hpp"
+
+namespace klang::scene {
+namespace {
+
+const std::string kMaterials = R"(
+[world.floor]
+material = "floor"
+[[material]]
+name = "chime"
+preset = "s02_chime"
+restitution = 0.5
+friction = 0.3
+damping = { model = "rayleigh", rayleigh_stiffness_s = 1e-7 }
+[[material]]
+name = "floor"
+youngs_modulus_pa = 30e9
+poissons_ratio = 0.2
+density_kg_m3 = 2400
+restitution = 0.5
+friction = 0.6
+[sound]
+band_hz = [20, 1000]
+)";
+
+std::vector<HeardBody> heard(const Scene& scene) {
+  std::vector<HeardBody> bodies;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    bodies.push_back({static_cast<int>(i), std::make_shared<const SoundModel>(sound_model_of(scene, scene.bodies[i])),
+                      *scene.material_of(scene.bodies[i]).damping});
+  return bodies;
+}
+
+/// Amplitude of a frequency in a stretch of sound, by a Hann window.
+double level(const Eigen::VectorXd& x, double rate_hz, double frequency_hz) {
+  std::complex<double> sum = 0.0;
+  const auto n = static_cast<double>(x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const double window = 1.0 - std::cos(2.0 * kPi * (static_cast<double>(i) + 0.5) / n);
+    sum += window * x[i] * std::polar(1.0, -2.0 * kPi * frequency_hz * static_cast<double>(i) / rate_hz);
+  }
+  return std::abs(sum);
+}
+
+/// The frequency near a guess that stands highest.
+double peak_hz(const Eigen::VectorXd& x, double rate_hz, double guess_hz) {
+  double best = guess_hz, highest = 0.0;
+  for (double f = 0.98 * guess_hz; f <= 1.02 * guess_hz; f += 1e-4 * guess_hz) {
+    const double here = level(x, rate_hz, f);
+    if (here > highest) {
+      highest = here;
+      best = f;
+    }
+  }
+  return best;
+}
+
+// S02 Table 2's longest chime; its fundamental is that of the same tube as a free body.
+TEST(SceneSound, ADroppedChimeRingsAtItsFundamental) {
+  for (const double length_m : {0.505}) {
+    const Scene scene = parse_scene(
+        kMaterials + "[[body]]\nname = \"D\"\nmaterial = \"chime\"\nshape = { kind = \"tube\", length_m = " +
+            std::to_string(length_m) + ", outer_radius_m = 0.0125, wall_m = 0.001 }\n" +
+            "position_m = [0, 0, 0.12]\nrotation_deg = [84, 0, 0]\n",
+        "chime.toml");
+    const SceneMotion motion = move(scene, 0.9);
+    const std::vector<HeardBody> bodies = heard(scene);
+    const audio::Signal sound = sound_of(motion.log, bodies, scene.sound, 0.9);
+    const double expected_hz = bodies[0].model->modes.frequency_hz()[0];
+    const Eigen::VectorXd tail = sound.samples.col(0).tail(static_cast<Eigen::Index>(0.5 * sound.sample_rate_hz));
+    EXPECT_LE(std::abs(peak_hz(tail, sound.sample_rate_hz, expected_hz) / expected_hz - 1.0), 5e-4) << length_m;
+  }
+}
+
+TEST(SceneSound, ABodyAtRestIsSilentBesideADrop) {
+  const std::string head = kMaterials;
+  const std::string body =
+      "[[body]]\nname = \"bar\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.3, width_m = 0.04, "
+      "height_m = "
+      "0.01 }\nmax_edge_m = 0.03\n";
+  const Scene resting = parse_scene(head + body + "position_m = [0, 0, 0.005]\n", "rest.toml");
+  const Scene dropped =
+      parse_scene(head + body + "position_m = [0, 0, 0.055]\nrotation_deg = [3, 2, 0]\n", "drop.toml");
+  const std::vector<HeardBody> bodies = heard(resting);
+  const double rest = sound_of(move(resting, 0.3).log, bodies, resting.sound, 0.3).samples.cwiseAbs().maxCoeff();
+  const double drop = sound_of(move(dropped, 0.3).log, bodies, dropped.sound, 0.3).samples.cwiseAbs().maxCoeff();
+  EXPECT_GT(drop, 1e-4);
+  EXPECT_LE(rest, 1e-6 * drop);  // -120 dB
+}
+
+TEST(SceneSound, SoundOfTwoBodiesIsTheSumOfEach) {
+  std::string toml = kMaterials;
+  for (const char* name : {"a", "b"})
+    toml += std::string("[[body]]\nname = \"") + name +
+            "\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.2, width_m = 0.04, height_m = 0.01 "
+            "}\nposition_m = [" +
+            (name[0] == 'a' ? "-0.3" : "0.3") + ", 0, 0.1]\nrotation_deg = [10, 5, 0]\n";
+  const Scene scene = parse_scene(toml, "two.toml");
+  const SceneMotion motion = move(scene, 0.3);
+  const std::vector<HeardBody> bodies = heard(scene);
+  const Eigen::MatrixXd both = sound_of(motion.log, bodies, scene.sound, 0.3).samples;
+  const Eigen::MatrixXd sum = sound_of(motion.log, {bodies[0]}, scene.sound, 0.3).samples +
+                              sound_of(motion.log, {bodies[1]}, scene.sound, 0.3).samples;
+  EXPECT_LE((both - sum).cwiseAbs().maxCoeff(), 1e-12 * both.cwiseAbs().maxCoeff());
+  EXPECT_EQ(sound_model_numbers(scene)[0], sound_model_numbers(scene)[1]);
+}
+
+}  // namespace
+}  // namespace klang::scene

@@ -24,6 +24,11 @@ namespace klang::apps {
   MEMBER(proxy, fit) \
   MEMBER(proxy, lookup) \
   MEMBER(proxy, study) \
+  GROUP(scene, "Solid bodies that move, strike and sound: from sound to scene") \
+  MEMBER(scene, check) \
+  MEMBER(scene, run) \
+  MEMBER(scene, sound) \
+  MEMBER(scene, info) \
   COMMAND(converge) \
   GROUP(regress, "Recordings and models against a reference spectrum") \
   MEMBER(regress, make) \

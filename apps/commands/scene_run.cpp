@@ -1,0 +1,140 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "apps/commands/scene_folder.hpp"
+#include "apps/kit/command.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/config/fields_csv.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "core/physics/events/event_log_file.hpp"
+#include "reports/report/report.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct RunOptions {
+  std::string scene, output;
+  std::optional<double> until_s;
+  bool no_sound = false, resume = false;
+};
+
+/// The motion's results, from the folder where an earlier run left them.
+struct Moved {
+  scene::SceneDocument document;
+  events::EventLog log;
+};
+
+Moved moved(const RunOptions& options, const CommonOptions& common, const scene::Scene& scene,
+            const SceneFolder& folder, const scene::SceneNotes& notes, Monitor& monitor) {
+  if (options.resume && folder.has("motion.json")) {
+    note(common, "the motion is there already");
+    return {read_fields<scene::SceneDocument>(read_result_json(folder.file("motion.json")), "motion.json"),
+            events::read_event_log(folder.file("events.h5"))};
+  }
+  const Stopwatch watch;
+  const nlohmann::json used = {{"until_s", options.until_s ? nlohmann::json(*options.until_s) : nlohmann::json()},
+                               {"no_sound", options.no_sound}};
+  const scene::SceneMotion motion = scene::move(scene, options.until_s, notes, monitor);
+  ResultHeader header = make_header("scene", "done", common, used, scene.inputs());
+  header.wall_time_s["motion"] = watch.seconds();
+  Moved result{scene_document(scene, motion, std::move(header)), motion.log};
+  if (!options.resume) folder.begin(scene_run_key(scene, options.until_s));
+  events::write_event_log(folder.file("events.h5"), motion.log);
+  write_file(folder.file("ledger.csv"), csv_table(motion.ledger));
+  write_file(folder.file("motion.json"), json_text(json_of(result.document)));
+  return result;
+}
+
+void add_sound(const scene::Scene& scene, const SceneFolder& folder, const scene::SceneNotes& notes, Moved& moved,
+               Monitor& monitor) {
+  Stopwatch watch;
+  const std::vector<scene::HeardBody> heard = heard_bodies(scene, &folder, notes, monitor);
+  moved.document.header.wall_time_s["modes"] = watch.seconds();
+  const std::vector<std::optional<int>> numbers = scene::sound_model_numbers(scene);
+  for (const scene::HeardBody& body : heard) {
+    const auto i = static_cast<std::size_t>(body.body);
+    scene::BodyRecord& record = moved.document.bodies[i];
+    record.n_modes = static_cast<int>(body.model->modes.n_modes());
+    record.sound = {modes_file(scene, *numbers[i]), transfer_file(scene, *numbers[i]),
+                    std::string(body.damping.law->name()), body.damping.parameters};
+  }
+  const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
+  const double duration_s = scene.duration_s ? moved.document.end_s : moved.document.end_s + tail_s;
+  watch = Stopwatch();
+  moved.document.sound = write_scene_sound(
+      folder.file("sound.wav"), scene::sound_of(moved.log, heard, scene.sound, duration_s, monitor), scene.sound);
+  moved.document.header.wall_time_s["sound"] = watch.seconds();
+}
+
+void say_scene(const scene::SceneDocument& document, const CommonOptions& common) {
+  say(common, "%-24s %10s %8s %9s %14s\n", "body", "mass_kg", "modes", "impacts", "hardest_n_s");
+  for (const scene::BodyRecord& body : document.bodies)
+    say(common, "%-24s %10.4g %8d %9d %14s\n", body.name.c_str(), body.mass_kg, body.n_modes, body.n_impacts,
+        body.hardest_impact_n_s ? to_text(*body.hardest_impact_n_s).substr(0, 10).c_str() : "-");
+  say(common, "%.4f s of motion in %d steps; energy accounted for to %.1e of %.4g J\n", document.end_s,
+      document.n_steps, document.ledger.residual_relative, document.ledger.energy_scale_j);
+  if (document.sound)
+    say(common, "%s: %.2f s, peak %.4g Pa at the listener\n", document.sound->file.c_str(), document.sound->duration_s,
+        document.sound->peak_pressure_pa);
+}
+
+int run_scene(const RunOptions& options, const CommonOptions& common) {
+  const Stopwatch watch;
+  TerminalMonitor monitor(common.quiet);
+  if (options.until_s) checked_open("command line", "--until-s", *options.until_s, 0.0, 3600.0);
+  const scene::Scene scene = scene::read_scene(options.scene);
+  const SceneFolder folder(options.output);
+  if (options.resume) {
+    folder.require(scene_run_key(scene, options.until_s));
+    if (folder.has("scene.json")) {
+      say(common, "%s is complete\n", options.output.c_str());
+      return kDone;
+    }
+  }
+  std::vector<std::string> warnings;
+  const scene::SceneNotes notes = scene_notes(common, warnings);
+  Moved result = moved(options, common, scene, folder, notes, monitor);
+  if (!options.no_sound) add_sound(scene, folder, notes, result, monitor);
+  scene::SceneDocument& document = result.document;
+  document.header.warnings.insert(document.header.warnings.end(), warnings.begin(), warnings.end());
+  document.header.wall_time_s["total"] = watch.seconds();
+  write_file(folder.file("scene.json"), json_text(json_of(document)));
+  const auto report = reports::write_report(folder.file("scene.json"), {}, monitor);
+  for (const std::string& warning : report.warnings) warn(warning);
+  write_json(common, json_of(document));
+  say_scene(document, common);
+  say(common, "%.1f s; page: %s\n", watch.seconds(), report.page.c_str());
+  if (document.ledger.residual_relative <= document.ledger.limit) return kDone;
+  warn("the energy ledger does not close: " + to_text(document.ledger.residual_relative) +
+       " of the energy, more than " + to_text(document.ledger.limit));
+  return kCheckNotPassed;
+}
+
+}  // namespace
+
+Subcommand add_scene_run(CLI::App& group, CommonOptions& common) {
+  auto options = std::make_shared<RunOptions>();
+  CLI::App* app = group.add_subcommand("run", "Moves the bodies of a scene and makes their sound, tables and page");
+  app->add_option("scene", options->scene, "Scene (TOML, docs/scenes.md)")->required();
+  app->add_option("-o,--output", options->output,
+                  "Folder for scene.json, sound.wav, events.h5, ledger.csv, modes/, report.html")
+      ->required();
+  app->add_option("--until-s", options->until_s, "Ends the motion earlier");
+  app->add_flag("--no-sound", options->no_sound, "Motion only");
+  app->add_flag("--resume", options->resume,
+                "Continues an interrupted run of the same scene: stages that are done stay");
+  app->footer(
+      "Examples:\n"
+      "  klang scene run datasets-synthetic/scenes/s02/chimes.toml -o chimes\n"
+      "  klang scene run scene.toml -o out --until-s 0.5 --no-sound");
+  return {app,
+          [options, &common] { return run_scene(*options, common); },
+          {result_kind<scene::SceneDocument>("scene", "scene.json of `klang scene run`")}};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,117 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "apps/commands/scene_folder.hpp"
+#include "apps/kit/command.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "core/physics/events/event_log_file.hpp"
+
+namespace klang::apps {
+namespace {
+
+struct SceneSoundOptions {
+  std::string source, scene, output;
+  std::string listener, facing;
+  bool stereo = false, mono = false, radiation_damping = false;
+  std::optional<double> duration_s, sample_rate_hz;
+};
+
+/// The scene's bodies as a log of another program numbers them. @throws InputError where the log pushes a body that the scene lacks
+std::vector<scene::HeardBody> renumbered(std::vector<scene::HeardBody> heard, const scene::Scene& scene,
+                                         const events::EventLog& log, const std::string& source) {
+  std::vector<scene::HeardBody> found;
+  for (std::size_t row = 0; row < log.bodies.size(); ++row) {
+    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const scene::SceneBody& candidate) {
+      return candidate.name == log.bodies[row].name;
+    });
+    if (body == scene.bodies.end()) throw InputError(source, "has a body that the scene lacks", log.bodies[row].name);
+    for (const scene::HeardBody& candidate : heard) {
+      if (candidate.body != body - scene.bodies.begin()) continue;
+      found.push_back(candidate);
+      found.back().body = static_cast<int>(row);
+    }
+  }
+  return found;
+}
+
+double end_of(const events::EventLog& log) {
+  double end_s = 0.0;
+  for (const events::Impulse& impulse : log.impulses) end_s = std::max(end_s, impulse.time_s + impulse.duration_s);
+  for (const events::Pose& pose : log.poses) end_s = std::max(end_s, pose.time_s);
+  return end_s;
+}
+
+int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& common) {
+  TerminalMonitor monitor(common.quiet);
+  const bool is_folder = std::filesystem::is_directory(options.source);
+  std::string scene_file = options.scene;
+  if (scene_file.empty()) {
+    if (!is_folder)
+      throw InputError("--scene", "is needed for a log: the scene that describes its bodies", options.source);
+    const auto document = read_fields<scene::SceneDocument>(
+        read_result_json(std::filesystem::path(options.source) / "scene.json"), "scene.json");
+    if (document.header.provenance.inputs.empty()) throw InputError(options.source, "scene.json names no scene");
+    scene_file = document.header.provenance.inputs.front().path;
+  }
+  scene::Scene scene = scene::read_scene(scene_file);
+  if (!options.listener.empty()) scene.sound.listener.position_m = parse_place("--listener", options.listener);
+  if (!options.facing.empty()) scene.sound.listener.facing = parse_place("--facing", options.facing);
+  if (options.stereo || options.mono) scene.sound.listener.stereo = options.stereo;
+  scene.sound.radiation_damping |= options.radiation_damping;
+  scene.sound.sample_rate_hz = options.sample_rate_hz.value_or(scene.sound.sample_rate_hz);
+
+  const SceneFolder folder(options.source);
+  if (is_folder) folder.require(scene_run_key(scene, {}));
+  const events::EventLog log =
+      events::read_event_log(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));
+  std::vector<std::string> warnings;
+  const std::vector<scene::HeardBody> heard =
+      renumbered(heard_bodies(scene, is_folder ? &folder : nullptr, scene_notes(common, warnings), monitor), scene, log,
+                 options.source);
+  const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
+  const double duration_s = options.duration_s.value_or(scene.duration_s.value_or(end_of(log) + tail_s));
+  const scene::HeardRecord record =
+      write_scene_sound(options.output, scene::sound_of(log, heard, scene.sound, duration_s, monitor), scene.sound);
+
+  std::vector<std::filesystem::path> inputs = scene.inputs();
+  inputs.push_back(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));
+  nlohmann::json json = result_header("scene_sound", "done", common, {{"duration_s", duration_s}}, inputs);
+  json["sound"] = json_of(record);
+  json["warnings"] = warnings;
+  write_json(common, json);
+  say(common, "%s: %.2f s, %zu bodies, peak %.4g Pa at the listener\n", options.output.c_str(), record.duration_s,
+      heard.size(), record.peak_pressure_pa);
+  return kDone;
+}
+
+}  // namespace
+
+Subcommand add_scene_sound(CLI::App& group, CommonOptions& common) {
+  auto options = std::make_shared<SceneSoundOptions>();
+  CLI::App* app = group.add_subcommand("sound", "Sound of a scene's impulses again: another listener, other damping");
+  app->add_option("source", options->source,
+                  "Folder of klang scene run, or an event log (.h5, docs/event-log.md) whose bodies --scene describes")
+      ->required();
+  app->add_option("-o,--output", options->output, "Sound file (.wav or .flac)")->required();
+  app->add_option("--scene", options->scene, "Scene (TOML); default: that of the folder");
+  app->add_option("--listener", options->listener, "x,y,z of the head in metres; default: the scene's");
+  app->add_option("--facing", options->facing, "x,y,z: direction of the nose");
+  auto* stereo = app->add_flag("--stereo", options->stereo, "Two ears of a spherical head");
+  app->add_flag("--mono", options->mono, "One ear")->excludes(stereo);
+  app->add_flag("--radiation-damping", options->radiation_damping, "Add the decay by radiation to each mode's damping");
+  app->add_option("--duration-s", options->duration_s, "Length; default: the scene's, or until it has rung out")
+      ->check(CLI::Range(0.001, 3600.0));
+  app->add_option("--rate-hz", options->sample_rate_hz, "Sample rate; default: the scene's")
+      ->check(CLI::Range(4000.0, 768000.0));
+  app->footer(
+      "Examples:\n"
+      "  klang scene sound chimes -o near.wav --listener 0,-0.3,0.3 --stereo\n"
+      "  klang scene sound engine.h5 --scene scene.toml -o engine.wav");
+  return {app, [options, &common] { return run_scene_sound(*options, common); }};
+}
+
+}  // namespace klang::apps

@@ -1,0 +1,232 @@
+// The page of klang scene run.
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/foundation/config/csv.hpp"
+#include "core/foundation/config/fields_csv.hpp"
+#include "core/sound/scene/scene_document.hpp"
+#include "reports/kit/text.hpp"
+#include "reports/pages/key_figures.hpp"
+#include "reports/pages/page.hpp"
+#include "reports/pages/page_parts.hpp"
+#include "reports/pages/plot_parts.hpp"
+#include "reports/pages/sound_media.hpp"
+
+namespace klang::reports::detail {
+namespace {
+
+using scene::BodyRecord;
+using scene::SceneDocument;
+
+constexpr std::size_t kCurvePoints = 1200, kMostBodyRows = 200;
+
+/// Columns of ledger.csv by name; empty where it cannot be read.
+std::map<std::string, std::vector<double>> ledger_of(const SceneDocument& data, ReportFolder& folder) {
+  const std::filesystem::path path = folder.beside(data.files.ledger);
+  std::map<std::string, std::vector<double>> columns;
+  if (path.empty()) return columns;
+  CsvFile file(path);
+  if (!file.next()) return columns;
+  std::vector<std::string> names;
+  for (const std::string_view cell : file.cells()) names.emplace_back(cell);
+  while (file.next()) {
+    if (file.cells().size() != names.size()) return {};
+    for (std::size_t c = 0; c < names.size(); ++c)
+      columns[names[c]].push_back(std::strtod(std::string(file.cells()[c]).c_str(), nullptr));
+  }
+  return columns;
+}
+
+struct EnergyCurve {
+  const char* column;
+  const char* words;
+};
+constexpr EnergyCurve kEnergies[] = {{"kinetic_j", "kinetic"},          {"potential_j", "potential"},
+                                     {"contact_j", "lost in contacts"}, {"friction_j", "friction"},
+                                     {"fracture_j", "fracture"},        {"vibration_j", "vibration"}};
+
+/// Energies over time; the potential energy counts from its lowest value.
+std::optional<Svg> energy_figure(const SceneDocument& data, ReportFolder& folder) {
+  const auto columns = ledger_of(data, folder);
+  const auto time = columns.find("time_s");
+  if (time == columns.end() || time->second.size() < 2) return {};
+  const std::vector<double>& t = time->second;
+  const std::size_t stride = std::max<std::size_t>(1, t.size() / kCurvePoints);
+  std::vector<std::pair<std::string, std::vector<PlotPoint>>> curves;
+  std::vector<double> all = {0.0};
+  for (const auto& [column, words] : kEnergies) {
+    const auto values = columns.find(column);
+    if (values == columns.end() || values->second.size() != t.size()) continue;
+    const auto [low, high] = std::minmax_element(values->second.begin(), values->second.end());
+    if (!(*high > *low)) continue;
+    const double base = std::string_view(column) == "potential_j" ? *low : 0.0;
+    std::vector<PlotPoint> points;
+    for (std::size_t i = 0; i < t.size(); i += stride) points.push_back({t[i], values->second[i] - base});
+    points.push_back({t.back(), values->second.back() - base});
+    all.push_back(*high - base);
+    curves.emplace_back(words, std::move(points));
+  }
+  if (curves.empty()) return {};
+  constexpr double kHeight = 340, kLeft = 76, kTop = 40, kRight = 24;
+  Svg svg(kPageWidth, kHeight, "Energies of the scene over time.");
+  std::vector<std::string> names;
+  for (const auto& [words, points] : curves) names.push_back(words);
+  legend(svg, kLeft, 16, names);
+  AxisSpec y = axis_around("Energy [J]", Scale::kLinear, all);
+  y.low = 0.0;
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 48},
+              {"Time [s]", Scale::kLinear, t.front(), t.back()}, y);
+  frame.draw_axes(9, 6);
+  for (std::size_t i = 0; i < curves.size(); ++i) frame.curve(curves[i].second, series_class("s", i) + " mid");
+  return svg;
+}
+
+/// Impacts: their impulse over time, a colour per body.
+std::optional<Svg> impact_figure(const SceneDocument& data) {
+  const auto& impacts = data.impulses_summary.hardest;
+  if (impacts.empty()) return {};
+  std::vector<double> sizes;
+  for (const scene::ImpactRecord& impact : impacts) sizes.push_back(impact.impulse_n_s);
+  constexpr double kHeight = 340, kLeft = 76, kTop = 40, kRight = 24;
+  Svg svg(kPageWidth, kHeight, "Impulse of each impact over time on a logarithmic axis.");
+  std::vector<std::string> names;
+  std::map<std::string, int> number;
+  for (const BodyRecord& body : data.bodies) {
+    if (body.n_impacts == 0) continue;
+    number.emplace(body.name, static_cast<int>(number.size()) % kSeriesCount);
+    names.push_back(body.name);
+  }
+  if (names.size() <= kSeriesCount) legend(svg, kLeft, 16, names);
+  const double end_s = data.end_s > 0.0 ? data.end_s : 1.0;
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 48},
+              {"Time [s]", Scale::kLinear, 0.0, end_s}, axis_around("Impulse [N s]", Scale::kLog, sizes));
+  frame.draw_axes(9, 6);
+  for (const scene::ImpactRecord& impact : impacts) {
+    if (!frame.shows(impact.time_s, impact.impulse_n_s)) continue;
+    svg.marker(number[impact.body], frame.x(impact.time_s), frame.y(impact.impulse_n_s), 4,
+               impact.body + " on " + impact.other + " at " + rounded(impact.time_s, 5) +
+                   " s: " + rounded(impact.impulse_n_s, 4) + " N s in " + rounded(1e6 * impact.duration_s, 3) + " µs");
+  }
+  return svg;
+}
+
+std::string place_text(const std::array<double, 3>& place) {
+  return fixed(place[0], 3) + ", " + fixed(place[1], 3) + ", " + fixed(place[2], 3);
+}
+
+std::string body_table(const SceneDocument& data) {
+  std::string body;
+  for (std::size_t i = 0; i < std::min(kMostBodyRows, data.bodies.size()); ++i) {
+    const BodyRecord& row = data.bodies[i];
+    body += "<tr>" + tag("th", escaped(row.name), "scope=\"row\"") + tag("td", escaped(row.material)) +
+            number_cell(rounded(row.mass_kg, 4)) + number_cell(row.n_modes > 0 ? std::to_string(row.n_modes) : "—") +
+            number_cell(std::to_string(row.n_impacts)) +
+            number_cell(row.hardest_impact_n_s ? rounded(*row.hardest_impact_n_s, 3) : "—") +
+            number_cell(row.fixed ? "fixed" : place_text(row.final.position_m)) + "</tr>\n";
+  }
+  std::string html = scrolled(
+      "<table><thead><tr><th scope=\"col\">Body</th><th scope=\"col\">Material</th><th scope=\"col\" class=\"n\">Mass "
+      "[kg]</th><th scope=\"col\" class=\"n\">Modes heard</th><th scope=\"col\" class=\"n\">Impacts</th><th "
+      "scope=\"col\" "
+      "class=\"n\">Hardest [N s]</th><th scope=\"col\" class=\"n\">Ends at [m]</th></tr></thead>\n<tbody>" +
+          body + "</tbody></table>",
+      "Bodies");
+  if (data.bodies.size() > kMostBodyRows)
+    html += "<p class=\"how\"><small>The first " + std::to_string(kMostBodyRows) + " of " +
+            std::to_string(data.bodies.size()) + " bodies; scene.json has all.</small></p>\n";
+  return html;
+}
+
+std::string key_figures(const SceneDocument& data) {
+  KeyFigures keys;
+  keys.add("Bodies", std::to_string(data.bodies.size()),
+           std::to_string(std::count_if(data.bodies.begin(), data.bodies.end(),
+                                        [](const BodyRecord& b) { return b.n_modes > 0; })) +
+               " heard");
+  keys.add("Motion", rounded(data.end_s, 4) + "\u202fs", std::to_string(data.n_steps) + " steps");
+  keys.add("Impacts", std::to_string(data.impulses_summary.n_impacts), "points that touch anew");
+  keys.add("Energy accounted for", "to " + rounded(data.ledger.residual_relative, 2),
+           "of " + rounded(data.ledger.energy_scale_j, 4) + "\u202fJ");
+  if (data.sound) {
+    const double level_db = 20.0 * std::log10(data.sound->peak_pressure_pa / 20e-6);
+    keys.add("Peak at the ear", rounded(data.sound->peak_pressure_pa, 3) + "\u202fPa",
+             data.sound->peak_pressure_pa > 0.0 ? fixed(level_db, 1) + " dB re 20 µPa" : "");
+  }
+  return keys.html();
+}
+
+std::vector<std::string> sentences_of(const SceneDocument& data) {
+  std::vector<std::string> sentences;
+  const auto& impacts = data.impulses_summary.hardest;
+  if (impacts.empty()) {
+    sentences.emplace_back("Nothing struck anything.");
+  } else {
+    const auto hardest = std::max_element(impacts.begin(), impacts.end(),
+                                          [](const auto& a, const auto& b) { return a.impulse_n_s < b.impulse_n_s; });
+    sentences.push_back("The hardest impact, of " + escaped(hardest->body) + " on " + escaped(hardest->other) + " at " +
+                        rounded(hardest->time_s, 4) + " s, gave <b>" + rounded(hardest->impulse_n_s, 3) +
+                        " N s</b> within " + rounded(1e6 * hardest->duration_s, 3) + " µs.");
+  }
+  const scene::LedgerRecord& ledger = data.ledger;
+  if (ledger.energy_scale_j > 0.0)
+    sentences.push_back("Of the energy that the scene had to spend, " + rounded(ledger.energy_scale_j, 4) +
+                        " J, contacts took " + rounded(100.0 * ledger.contact_j / ledger.energy_scale_j, 3) +
+                        " % and friction " + rounded(100.0 * ledger.friction_j / ledger.energy_scale_j, 3) + " %.");
+  for (const scene::SceneEventRecord& event : data.events)
+    sentences.push_back("At " + rounded(event.time_s, 4) + " s " + escaped(event.body) + " broke into " +
+                        std::to_string(event.pieces) + " pieces.");
+  return sentences;
+}
+
+Page make(const SceneDocument& data, ReportFolder& folder) {
+  Page page;
+  page.over = "Klangprobe · from sound to scene";
+  page.title = data.name.empty() ? "Scene" : data.name;
+  const bool closes = data.ledger.residual_relative <= data.ledger.limit;
+  page.verdict = {closes ? "Every joule accounted for" : "Energy does not close", closes ? "good" : "bad", ""};
+  page.sentences = sentences_of(data);
+  page.key_figures = key_figures(data);
+  std::string sound, impacts, energy;
+  if (data.sound) {
+    SoundPair pair;
+    pair.name = data.name;
+    pair.recorded_words = "At the listener";
+    pair.recorded = folder.sound_beside(data.sound->file);
+    for (const scene::ImpactRecord& impact : data.impulses_summary.hardest)
+      if (impact.impulse_n_s >= 0.05 * data.impulses_summary.largest_impact_n_s)
+        pair.strikes_s.push_back(impact.time_s);
+    const SoundMedia media = sound_media(pair, 1, folder);
+    sound = players(media, pair);
+    if (media.spectrogram)
+      sound += figure(sheet(*media.spectrogram),
+                      "Spectrogram of the sound at the listener; triangles mark the hardest impacts.");
+  }
+  if (const std::optional<Svg> svg = impact_figure(data)) {
+    folder.add_figure("impacts", *svg);
+    impacts = figure(sheet(*svg), "Impulse of each impact, one mark per body that it pushes.");
+  }
+  if (const std::optional<Svg> svg = energy_figure(data, folder)) {
+    folder.add_figure("energy", *svg);
+    energy = figure(sheet(*svg),
+                    "Where the energy is and where it went: kinetic and potential energy (this from its lowest value "
+                    "on), and what contacts and friction took since the start.");
+  }
+  page.sections = {{"sound", "Sound", sound},
+                   {"impacts", "Impacts", impacts},
+                   {"energy", "Energy", energy},
+                   {"bodies", "Bodies", body_table(data)}};
+  add_if_there(data.sound ? std::optional<std::string>(data.sound->file) : std::nullopt, "– sound at the listener",
+               folder, page.downloads);
+  add_if_there(data.files.ledger, "– energies, a row per step", folder, page.downloads);
+  add_if_there(data.files.events, "– impulses and poses, HDF5", folder, page.downloads);
+  page.downloads.push_back(kFiguresDownload);
+  page.footer = "Restitution and friction are given, not found; strength and toughness do not follow from ringing.";
+  return page;
+}
+
+}  // namespace
+
+PageKind scene_page() { return page_kind<SceneDocument>("scene", make); }
+
+}  // namespace klang::reports::detail

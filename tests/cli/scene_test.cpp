@@ -1,0 +1,160 @@
+// klang scene: exit codes, files, messages.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string_view>
+
+#include "core/foundation/base/output_file.hpp"
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
+
+using klang::read_file;
+using klang::test::read_json;
+using klang::test::run_klang;
+using klang::test::RunResult;
+using klang::test::Scratch;
+using nlohmann::json;
+
+namespace {
+
+const std::string kScene = R"(
+duration_s = 0.4
+[world.floor]
+material = "steel"
+[[material]]
+name = "steel"
+preset = "steel"
+restitution = 0.6
+damping = { model = "loss_factor", loss_factor = 2e-3 }
+[[body]]
+name = "bar"
+shape = { kind = "box", length_m = 0.2, width_m = 0.04, height_m = 0.01 }
+material = "steel"
+max_edge_m = 0.02
+position_m = [0, 0, 0.1]
+rotation_deg = [8, 5, 0]
+[sound]
+band_hz = [20, 4000]
+)";
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+class KlangScene : public ::testing::Test {
+ protected:
+  void SetUp() override { scratch_.write("scene.toml", kScene); }
+  std::string bytes(const std::string& name) const { return read_file(scratch_.path() / name); }
+  Scratch scratch_;
+};
+
+TEST_F(KlangScene, RunWritesWhatTheContractNames) {
+  const RunResult run = run_klang("scene run scene.toml -o out", scratch_.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json scene = read_json(scratch_.path() / "out/scene.json");
+  ASSERT_EQ(scene["bodies"].size(), 1u);
+  const json& bar = scene["bodies"][0];
+  EXPECT_EQ(bar["name"], "bar");
+  EXPECT_TRUE(bar["parent"].is_null());
+  EXPECT_NEAR(bar["mass_kg"].get<double>(), 7850 * 0.2 * 0.04 * 0.01, 1e-9);
+  EXPECT_GE(bar["n_modes"].get<int>(), 1);
+  EXPECT_EQ(bar["proxy"], false);
+  EXPECT_EQ(bar["final"]["position_m"].size(), 3u);
+  EXPECT_EQ(bar["final"]["orientation_wxyz"].size(), 4u);
+  EXPECT_LE(scene["ledger"]["residual_relative"].get<double>(), 1e-9);
+  EXPECT_GT(scene["sound"]["peak_pressure_pa"].get<double>(), 0.0);
+  EXPECT_NEAR(scene["sound"]["gain"].get<double>() * scene["sound"]["peak_pressure_pa"].get<double>(),
+              std::pow(10.0, -0.15), 1e-9);
+
+  const std::vector<std::string> ledger = lines_of(bytes("out/ledger.csv"));
+  EXPECT_EQ(ledger.size(), 4002u);  // names, the start, a row per step
+  for (const char* column : {"time_s", "kinetic_j", "potential_j", "strain_j", "contact_j", "friction_j", "fracture_j",
+                             "vibration_j", "work_j", "residual_j"})
+    EXPECT_NE(ledger[0].find(column), std::string::npos) << column;
+  EXPECT_NE(bytes("out/report.html").find("<audio"), std::string::npos);
+
+  ASSERT_EQ(run_klang("scene info out --impulses-csv i.csv", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(lines_of(bytes("i.csv"))[0], "time_s,body,other,x_m,y_m,z_m,jx_n_s,jy_n_s,jz_n_s,duration_s,kind");
+}
+
+TEST_F(KlangScene, ResumeOfAFinishedRunChangesNothingAndOfAnotherSceneIsRefused) {
+  ASSERT_EQ(run_klang("scene run scene.toml -o out -q", scratch_.path()).exit_code, 0);
+  const std::string scene = bytes("out/scene.json"), sound = bytes("out/sound.wav"), page = bytes("out/report.html");
+  EXPECT_EQ(run_klang("scene run scene.toml -o out --resume -q", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(bytes("out/scene.json"), scene);
+  EXPECT_EQ(bytes("out/report.html"), page);
+
+  // What was lost is made again in the same bits: the sound from the motion and the modes that are there, then all of it.
+  std::filesystem::remove(scratch_.path() / "out/scene.json");
+  std::filesystem::remove(scratch_.path() / "out/sound.wav");
+  EXPECT_EQ(run_klang("scene run scene.toml -o out --resume -q", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(bytes("out/sound.wav"), sound);
+  std::filesystem::remove(scratch_.path() / "out/scene.json");
+  std::filesystem::remove(scratch_.path() / "out/motion.json");
+  EXPECT_EQ(run_klang("scene run scene.toml -o out --resume -q", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(bytes("out/sound.wav"), sound);
+
+  scratch_.write("other.toml", kScene + "sample_rate_hz = 44100\n");
+  const RunResult other = run_klang("scene run other.toml -o out --resume", scratch_.path());
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_EQ(other.err_lines(), 1) << other.err;
+  EXPECT_EQ(bytes("out/sound.wav"), sound);
+  EXPECT_EQ(run_klang("scene run scene.toml -o nowhere --resume", scratch_.path()).exit_code, 2);
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "nowhere"));
+}
+
+TEST_F(KlangScene, SoundAgainIsTheSameSoundAndAnotherListenerHearsAnother) {
+  ASSERT_EQ(run_klang("scene run scene.toml -o out -q", scratch_.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("scene sound out -o again.wav -q", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(bytes("again.wav"), bytes("out/sound.wav"));
+  const RunResult near =
+      run_klang("scene sound out -o near.wav --listener 0,-0.4,0.3 --stereo --json near.json", scratch_.path());
+  ASSERT_EQ(near.exit_code, 0) << near.err;
+  const json heard = read_json(scratch_.path() / "near.json")["sound"];
+  EXPECT_EQ(heard["n_channels"], 2);
+  EXPECT_GT(heard["peak_pressure_pa"].get<double>(),
+            read_json(scratch_.path() / "out/scene.json")["sound"]["peak_pressure_pa"].get<double>());
+  // The log alone, with the scene for its bodies.
+  ASSERT_EQ(run_klang("scene sound out/events.h5 --scene scene.toml -o log.wav -q", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(bytes("log.wav"), bytes("out/sound.wav"));
+}
+
+TEST_F(KlangScene, BadScenesAreRefusedInOneLineAndLeaveNothing) {
+  scratch_.write("typo.toml", kScene + "bandd_hz = [1, 2]\n");
+  scratch_.write("deep.toml", [] {
+    std::string text = kScene;
+    return text.replace(text.find("[0, 0, 0.1]"), 11, "[0, 0, 0.0]");
+  }());
+  scratch_.write("never.toml", [] {
+    std::string text = kScene;
+    return text.replace(text.find("duration_s = 0.4"), 16, "longest_s = 0.05");
+  }());
+  for (const char* file : {"typo.toml", "deep.toml", "never.toml", "missing.toml"}) {
+    const RunResult run = run_klang(std::string("scene run ") + file + " -o out", scratch_.path());
+    EXPECT_EQ(run.exit_code, 2) << file;
+    EXPECT_EQ(run.err_lines(), 1) << run.err;
+    EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "out")) << file;
+  }
+  EXPECT_EQ(run_klang("scene check typo.toml", scratch_.path()).exit_code, 2);
+  const RunResult check = run_klang("scene check scene.toml --json c.json", scratch_.path());
+  EXPECT_EQ(check.exit_code, 0) << check.err;
+  EXPECT_EQ(read_json(scratch_.path() / "c.json")["bodies"][0]["n_parts"], 1);
+}
+
+TEST_F(KlangScene, AnEarlierEndWithoutSoundIsMotionAlone) {
+  ASSERT_EQ(
+      run_klang("scene run scene.toml -o out --until-s 0.1 --no-sound -q --json run.json", scratch_.path()).exit_code,
+      0);
+  const json scene = read_json(scratch_.path() / "run.json");
+  EXPECT_TRUE(scene["sound"].is_null());
+  EXPECT_EQ(scene["n_steps"], 1000);
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "out/sound.wav"));
+}
+
+}  // namespace

@@ -131,11 +131,11 @@ struct FractureResult {
   std::optional<double> next_fracture_energy_j;
 };
 
-/// Strain energy [J] that pieces keep under the load that still acts on them (New E3); called with the pieces and the load's factor.
+/// Strain energy [J] that pieces keep under the load that still acts on them (errata 51); called with the pieces and the load's factor.
 using ResidualEnergy = std::function<double(const std::vector<FragmentBody>& pieces, double load_factor)>;
 
 /// SB 3.2 and 3.3 for one load of one body.
-/// 1. E_S = sum density x volume. More than available_energy_j cannot be there (New E1, E2): then densities are scaled by
+/// 1. E_S = sum density x volume. More than available_energy_j cannot be there (errata 49, 50): then densities are scaled by
 ///    available/E_S, stresses by its root.
 /// 2. Rankine: nothing breaks unless a principal stress reaches the strength (in elements that the score runs through: that
 ///    times the score's factor; if only there, only the score breaks).

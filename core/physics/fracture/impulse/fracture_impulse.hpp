@@ -30,7 +30,7 @@ struct ParentMotion {
 };
 
 enum class TractionSides {
-  kMean,  ///< of the two elements: the same for both pieces, so momentum is kept (New E11)
+  kMean,  ///< of the two elements: the same for both pieces, so momentum is kept (errata 59)
   kOwn    ///< each piece that of its own element, as SB's eq. 4 says
 };
 enum class TractionSign {
@@ -47,7 +47,7 @@ struct ImpulseForm {
   TractionSides sides = TractionSides::kMean;
   TractionSign sign = TractionSign::kReleased;
   ArmFrom arm = ArmFrom::kPiece;
-  /// A crack under compression does not open (59a): its normal traction pushes nobody, and of the traction along it only what
+  /// A crack under compression does not open: its normal traction pushes nobody, and of the traction along it only what
   /// friction does not hold is released, (1 - friction |p| / |t|) t.
   bool closed_cracks_hold = true;
   double crack_friction = 0.4;
@@ -99,7 +99,7 @@ std::vector<PieceForce> crack_forces(const std::vector<CrackFace>& faces, const 
 /// energy_j: tau is the positive root of 1/2 D tau^2 + L tau = energy_j with
 ///   D = sum (|S|^2/m + J . I^-1 J) + modal_g_sq,  L = sum (S . v- + J . w-),
 /// v-, w- those of the rigid body before. With the defaults L = 0 (forces are pairs at one place), tau = sqrt(2 energy_j / D).
-/// @param modal_g_sq  sum over pieces and modes of (U_k^T s)^2 [N^2/kg] for impulses that also excite modes at once (New E4); 0
+/// @param modal_g_sq  sum over pieces and modes of (U_k^T s)^2 [N^2/kg] for impulses that also excite modes at once (errata 52); 0
 ///        where they are played over the crack's duration
 FractureImpulses fracture_impulses(const std::vector<CrackFace>& faces, const std::vector<PieceMass>& pieces,
                                    double energy_j, const ImpulseForm& form = {}, const ParentMotion& motion = {},

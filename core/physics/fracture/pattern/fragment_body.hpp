@@ -17,7 +17,7 @@ struct FragmentBody {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();  ///< about the centre
   std::vector<rigid::ConvexPart> parts;                     ///< what collides
-  /// By how much the parts are larger than the piece, as a share of them: 0 for cells of convex parts, up to 1 e-4 of rounding. What
+  /// By how much the parts are larger than the piece, as a share of them: 0 for cells of convex parts, up to 1e-4 of rounding. What
   /// has more collides where nothing is.
   double concavity = 0.0;
 };
@@ -28,9 +28,9 @@ struct FragmentBody {
 std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, const std::vector<rigid::ConvexPart>& parts,
                                           double density_kg_m3);
 
-/// A closed surface of the piece for a mesher (mesh::mesh_surface): thin triangles beside cracks are collapsed into ones of about edge_m as long as
-/// no vertex leaves the planes it stands for by more than 1e-6 of the piece's size (0.1 of the wall on curved ones would be coarser).
-/// Where a piece touches itself along an edge no mesher takes it: the check of the surface says so.
+/// A closed surface of the piece for a mesher (mesh::mesh_surface): thin triangles beside cracks are collapsed into ones of about
+/// edge_m as long as no vertex leaves the planes that it stands for by more than 1e-6 of the piece's size. Where a piece touches
+/// itself along an edge no mesher takes it: mesh::check_closed_surface says so.
 mesh::SurfaceMesh fragment_surface(const FragmentBody& piece, double edge_m);
 
 }  // namespace klang::fracture

@@ -34,7 +34,7 @@ struct FragmentRules {
 };
 
 /// Fragments are regions, each cut into what is joined by faces: parts that hang by an edge or a vertex alone are bodies of their
-/// own (else a body could bend about that edge without any force: New E9). Numbered by region, then by lowest element.
+/// own (else a body could bend about that edge without any force: errata 57). Numbered by region, then by lowest element.
 /// The crack area is that of one side (G_c is energy per crack area, not per surface).
 Fragments fragments_of(RegionCut cut, const FragmentRules& rules);
 

@@ -14,7 +14,7 @@ struct HalfSpace {
 };
 
 /// Cells |x - p_i|^2 - w_i least: convex, with plane faces (power or Laguerre cells). SB's cells, k_i |x - p_i| least, are bounded
-/// by balls, not convex, and can lie inside one another (New E7).
+/// by balls, not convex, and can lie inside one another (errata 55).
 ///
 /// SB's weights k_i = density_i^alpha say where a boundary cuts the line from p_i to p_j: at the fraction k_j/(k_i + k_j) of the
 /// distance d. A plane of power cells cuts it at 1/2 + (w_i - w_j)/(2 d^2). No w makes both equal for all pairs, so w is the least

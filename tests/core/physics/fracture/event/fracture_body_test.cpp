@@ -70,7 +70,7 @@ TEST(FractureBody, DoesNotBreakBelowItsStrength) {
   EXPECT_EQ(fracture_body(body, even_tension(body, 46e6), {}, 1e9, 1).status, FractureStatus::kBroken);
 }
 
-// Errata 49, 50 (E1, E2): more than the impact's compression cannot be in the strain; the stress falls with it.
+// Errata 49, 50: more than the impact's compression cannot be in the strain; the stress falls with it.
 TEST(FractureBody, ALoadWithMoreEnergyThanThereIsIsScaledBeforeTheStrengthIsAsked) {
   const ParentBody body = plate({0.2, 0.2, 0.008}, 8, 8, 1);
   const StressInput in = even_tension(body, 90e6);
@@ -149,7 +149,7 @@ TEST(FractureBody, ACompressedBodyThatBreaksIsNotPushedApart) {
   EXPECT_GE(shut, 1);
 }
 
-// Errata 51 (E3): pieces under load keep strain energy.
+// Errata 51: pieces under load keep strain energy.
 TEST(FractureBody, StrainThatPiecesKeepIsNotSpentAgain) {
   ParentBody body = plate({0.3, 0.3, 0.012}, 10, 10, 1);
   body.tensile_strength_pa = 1e6;

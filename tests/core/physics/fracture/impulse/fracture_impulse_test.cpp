@@ -191,7 +191,7 @@ TEST(FractureImpulse, BeamStruckInTheMiddleTurnsItsHalvesAsTheClosedForm) {
     EXPECT_LE(std::abs(spin.norm() / beam.at("omega_halves_rad_s").get<double>() - 1.0), 1e-12);
 }
 
-// One traction for both sides (New E11): where the two elements differ, each piece by its own element would gain momentum from nowhere.
+// One traction for both sides (errata 59): where the two elements differ, each piece by its own element would gain momentum from nowhere.
 TEST(FractureImpulse, DifferentStressOnTheTwoSidesKeepsMomentumOnlyWithOneTraction) {
   SixPieces s = six_pieces();
   for (CrackFace& face : s.faces) face.stress_b_pa *= 1.5;
@@ -203,7 +203,7 @@ TEST(FractureImpulse, DifferentStressOnTheTwoSidesKeepsMomentumOnlyWithOneTracti
   EXPECT_GE(sums_of(s.pieces, two.velocity_m_s, two.angular_velocity_rad_s).momentum.norm(), 1e-4);
 }
 
-// Errata 52 (E4): a free bar's first n longitudinal modes take 2 n times what its rigid motion takes of an impulse at its end.
+// Errata 52: a free bar's first n longitudinal modes take 2 n times what its rigid motion takes of an impulse at its end.
 TEST(FractureImpulse, ModesTakeTheirShareOfTheEnergy) {
   const std::vector<PieceMass> halves{cuboid(-0.1, 0.0, 0.03, 0.006, 2600.0), cuboid(0.0, 0.1, 0.03, 0.006, 2600.0)};
   const Matrix3d tension = Vector3d(5e6, 0.0, 0.0).asDiagonal();

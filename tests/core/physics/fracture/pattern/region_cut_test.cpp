@@ -77,7 +77,7 @@ bool conforms(const mesh::TetMesh& mesh, double outer_area) {
   return std::abs(area / outer_area - 1.0) <= 1e-9;
 }
 
-// Errata 56 (E8): splitting at the middles of edges makes the area 1.00 to 1.60 of the truth, whatever the mesh.
+// Errata 56: splitting at the middles of edges makes the area 1.00 to 1.60 of the truth, whatever the mesh.
 TEST(RegionCut, AreaOfAPlaneIsExactInAnyDirectionAndOnAnyMesh) {
   const std::vector<std::pair<Vector3d, double>> planes{{{1, 0, 0}, 0.0},  {{1, 0, 0}, 0.013},  {{1, 1, 0}, 0.0},
                                                         {{1, 2, 3}, 0.05}, {{3, -1, 0.5}, 0.1}, {{1, -1, 0}, 0.003},
@@ -141,7 +141,7 @@ TEST(RegionCut, RefusesWhatIsNotFinite) {
   EXPECT_THROW(cut_regions(mesh, fields), InputError);
 }
 
-// Errata 57 (E9): two cubes of one region that touch in an edge are two bodies.
+// Errata 57: two cubes of one region that touch in an edge are two bodies.
 TEST(Fragments, WhatHangsByAnEdgeIsABodyOfItsOwn) {
   const mesh::TetMesh mesh = box({1, 1, 0.5}, 2, 2, 1);
   RegionCut cut = {mesh, {}, {}};
@@ -160,7 +160,7 @@ TEST(Fragments, WhatHangsByAnEdgeIsABodyOfItsOwn) {
   EXPECT_LE(std::abs(pieces.crack_area_m2 - 4 * 0.5 * 0.5), 1e-15);
 }
 
-// Errata 55 (E7): a region wholly inside another cannot come apart.
+// Errata 55: a region wholly inside another cannot come apart.
 TEST(Fragments, AnEnclosedPieceStaysWithItsNeighbourOrIsNamed) {
   const mesh::TetMesh mesh = box({1, 1, 1}, 8, 8, 8);
   RegionFields fields{Eigen::MatrixXd::Zero(2, mesh.n_nodes()), Eigen::MatrixXd::Ones(2, 2)};

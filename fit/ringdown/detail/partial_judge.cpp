@@ -16,8 +16,9 @@ constexpr double kPi2 = 2 * kPi;
 constexpr double kRestless = 10.0;          ///< residual over noise from which it is misfit or a codec's noise
 constexpr double kSureAmidMisfitDb = 20.0;  ///< as kSureSnrDb there: such a residual is no white noise and makes bursts
 constexpr double kSureCarryingDb = 12.0;    ///< there, of what explains most of its neighbourhood
-constexpr int kMaxPasses = 16;              ///< of pruning
-constexpr int kMaxRounds = 3;               ///< of searching again in the residual
+constexpr double kBlowS = 1e-3;  ///< there, what falls to 1/e within this is the blow itself, as a codec left it
+constexpr int kMaxPasses = 16;   ///< of pruning
+constexpr int kMaxRounds = 3;    ///< of searching again in the residual
 
 /// Amplitude at frequency_hz in the part before the first strike (Hann window), or empty when that part is
 /// too short.
@@ -68,6 +69,7 @@ Verdict judged(const RingData& data, const FittedPartial& partial, const SearchO
   const double sure_db =
       partial.disturbance > kRestless ? (partial.carries ? kSureCarryingDb : kSureAmidMisfitDb) : kSureSnrDb;
   if (!(partial.snr_db >= std::max(options.min_snr_db, sure_db))) return Verdict::kNoise;
+  if (partial.disturbance > kRestless && pole.decay_per_s * kBlowS > 1.0) return Verdict::kNoise;
   const double frequency_std = std::sqrt(partial.pole_covariance(0, 0));
   const double decay_std = std::sqrt(partial.pole_covariance(1, 1));
   const double width = std::max(pole.decay_per_s / kPi2, 0.5 / partial.window_s);

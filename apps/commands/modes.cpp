@@ -173,7 +173,7 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
                   "density_kg_m3")
       ->capture_default_str();
   app->add_option("--support", options->support,
-                  "free, clamped:WHERE or pinned:WHERE, WHERE as x=0, z<0.01, box:..., set:NAME")
+                  "free, clamped:WHERE or pinned:WHERE, WHERE as x=min, y=max, x=0, z<0.01, box:..., set:NAME")
       ->capture_default_str();
   app->add_option("--count", options->count, "Elastic modes from the lowest up, 1 to 2000; default: all in the band")
       ->check(CLI::Range(1, 2000));

@@ -56,7 +56,9 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
   }
   mesh::LoadOptions options;
   options.unit_m = specimen.unit_m;
-  body.mesh = mesh::load_body(*specimen.mesh_file, options);
+  mesh::BodyNotes notes;
+  notes.note = [&body](const std::string& text) { body.notes.push_back(text); };
+  body.mesh = mesh::load_body(*specimen.mesh_file, options, &notes);
   finish_body(specimen, material, body);
   return body;
 }

@@ -25,7 +25,8 @@ struct SpecimenBody {
   std::map<std::string, double> shape_dims;       ///< what it was meshed with
   double volume_m3 = 0.0;
   double mass_kg = 0.0;
-  solid::Material material;  ///< the start, with the density that the mass gives
+  solid::Material material;        ///< the start, with the density that the mass gives
+  std::vector<std::string> notes;  ///< of a body from a file: what was mended
 };
 
 /// Meshes or loads the specimen. highest_hz: the highest frequency that its mesh has to carry.

@@ -127,6 +127,10 @@ FitResult run_fit(const FitProblem& problem, const FitOptions& options, Monitor&
     return result;
   }
   add_material(problem, fit, result);
+  for (std::size_t s = 0; s < fit.specimens.size(); ++s) {
+    for (const std::string& note : fit.specimens[s].body.notes)
+      result.warnings.push_back(problem.specimens[s].name + ": " + note);
+  }
 
   watch.lap();
   add_final_modes(detail::solve_final_modes(fit, data, monitor), result);

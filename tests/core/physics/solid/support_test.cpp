@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "core/foundation/base/errors.hpp"
 #include "tests/core/physics/solid/box_mesh.hpp"
 
@@ -19,6 +21,20 @@ TEST(Support, PlanesBoxesAndSetsHoldTheirNodes) {
   EXPECT_EQ(held_nodes(parse_support("pinned:z>0.6"), mesh).size(), 9u);
   EXPECT_EQ(held_nodes(parse_support("pinned:box:0,0,0:1,0.5,0"), mesh).size(), 6u);
   EXPECT_EQ(held_nodes(parse_support("clamped:set:corner"), mesh), (std::vector<int>{0, 26}));
+}
+
+TEST(Support, EndsAreFoundWhereverTheBodyStands) {
+  auto mesh = klang::test::box_mesh(1, 1, 1, 2, 2, 2, 1);
+  mesh.nodes_m.col(1).array() -= 7.3;
+  for (const auto& [place, coordinate, value] : {std::tuple{"clamped:x=min", 0, 0.0},
+                                                 {"clamped:x=max", 0, 1.0},
+                                                 {"pinned:y=min", 1, -7.3},
+                                                 {"pinned:y=max", 1, -6.3},
+                                                 {"clamped:z=max", 2, 1.0}}) {
+    const std::vector<int> held = held_nodes(parse_support(place), mesh);
+    EXPECT_EQ(held.size(), 9u) << place;
+    for (const int node : held) EXPECT_NEAR(mesh.nodes_m(node, coordinate), value, 1e-12) << place;
+  }
 }
 
 TEST(Support, PlaneHasASlackOfAMillionthOfTheBody) {

@@ -8,6 +8,7 @@ namespace klang::apps {
 #define KLANG_COMMANDS(COMMAND, GROUP, MEMBER) \
   COMMAND(mesh) \
   COMMAND(modes) \
+  COMMAND(stress) \
   COMMAND(analyze) \
   COMMAND(fit) \
   COMMAND(tune) \

@@ -11,6 +11,7 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/base/provenance.hpp"
+#include "core/geometry/files/surface_file.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
@@ -29,13 +30,17 @@ std::string stem_of(const scene::Scene& scene, int number) {
   return std::to_string(number) + "-" + stem.substr(0, 60);
 }
 
+std::string piece_file(int row) { return "pieces/" + std::to_string(row) + ".off"; }
+
 std::array<double, 3> list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 scene::BodyRecord body_record(const scene::Scene& scene, const scene::SceneMotion& motion, std::size_t i) {
-  const scene::SceneBody& body = scene.bodies[i];
+  const int parent = motion.log.bodies[i].parent;
+  const scene::SceneBody& body = scene.bodies[parent < 0 ? i : static_cast<std::size_t>(parent)];
   const scene::FinalState& end = motion.final[i];
   scene::BodyRecord record;
-  record.name = body.name;
+  record.name = motion.log.bodies[i].name;
+  if (parent >= 0) record.parent = body.name;
   record.mass_kg = motion.mass_kg[i];
   record.material = scene.material_of(body).name;
   record.fixed = body.fixed;
@@ -100,12 +105,15 @@ bool SceneFolder::has(const std::string& name) const {
 
 void SceneFolder::begin(const std::string& key) const {
   std::error_code error;
-  std::filesystem::create_directories(folder_ / "modes", error);
+  for (const char* sub : {"modes", "pieces"})
+    if (!error) std::filesystem::create_directories(folder_ / sub, error);
   if (error) throw InputError("--output", "cannot be made: " + error.message(), folder_.string());
   for (const char* old : {"scene.json", "motion.json", kRunFile, "events.h5", "ledger.csv", "sound.wav", "report.html"})
     std::filesystem::remove(file(old), error);
-  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "modes", error))
-    if (entry.path().extension() == ".vtu") std::filesystem::remove(entry.path(), error);
+  for (const char* sub : {"modes", "pieces"})
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / sub, error))
+      if (const auto kind = entry.path().extension(); kind == ".vtu" || kind == ".silent" || kind == ".off")
+        std::filesystem::remove(entry.path(), error);
   write_file(file(kRunFile), json_text({{"run", key}}));
 }
 
@@ -117,10 +125,10 @@ void SceneFolder::require(const std::string& key) const {
                      folder_.string(), "the same scene and options, or a run without --resume");
 }
 
-std::string scene_run_key(const scene::Scene& scene, std::optional<double> until_s) {
+std::string scene_run_key(const scene::Scene& scene, std::optional<double> until_s, std::uint64_t seed) {
   const Provenance provenance =
-      make_provenance("", 0, {{"until_s", until_s ? nlohmann::json(*until_s) : nlohmann::json()}}, scene.inputs());
-  std::string text = provenance.version + ";" + provenance.options.text;
+      make_provenance("", seed, {{"until_s", until_s ? nlohmann::json(*until_s) : nlohmann::json()}}, scene.inputs());
+  std::string text = provenance.version + ";" + std::to_string(seed) + ";" + provenance.options.text;
   for (const InputFile& input : provenance.inputs) text += ";" + input.sha256;
   return text;
 }
@@ -156,6 +164,52 @@ std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const Scen
   return heard;
 }
 
+void write_pieces(const SceneFolder& folder, const std::vector<scene::ScenePiece>& pieces) {
+  for (const scene::ScenePiece& piece : pieces) {
+    const mesh::SurfaceMesh& surface = piece.surface;
+    std::string text =
+        "OFF\n" + std::to_string(surface.vertices_m.rows()) + " " + std::to_string(surface.triangles.rows()) + " 0\n";
+    for (Eigen::Index v = 0; v < surface.vertices_m.rows(); ++v)
+      text += to_text(surface.vertices_m(v, 0)) + " " + to_text(surface.vertices_m(v, 1)) + " " +
+              to_text(surface.vertices_m(v, 2)) + "\n";
+    for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+      text += "3 " + std::to_string(surface.triangles(t, 0)) + " " + std::to_string(surface.triangles(t, 1)) + " " +
+              std::to_string(surface.triangles(t, 2)) + "\n";
+    write_file(folder.file(piece_file(piece.body)), text);
+  }
+}
+
+std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const events::EventLog& log,
+                                           const SceneFolder& folder, const scene::SceneNotes& notes,
+                                           Monitor& monitor) {
+  std::vector<scene::HeardBody> heard;
+  for (std::size_t row = scene.bodies.size(); row < log.bodies.size(); ++row) {
+    const int number = static_cast<int>(row);
+    const scene::SceneBody& parent = scene.bodies[static_cast<std::size_t>(log.bodies[row].parent)];
+    if (!parent.sounds()) continue;
+    const std::string stem = "modes/piece-" + std::to_string(row);
+    const std::string modes = stem + ".vtu", transfer = stem + "-transfer.vtu", silent = stem + ".silent";
+    std::shared_ptr<const scene::SoundModel> model;
+    if (folder.has(silent)) continue;
+    if (folder.has(modes) && folder.has(transfer)) {
+      model = std::make_shared<const scene::SoundModel>(scene::SoundModel{
+          modal::read_modal_model(folder.file(modes)), acoustics::read_transfer_model(folder.file(transfer))});
+    } else {
+      const auto made = scene::sound_model_of(scene, parent, log.bodies[row].name,
+                                              mesh::read_surface(folder.file(piece_file(number))), notes, monitor);
+      if (!made) {
+        write_file(folder.file(silent), "");
+        continue;
+      }
+      model = std::make_shared<const scene::SoundModel>(*made);
+      modal::write_modal_model(folder.file(modes), model->modes);
+      acoustics::write_transfer_model(folder.file(transfer), model->transfer);
+    }
+    heard.push_back({number, model, *scene.material_of(parent).damping});
+  }
+  return heard;
+}
+
 scene::SceneDocument scene_document(const scene::Scene& scene, const scene::SceneMotion& motion, ResultHeader header) {
   scene::SceneDocument document;
   document.header = std::move(header);
@@ -163,7 +217,13 @@ scene::SceneDocument scene_document(const scene::Scene& scene, const scene::Scen
   document.end_s = motion.end_s;
   document.rate_hz = scene.solver.rate_hz;
   document.n_steps = motion.n_steps;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) document.bodies.push_back(body_record(scene, motion, i));
+  for (std::size_t i = 0; i < motion.log.bodies.size(); ++i) document.bodies.push_back(body_record(scene, motion, i));
+  for (const scene::BreakEvent& event : motion.breaks)
+    document.events.push_back({event.time_s, "fracture", motion.log.bodies[static_cast<std::size_t>(event.body)].name,
+                               event.n_pieces, event.energies.strain_j, event.energies.fracture_j,
+                               event.energies.kinetic_j, event.energies.vibration_j + event.energies.residual_j,
+                               event.crack_area_m2, event.largest_stress_pa});
+  document.n_stress_solves = static_cast<int>(motion.n_stress_solves);
   add_impulses(motion.log, document);
   add_hardest(motion.log, document.impulses_summary);
   const rigid::EnergyLedger& end = motion.ledger.back();

@@ -32,7 +32,7 @@ class SceneFolder {
 };
 
 /// Of which scene, options and files a run is: equal where its results are.
-std::string scene_run_key(const scene::Scene& scene, std::optional<double> until_s);
+std::string scene_run_key(const scene::Scene& scene, std::optional<double> until_s, std::uint64_t seed);
 
 /// Names in a folder of the models of a scene's bodies, by their number (scene::sound_model_numbers): that of the first body.
 std::string modes_file(const scene::Scene& scene, int number);
@@ -41,6 +41,11 @@ std::string transfer_file(const scene::Scene& scene, int number);
 /// The bodies of a scene that are heard, their models from the folder where they are there, else computed and kept in it.
 std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const SceneFolder* folder,
                                            const scene::SceneNotes& notes, Monitor& monitor);
+
+/// The same of pieces: rows of the log's bodies that have a parent, their surfaces from the folder (pieces/ROW.off).
+std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const events::EventLog& log,
+                                           const SceneFolder& folder, const scene::SceneNotes& notes, Monitor& monitor);
+void write_pieces(const SceneFolder& folder, const std::vector<scene::ScenePiece>& pieces);
 
 /// scene.json's header, bodies and sums of a motion.
 scene::SceneDocument scene_document(const scene::Scene& scene, const scene::SceneMotion& motion, ResultHeader header);

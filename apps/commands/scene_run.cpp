@@ -39,12 +39,13 @@ Moved moved(const RunOptions& options, const CommonOptions& common, const scene:
   const Stopwatch watch;
   const nlohmann::json used = {{"until_s", options.until_s ? nlohmann::json(*options.until_s) : nlohmann::json()},
                                {"no_sound", options.no_sound}};
-  const scene::SceneMotion motion = scene::move(scene, options.until_s, notes, monitor);
+  const scene::SceneMotion motion = scene::move(scene, options.until_s, common.seed, notes, monitor);
   ResultHeader header = make_header("scene", "done", common, used, scene.inputs());
   header.wall_time_s["motion"] = watch.seconds();
   Moved result{scene_document(scene, motion, std::move(header)), motion.log};
-  if (!options.resume) folder.begin(scene_run_key(scene, options.until_s));
+  if (!options.resume) folder.begin(scene_run_key(scene, options.until_s, common.seed));
   events::write_event_log(folder.file("events.h5"), motion.log);
+  write_pieces(folder, motion.pieces);
   write_file(folder.file("ledger.csv"), csv_table(motion.ledger));
   write_file(folder.file("motion.json"), json_text(json_of(result.document)));
   return result;
@@ -53,14 +54,18 @@ Moved moved(const RunOptions& options, const CommonOptions& common, const scene:
 void add_sound(const scene::Scene& scene, const SceneFolder& folder, const scene::SceneNotes& notes, Moved& moved,
                Monitor& monitor) {
   Stopwatch watch;
-  const std::vector<scene::HeardBody> heard = heard_bodies(scene, &folder, notes, monitor);
+  std::vector<scene::HeardBody> heard = heard_bodies(scene, &folder, notes, monitor);
+  for (scene::HeardBody& piece : heard_pieces(scene, moved.log, folder, notes, monitor))
+    heard.push_back(std::move(piece));
   moved.document.header.wall_time_s["modes"] = watch.seconds();
   const std::vector<std::optional<int>> numbers = scene::sound_model_numbers(scene);
   for (const scene::HeardBody& body : heard) {
     const auto i = static_cast<std::size_t>(body.body);
     scene::BodyRecord& record = moved.document.bodies[i];
     record.n_modes = static_cast<int>(body.model->modes.n_modes());
-    record.sound = {modes_file(scene, *numbers[i]), transfer_file(scene, *numbers[i]),
+    const std::string piece = "modes/piece-" + std::to_string(i);
+    record.sound = {i < numbers.size() ? modes_file(scene, *numbers[i]) : piece + ".vtu",
+                    i < numbers.size() ? transfer_file(scene, *numbers[i]) : piece + "-transfer.vtu",
                     std::string(body.damping.law->name()), body.damping.parameters};
   }
   const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
@@ -76,6 +81,10 @@ void say_scene(const scene::SceneDocument& document, const CommonOptions& common
   for (const scene::BodyRecord& body : document.bodies)
     say(common, "%-24s %10.4g %8d %9d %14s\n", body.name.c_str(), body.mass_kg, body.n_modes, body.n_impacts,
         body.hardest_impact_n_s ? to_text(*body.hardest_impact_n_s).substr(0, 10).c_str() : "-");
+  for (const scene::SceneEventRecord& event : document.events)
+    say(common, "%.6f s: %s broke into %d pieces: %.4g J of strain, %.4g J in %.4g cm2 of cracks, %.4g J of motion\n",
+        event.time_s, event.body.c_str(), event.pieces, event.strain_energy_j, event.fracture_energy_j,
+        1e4 * event.crack_area_m2, event.kinetic_energy_j);
   say(common, "%.4f s of motion in %d steps; energy accounted for to %.1e of %.4g J\n", document.end_s,
       document.n_steps, document.ledger.residual_relative, document.ledger.energy_scale_j);
   if (document.sound)
@@ -90,7 +99,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   const scene::Scene scene = scene::read_scene(options.scene);
   const SceneFolder folder(options.output);
   if (options.resume) {
-    folder.require(scene_run_key(scene, options.until_s));
+    folder.require(scene_run_key(scene, options.until_s, common.seed));
     if (folder.has("scene.json")) {
       say(common, "%s is complete\n", options.output.c_str());
       return kDone;

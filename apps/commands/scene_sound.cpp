@@ -25,6 +25,7 @@ std::vector<scene::HeardBody> renumbered(std::vector<scene::HeardBody> heard, co
                                          const events::EventLog& log, const std::string& source) {
   std::vector<scene::HeardBody> found;
   for (std::size_t row = 0; row < log.bodies.size(); ++row) {
+    if (log.bodies[row].parent >= 0) continue;
     const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const scene::SceneBody& candidate) {
       return candidate.name == log.bodies[row].name;
     });
@@ -65,13 +66,15 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
   scene.sound.sample_rate_hz = options.sample_rate_hz.value_or(scene.sound.sample_rate_hz);
 
   const SceneFolder folder(options.source);
-  if (is_folder) folder.require(scene_run_key(scene, {}));
+  if (is_folder) folder.require(scene_run_key(scene, {}, common.seed));
   const events::EventLog log =
       events::read_event_log(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));
   std::vector<std::string> warnings;
-  const std::vector<scene::HeardBody> heard =
-      renumbered(heard_bodies(scene, is_folder ? &folder : nullptr, scene_notes(common, warnings), monitor), scene, log,
-                 options.source);
+  const scene::SceneNotes notes = scene_notes(common, warnings);
+  std::vector<scene::HeardBody> heard =
+      renumbered(heard_bodies(scene, is_folder ? &folder : nullptr, notes, monitor), scene, log, options.source);
+  if (is_folder)
+    for (scene::HeardBody& piece : heard_pieces(scene, log, folder, notes, monitor)) heard.push_back(std::move(piece));
   const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
   const double duration_s = options.duration_s.value_or(scene.duration_s.value_or(end_of(log) + tail_s));
   const scene::HeardRecord record =

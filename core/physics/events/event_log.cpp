@@ -104,6 +104,12 @@ std::vector<int> EventLog::pieces_of(int body) const {
   return pieces;
 }
 
+std::optional<double> EventLog::broken_s(int body) const {
+  for (const FractureEvent& event : fractures)
+    if (event.body == body) return event.time_s;
+  return {};
+}
+
 std::vector<std::vector<BubblePoint>> EventLog::bubble_paths() const {
   std::vector<std::vector<BubblePoint>> paths(bubbles.size());
   for (const BubblePoint& point : bubble_points) paths[static_cast<std::size_t>(point.bubble)].push_back(point);

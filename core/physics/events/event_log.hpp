@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -95,6 +96,7 @@ struct EventLog {
 
   Motion motion_of(int body) const;
   std::vector<int> pieces_of(int body) const;
+  std::optional<double> broken_s(int body) const;              ///< when it broke
   std::vector<std::vector<BubblePoint>> bubble_paths() const;  ///< of each bubble, in its order
 };
 

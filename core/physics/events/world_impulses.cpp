@@ -13,8 +13,11 @@ std::vector<WorldImpulse> world_impulses(const EventLog& log) {
     const std::vector<Pose>& own = poses[static_cast<std::size_t>(impulse.body)];
     Eigen::Vector3d j = impulse.impulse_n_s;
     if (!own.empty()) {
-      auto pose = std::upper_bound(own.begin(), own.end(), impulse.time_s,
-                                   [](double time_s, const Pose& p) { return time_s < p.time_s; });
+      // A contact's row lies within the step that ends with that pose, a crack's at its end.
+      const bool at_end = impulse.kind == ImpulseKind::kFracture;
+      auto pose = std::partition_point(own.begin(), own.end(), [&](const Pose& p) {
+        return at_end ? p.time_s < impulse.time_s : p.time_s <= impulse.time_s;
+      });
       if (pose == own.end()) --pose;
       j = pose->orientation() * j;
     }

@@ -31,7 +31,7 @@ struct WorldImpulse {
   }
 };
 
-/// The impulses of a log in its order, turned into the world by the body's first pose after the impulse's time (its last one
+/// The impulses of a log in its order, turned into the world by the body's first pose after the impulse's time (a crack's: at or after it) (its last one
 /// where there is none): that of the end of the step that pushed it. A body without poses has the world's axes.
 std::vector<WorldImpulse> world_impulses(const EventLog& log);
 

@@ -10,19 +10,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-events::Impulse row_of(const ContactImpulse& contact, bool first, const events::Pose& pose) {
-  events::Impulse row;
-  row.time_s = contact.time_s;
-  row.duration_s = contact.duration_s;
-  row.shape = contact.kind == events::ImpulseKind::kLasting ? events::PulseShape::kHeld : events::PulseShape::kHertz;
-  row.kind = contact.kind;
-  row.body = first ? contact.a : contact.b;
-  row.other = first ? contact.b : contact.a;
-  row.point_m = first ? contact.place_a_m : contact.place_b_m;
-  row.impulse_n_s = pose.orientation().conjugate() * (first ? contact.impulse_n_s : Vector3d(-contact.impulse_n_s));
-  return row;
-}
-
 bool rests(const RigidWorld& world, double speed_m_s) {
   for (int i = 0; i < world.n_bodies(); ++i) {
     if (!world.is_there(i) || world.spec(i).fixed) continue;
@@ -33,6 +20,20 @@ bool rests(const RigidWorld& world, double speed_m_s) {
 }
 
 }  // namespace
+
+events::Impulse impulse_on(const ContactImpulse& contact, int body, const events::Pose& pose) {
+  const bool first = body == contact.a;
+  events::Impulse row;
+  row.time_s = contact.time_s;
+  row.duration_s = contact.duration_s;
+  row.shape = contact.kind == events::ImpulseKind::kLasting ? events::PulseShape::kHeld : events::PulseShape::kHertz;
+  row.kind = contact.kind;
+  row.body = body;
+  row.other = first ? contact.b : contact.a;
+  row.point_m = first ? contact.place_a_m : contact.place_b_m;
+  row.impulse_n_s = pose.orientation().conjugate() * (first ? contact.impulse_n_s : Vector3d(-contact.impulse_n_s));
+  return row;
+}
 
 void RecordingOptions::validate() const { checked("recording", "pose_rate_hz", pose_rate_hz, 1, 1e6); }
 
@@ -54,18 +55,26 @@ void Recording::keep_poses(const RigidWorld& world) {
   next_pose_s_ = world.time_s() + 1 / options_.pose_rate_hz;
 }
 
-void Recording::add(const RigidWorld& world, const StepRecord& step) {
+void Recording::add(const RigidWorld& world, const StepRecord& step, const std::vector<Breakage>& broken) {
   std::set<int> pushed;
   for (const ContactImpulse& contact : step.contacts) {
     for (const int body : {contact.a, contact.b}) {
       if (body < 0) continue;
-      log_.impulses.push_back(row_of(contact, body == contact.a, world.pose(body)));
+      log_.impulses.push_back(impulse_on(contact, body, world.pose(body)));
       if (!world.spec(body).fixed) pushed.insert(body);
     }
   }
   worst_solver_residual_m_s_ = std::max(worst_solver_residual_m_s_, step.solver_residual_m_s);
   deepest_m_ = std::max(deepest_m_, step.deepest_m);
   ledger_.push_back(world.ledger());
+  for (const Breakage& breakage : broken) {
+    for (const int piece : breakage.pieces) log_.bodies.push_back({world.spec(piece).name, breakage.body});
+    log_.fractures.push_back({world.time_s(), breakage.body});
+    log_.impulses.insert(log_.impulses.end(), breakage.impulses.begin(), breakage.impulses.end());
+    log_.poses.push_back(world.pose(breakage.body));  // its last
+    pushed.erase(breakage.body);
+    pushed.insert(breakage.pieces.begin(), breakage.pieces.end());
+  }
   if (world.time_s() >= next_pose_s_ - 1e-12) {
     keep_poses(world);
   } else {
@@ -80,8 +89,10 @@ void run(RigidWorld& world, Recording& recording, const RunOptions& options, Mon
   while (world.time_s() < end_s) {
     monitor.throw_if_stopped();
     monitor.progress("rigid bodies", world.time_s() / end_s);
-    recording.add(world, world.step());
-    if (!rests(world, options.rest_speed_m_s)) quiet_since_s = world.time_s();
+    StepRecord step = world.step();
+    const std::vector<Breakage> broken = options.after_step ? options.after_step(world, step) : std::vector<Breakage>();
+    recording.add(world, step, broken);
+    if (!broken.empty() || !rests(world, options.rest_speed_m_s)) quiet_since_s = world.time_s();
     if (!options.end_s && world.time_s() - quiet_since_s >= kQuietS) return;
   }
   if (!options.end_s) {

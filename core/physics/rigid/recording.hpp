@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
@@ -20,6 +22,16 @@ struct RecordingOptions {
   }
 };
 
+/// A body that broke at the end of a step.
+struct Breakage {
+  int body = 0;
+  std::vector<int> pieces;                ///< numbers in the world, each above all that were there before
+  std::vector<events::Impulse> impulses;  ///< that the cracks gave the pieces, in their frames
+};
+
+/// The row of a log for one of the two bodies of a contact, in that body's frame. @param pose  of the body
+events::Impulse impulse_on(const ContactImpulse& contact, int body, const events::Pose& pose);
+
 /// Writes down what a world does, for those who make sound, pictures and tables of it: bodies, their poses, and every impulse
 /// as a row for each body that it pushes (a pair gives two, opposite), in that body's own frame at the end of the
 /// step, whose pose is kept: events::world_impulses() turns them back to the last bits.
@@ -28,7 +40,8 @@ class Recording {
   /// Of a world at its start.
   explicit Recording(const RigidWorld& world, const RecordingOptions& options = {});
   /// After each step of the world, with what it returned.
-  void add(const RigidWorld& world, const StepRecord& step);
+  /// @param broken  what broke in it; the world already holds the pieces
+  void add(const RigidWorld& world, const StepRecord& step, const std::vector<Breakage>& broken = {});
   const events::EventLog& log() const { return log_; }
   const std::vector<EnergyLedger>& ledger() const { return ledger_; }              ///< one row per step, and the start
   double worst_solver_residual_m_s() const { return worst_solver_residual_m_s_; }  ///< of all steps
@@ -49,6 +62,8 @@ struct RunOptions {
   std::optional<double> end_s;
   double longest_s = 60.0;
   double rest_speed_m_s = 1e-3;
+  /// Called after each step before it is written down; may change velocities, contacts' impulses, and replace bodies by pieces.
+  std::function<std::vector<Breakage>(RigidWorld&, StepRecord&)> after_step = {};
 };
 void run(RigidWorld& world, Recording& recording, const RunOptions& options, Monitor& monitor = silent_monitor());
 

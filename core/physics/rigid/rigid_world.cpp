@@ -380,6 +380,12 @@ void RigidWorld::set_velocity(int body, const Vector3d& velocity_m_s, const Vect
 
 const EnergyLedger& RigidWorld::ledger() const { return state_->ledger; }
 
+void RigidWorld::book(double EnergyLedger::*entry, double joules) {
+  state_->ledger.*entry += joules;
+  state_->ledger.work_j += joules;
+  state_->book();
+}
+
 std::optional<RigidWorld::Overlap> RigidWorld::overlap(double tolerance_m) const {
   State& s = *state_;
   std::optional<Overlap> deepest;

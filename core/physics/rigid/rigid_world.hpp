@@ -78,6 +78,9 @@ class RigidWorld {
   void set_velocity(int body, const Eigen::Vector3d& velocity_m_s, const Eigen::Vector3d& angular_velocity_rad_s);
 
   const EnergyLedger& ledger() const;
+  /// Says where energy went that the caller took out of, or put into, the bodies: adds it to an entry, and to the work, which
+  /// set_velocity(), add() and remove() have lessened by as much.
+  void book(double EnergyLedger::*entry, double joules);
   /// Deepest overlap of two bodies as they stand [m] and which; nothing: none deeper than tolerance_m.
   struct Overlap {
     int a = 0, b = -1;  ///< b = -1: the floor

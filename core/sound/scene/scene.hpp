@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/geometry/shapes/shape.hpp"
+#include "core/physics/fracture/event/fracture_body.hpp"
 #include "core/physics/modal/damping/damping_reader.hpp"
 #include "core/physics/rigid/rigid_world.hpp"
 #include "core/physics/solid/material.hpp"
@@ -20,6 +21,7 @@ struct SceneMaterial {
   double restitution = 0.5;  ///< 0 to 1
   double friction = 0.4;     ///< Coulomb's
   std::optional<damping::LawValue> damping;
+  std::optional<double> tensile_strength_pa, fracture_energy_j_m2;
   std::vector<std::filesystem::path> inputs;  ///< files that it was read from
 };
 
@@ -33,6 +35,14 @@ constexpr auto words_of(BodySound) {
   return std::array{Word{BodySound::kAuto, "auto"}, Word{BodySound::kModes, "modes"}, Word{BodySound::kNone, "none"}};
 }
 
+enum class BodyModel {
+  kRigid,
+  kBreakable  ///< breaks where an impact strains it enough (SB section 3)
+};
+constexpr auto words_of(BodyModel) {
+  return std::array{Word{BodyModel::kRigid, "rigid"}, Word{BodyModel::kBreakable, "breakable"}};
+}
+
 struct SceneBody {
   std::string name;
   std::string place;  ///< in the file, for messages: "scene.toml:12: body[1]"
@@ -40,6 +50,9 @@ struct SceneBody {
   std::filesystem::path mesh;  ///< where there is no shape
   double unit_m = 1.0;         ///< of the mesh
   int material = 0;            ///< row of materials
+  BodyModel model = BodyModel::kRigid;
+  double stress_edge_m = 0.0;  ///< of a breakable body's mesh for stress; 0: the shape's default
+  std::optional<fracture::ScoredPlane> score;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();  ///< about the world's x, then y, then z
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
@@ -61,7 +74,7 @@ struct SceneSoundOptions {
   double peak_db_re_full_scale = -3.0;
   double longest_tail_s = 5.0;  ///< after the motion has ended, where the scene has no length of its own
   bool radiation_damping = false;
-  double elements_per_wavelength = 4.0;  ///< of the boundary elements for radiation
+  double elements_per_wavelength = 6.0;  ///< of the boundary elements for radiation
   SceneListener listener;
 };
 
@@ -76,6 +89,7 @@ struct Scene {
   std::vector<SceneMaterial> materials;
   std::vector<SceneBody> bodies;
   SceneSoundOptions sound;
+  fracture::FractureOptions fracture;
 
   const SceneMaterial& material_of(const SceneBody& body) const {
     return materials[static_cast<std::size_t>(body.material)];

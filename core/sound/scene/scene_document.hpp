@@ -71,7 +71,8 @@ struct SceneEventRecord {
   double time_s = 0.0;
   std::string kind, body;
   int pieces = 0;
-  double strain_energy_j = 0.0, fracture_energy_j = 0.0, kinetic_energy_j = 0.0;
+  double strain_energy_j = 0.0, fracture_energy_j = 0.0, kinetic_energy_j = 0.0, vibration_energy_j = 0.0;
+  double crack_area_m2 = 0.0, largest_stress_pa = 0.0;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -82,6 +83,9 @@ struct SceneEventRecord {
     visit({"strain_energy_j", "that was in it"}, self.strain_energy_j);
     visit({"fracture_energy_j", "spent on cracks"}, self.fracture_energy_j);
     visit({"kinetic_energy_j", "given to the pieces"}, self.kinetic_energy_j);
+    visit({"vibration_energy_j", "left to ring in them, and heat"}, self.vibration_energy_j);
+    visit({"crack_area_m2", "of one side"}, self.crack_area_m2);
+    visit({"largest_stress_pa", "principal, when it broke"}, self.largest_stress_pa);
   }
 };
 
@@ -175,6 +179,7 @@ struct SceneDocument {
   LedgerRecord ledger;
   ImpulsesRecord impulses_summary;
   double solver_residual_m_s = 0.0, deepest_overlap_m = 0.0;
+  int n_stress_solves = 0;
   std::optional<HeardRecord> sound;
   SceneFiles files;
 
@@ -185,12 +190,13 @@ struct SceneDocument {
     visit({"end_s", "when the motion ended"}, self.end_s);
     visit({"rate_hz", "steps per second"}, self.rate_hz);
     visit({"n_steps", "that were made"}, self.n_steps);
-    visit({"bodies", "in the scene's order"}, self.bodies);
+    visit({"bodies", "in the scene's order, then pieces"}, self.bodies);
     visit({"events", "what broke"}, self.events);
     visit({"ledger", "whether every joule is accounted for"}, self.ledger);
     visit({"impulses_summary", "of all impulses"}, self.impulses_summary);
     visit({"solver_residual_m_s", "worst violation of the conditions of lasting contacts, as a speed"},
           self.solver_residual_m_s);
+    visit({"n_stress_solves", "nodes whose stress responses were solved"}, self.n_stress_solves);
     visit({"deepest_overlap_m", "of two bodies in any step"}, self.deepest_overlap_m);
     visit({"sound", "null: not asked for"}, self.sound);
     visit({"files", "beside scene.json"}, self.files);

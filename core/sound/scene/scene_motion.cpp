@@ -30,7 +30,8 @@ FinalState final_of(const rigid::RigidWorld& world, int body) {
 
 }  // namespace
 
-SceneMotion move(const Scene& scene, std::optional<double> until_s, const SceneNotes& notes, Monitor& monitor) {
+SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_t seed, const SceneNotes& notes,
+                 Monitor& monitor) {
   rigid::RigidWorld world = world_of(scene, notes, monitor);
   rigid::RecordingOptions recording_options;
   recording_options.pose_rate_hz = scene.pose_rate_hz;
@@ -39,6 +40,9 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, const SceneN
   options.end_s = scene.duration_s;
   if (until_s) options.end_s = std::min(*until_s, scene.duration_s.value_or(*until_s));
   options.longest_s = scene.longest_s;
+  Breaking breaking(scene, seed);
+  if (breaking.has_bodies())
+    options.after_step = [&](rigid::RigidWorld& w, rigid::StepRecord& step) { return breaking.after_step(w, step); };
   SceneMotion motion;
   located(scene.file.filename().string(), [&] {
     rigid::run(world, recording, options, monitor);
@@ -54,6 +58,9 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, const SceneN
     motion.mass_kg.push_back(world.spec(i).mass_kg);
     motion.final.push_back(final_of(world, i));
   }
+  motion.breaks = breaking.events();
+  motion.pieces = breaking.take_pieces();
+  motion.n_stress_solves = breaking.n_stress_solves();
   judge_ledger(motion);
   motion.status = MotionStatus::kDone;
   return motion;

@@ -6,6 +6,7 @@
 #include "core/physics/events/event_log.hpp"
 #include "core/physics/rigid/recording.hpp"
 #include "core/sound/scene/scene_bodies.hpp"
+#include "core/sound/scene/scene_breaking.hpp"
 
 namespace klang::scene {
 
@@ -20,7 +21,7 @@ struct FinalState {
 
 struct SceneMotion {
   MotionStatus status = MotionStatus::kNotRun;
-  events::EventLog log;                     ///< bodies in the scene's order
+  events::EventLog log;                     ///< bodies in the scene's order, then pieces
   std::vector<rigid::EnergyLedger> ledger;  ///< a row per step, and the start
   std::vector<double> mass_kg;              ///< of each body
   std::vector<FinalState> final;            ///< of each body
@@ -30,12 +31,16 @@ struct SceneMotion {
       0.0;  ///< kinetic energy at the start, and what potential energy lay above its lowest value in the run
   double solver_residual_m_s = 0.0, deepest_m = 0.0;  ///< worst of all steps (rigid::StepRecord)
   int n_steps = 0;
+  std::vector<BreakEvent> breaks;
+  std::vector<ScenePiece> pieces;
+  std::int64_t n_stress_solves = 0;
 };
 
 /// Moves the bodies of a scene until its duration, or until all rest.
 /// @param until_s  ends it earlier
+/// @param seed     of the cells of bodies that break
 /// @throws InputError: a scene that does not come to rest, a body that is too fast for the steps; Interrupted
-SceneMotion move(const Scene& scene, std::optional<double> until_s = {}, const SceneNotes& notes = {},
-                 Monitor& monitor = silent_monitor());
+SceneMotion move(const Scene& scene, std::optional<double> until_s = {}, std::uint64_t seed = 1,
+                 const SceneNotes& notes = {}, Monitor& monitor = silent_monitor());
 
 }  // namespace klang::scene

@@ -26,6 +26,7 @@ const TomlField kSchema[] = {
     {"", "world", kTable, "the defaults below", -kInf, kInf, "gravity and floor"},
     {"", "material", kTables, "required", -kInf, kInf, "one `[[material]]` each"},
     {"", "body", kTables, "required", -kInf, kInf, "one `[[body]]` each, up to 10000"},
+    {"", "fracture", kTable, "the defaults below", -kInf, kInf, "how breakable bodies break"},
     {"", "sound", kTable, "the defaults below", -kInf, kInf, "what is heard, and where"},
 
     {"solver", "rate_hz", kNumber, "10000", 100, 1e6, "steps per second"},
@@ -44,6 +45,10 @@ const TomlField kSchema[] = {
     {"material", "restitution", kNumber, "0.5", 0, 1,
      "separation over approach speed of an impact; of two materials the smaller holds"},
     {"material", "friction", kNumber, "0.4", 0, 100, "Coulomb's coefficient; of two materials the smaller holds"},
+    {"material", "tensile_strength_pa", kNumber, "none", 0, 1e12,
+     "largest principal stress that it stands; does not follow from ringing", true},
+    {"material", "fracture_energy_j_m2", kNumber, "none", 0, 1e9,
+     "toughness: energy per area of crack; does not follow from ringing", true},
     {"material", "damping", kTable, "none, then bodies of it must not sound", -kInf, kInf, "how modes decay"},
 
     {"body", "name", kText, "required", -kInf, kInf, "unique; not `floor`"},
@@ -51,7 +56,10 @@ const TomlField kSchema[] = {
     {"body", "mesh", kText, "this or shape", -kInf, kInf, "a mesh file, relative to the scene"},
     {"body", "unit_m", kNumber, "1", 1e-9, 1e9, "length of the mesh's unit"},
     {"body", "material", kText, "required", -kInf, kInf, "a material of the scene"},
-    {"body", "model", kText, "`rigid`", -kInf, kInf, "`rigid`"},
+    {"body", "model", kText, "`rigid`", -kInf, kInf,
+     "`rigid`, or `breakable`: an impact that strains it enough breaks it; its pieces do not break again"},
+    {"body", "stress_edge_m", kNumber, "the shape's default", 0, 1e4, "of a breakable body's mesh for stress", true},
+    {"body", "score", kTable, "none", -kInf, kInf, "a plane along which a breakable body is scored"},
     {"body", "position_m", kVector, "[0, 0, 0]", -1e4, 1e4, "of the origin of the shape or file"},
     {"body", "rotation_deg", kVector, "[0, 0, 0]", -1e6, 1e6, "about the world's x, then y, then z"},
     {"body", "velocity_m_s", kVector, "[0, 0, 0]", -1e4, 1e4, "of the centre of mass"},
@@ -61,13 +69,26 @@ const TomlField kSchema[] = {
     {"body", "sound", kText, "`auto`", -kInf, kInf,
      "`modes`: its own modes and their radiation; `none`; `auto`: modes unless it is fixed"},
 
+    {"body.score", "point_m", kVector, "required", -1e4, 1e4, "of the plane, in the body's frame"},
+    {"body.score", "normal", kVector, "required", -1e6, 1e6, "of the plane, any length but 0"},
+    {"body.score", "strength_factor", kNumber, "0.1", 0, 1, "of the strength where the score runs", true},
+    {"body.score", "toughness_factor", kNumber, "0.1", 0, 1, "of the toughness of a crack in it", true},
+
+    {"fracture", "pattern", kText, "`auto`", -kInf, kInf,
+     "`power` (convex cells), `geodesic` (SB's regions) or `auto`: power for a body of one convex part"},
+    {"fracture", "eta", kNumber, "0.8", 1e-6, 1, "share of the strain energy that cracks may cost"},
+    {"fracture", "alpha", kNumber, "0.15", 0, 1, "how much smaller pieces are where more energy is"},
+    {"fracture", "smallest_piece_m", kNumber, "0.006", 0, 10, "least distance of cells"},
+    {"fracture", "most_pieces", kNumber, "400", 2, 2000, "cells of one breakage"},
+    {"fracture", "impulses", kBoolean, "true", -kInf, kInf, "cracks that open push the pieces apart"},
+    {"fracture", "literature", kText, "`mended`", -kInf, kInf, "`mended`, or `paper`: impulses as SB prints them"},
+
     {"sound", "band_hz", kNumbers, "[20, 20000]", 1, 1e5, "modes that are computed", false, 2},
     {"sound", "sample_rate_hz", kNumber, "48000", 4000, 768000, "sample rate"},
     {"sound", "peak_db_re_full_scale", kNumber, "-3", -120, 0, "level of the highest peak in the file"},
     {"sound", "longest_tail_s", kNumber, "5", 0, 600,
      "without duration_s: how long it rings on after the motion at most"},
-    {"sound", "elements_per_wavelength", kNumber, "4", 4, 40,
-     "of the boundary elements for radiation; `klang transfer` takes 6, and several times as long"},
+    {"sound", "elements_per_wavelength", kNumber, "6", 5, 40, "of the boundary elements for radiation"},
     {"sound", "radiation_damping", kBoolean, "false", -kInf, kInf, "adds each mode's decay by radiation"},
     {"sound", "listener", kTable, "the defaults below", -kInf, kInf, "where it is heard"},
     {"sound.listener", "position_m", kVector, "[0, -2, 1.6]", -1e4, 1e4, "centre of the head"},
@@ -86,7 +107,7 @@ const std::vector<TomlField>& schema() {
     };
     insert("body", solid::material_fields("material", "the preset's or the fit's"));
     insert("body", damping::damping_fields("material.damping"));
-    insert("sound", mesh::shape_fields("body.shape"));
+    insert("body.score", mesh::shape_fields("body.shape"));
     return all;
   }();
   return fields;
@@ -156,6 +177,8 @@ SceneMaterial read_scene_material(const TomlTable& table, const std::filesystem:
   }
   material.restitution = table.number("restitution", material.restitution);
   material.friction = table.number("friction", material.friction);
+  material.tensile_strength_pa = table.optional_number("tensile_strength_pa");
+  material.fracture_energy_j_m2 = table.optional_number("fracture_energy_j_m2");
   if (table.has("damping")) material.damping = damping::read_damping(table.table("damping"));
   return material;
 }
@@ -167,6 +190,47 @@ int material_named(const Scene& scene, const std::string& name, const std::strin
     known += (known.empty() ? "" : ", ") + scene.materials[i].name;
   }
   throw InputError(place, "unknown material", name, known);
+}
+
+void read_breaking(const TomlTable& table, const Scene& scene, SceneBody& body) {
+  if (body.model != BodyModel::kBreakable) {
+    for (const char* key : {"stress_edge_m", "score"})
+      if (table.has(key))
+        throw InputError(table.place(key), "belongs to a breakable body", body.name, "model = \"breakable\"");
+    return;
+  }
+  const SceneMaterial& material = scene.material_of(body);
+  if (!material.tensile_strength_pa || !material.fracture_energy_j_m2)
+    throw InputError(table.place("model"), "needs a strength and a toughness of the material", material.name,
+                     "tensile_strength_pa and fracture_energy_j_m2");
+  if (body.fixed) throw InputError(table.place("model"), "a fixed body does not break", body.name, "a body that moves");
+  body.stress_edge_m = table.number("stress_edge_m", 0.0);
+  if (!table.has("score")) return;
+  const TomlTable score = table.table("score");
+  fracture::ScoredPlane plane;
+  const Eigen::Vector3d normal = score.vector("normal");
+  if (!(normal.norm() > 0.0)) throw InputError(score.place("normal"), "has no direction", "0, 0, 0");
+  plane.plane.normal = normal.normalized();
+  plane.plane.offset_m = plane.plane.normal.dot(score.vector("point_m"));
+  plane.strength_factor = score.number("strength_factor", plane.strength_factor);
+  plane.toughness_factor = score.number("toughness_factor", plane.toughness_factor);
+  body.score = plane;
+}
+
+void read_fracture(const TomlTable& table, fracture::FractureOptions& options) {
+  options.pattern = *enum_from_text<fracture::PatternKind>(table.choice("pattern", {"auto", "power", "geodesic"}));
+  options.eta = table.number("eta", options.eta);
+  options.alpha = table.number("alpha", options.alpha);
+  options.smallest_piece_m = table.number("smallest_piece_m", options.smallest_piece_m);
+  const double most = table.number("most_pieces", options.most_pieces);
+  if (most != std::floor(most)) throw InputError(table.place("most_pieces"), "is no whole number", to_text(most));
+  options.most_pieces = static_cast<int>(most);
+  options.impulses = table.boolean("impulses", options.impulses);
+  options.literature = *enum_from_text<fracture::Literature>(table.choice("literature", {"mended", "paper"}));
+  located(table.place(), [&] {
+    options.validate();
+    return 0;
+  });
 }
 
 SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder, const Scene& scene) {
@@ -192,13 +256,14 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
     body.unit_m = table.number("unit_m", 1.0);
   }
   body.material = material_named(scene, table.text("material"), table.place("material"));
-  table.choice("model", {"rigid"});
+  body.model = *enum_from_text<BodyModel>(table.choice("model", {"rigid", "breakable"}));
   body.position_m = table.vector("position_m", body.position_m);
   body.rotation_deg = table.vector("rotation_deg", body.rotation_deg);
   body.velocity_m_s = table.vector("velocity_m_s", body.velocity_m_s);
   body.angular_velocity_rad_s = table.vector("angular_velocity_rad_s", body.angular_velocity_rad_s);
   body.fixed = table.boolean("fixed", false);
   body.max_edge_m = table.number("max_edge_m", 0.0);
+  read_breaking(table, scene, body);
   body.sound = *enum_from_text<BodySound>(table.choice("sound", {"auto", "modes", "none"}));
   if (body.sounds() && !scene.material_of(body).damping)
     throw InputError(table.place("material"), "has no damping, and the body sounds", scene.material_of(body).name,
@@ -266,6 +331,7 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
   for (const TomlTable& table : root.tables("body", 1, kMostBodies))
     scene.bodies.push_back(read_body(table, folder, scene));
   read_sound(root.table("sound"), scene.sound);
+  read_fracture(root.table("fracture"), scene.fracture);
   return scene;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/sound/stage/radiating_voice.hpp"
 #include "core/sound/transfer/radiate.hpp"
@@ -35,29 +36,56 @@ std::vector<std::optional<int>> sound_model_numbers(const Scene& scene) {
   return numbers;
 }
 
-SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes, Monitor& monitor) {
-  const mesh::TetMesh mesh = mesh_of(body, notes, monitor);
+namespace {
+
+modal::EigenResult modes_in_band(const Scene& scene, const SceneBody& body, const modal::ModesBody& what,
+                                 const mesh::TetMesh& mesh, const SceneNotes& notes, Monitor& monitor) {
   modal::ModesOptions options;
   options.eigen.band = {scene.sound.low_hz, scene.sound.high_hz};
   options.eigen.most = kMostModes;
-  options.mesh_is_wanted = body.max_edge_m > 0.0;
-  const modal::EigenResult modes = located(body.place, [&] {
-    return modal::modes_of({body.shape, {}, 2}, mesh, scene.material_of(body).elastic, options, monitor);
-  });
+  options.mesh_is_wanted = body.max_edge_m > 0.0 && what.shape;
+  modal::EigenResult modes = located(
+      body.place, [&] { return modal::modes_of(what, mesh, scene.material_of(body).elastic, options, monitor); });
   if (!modes.usable()) throw NumericalError("modes of " + body.name + ": " + modes.message);
+  if (modes.n_left_out > 0 && notes.warning)
+    notes.warning("body " + body.name + ": " + std::to_string(modes.n_left_out) +
+                  " modes of the band, above the lowest " + std::to_string(kMostModes) + ", are left out");
+  return modes;
+}
+
+acoustics::TransferModel radiation_of(const Scene& scene, const SceneBody& body, const modal::ModalModel& modes,
+                                      Monitor& monitor) {
+  acoustics::RadiateOptions options;
+  options.elements_per_wavelength = scene.sound.elements_per_wavelength;
+  acoustics::RadiateResult radiation = located(body.place, [&] { return acoustics::radiate(modes, options, monitor); });
+  if (!radiation.usable()) throw NumericalError("radiation of " + body.name + ": " + radiation.message);
+  return std::move(radiation.transfer);
+}
+
+}  // namespace
+
+SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes, Monitor& monitor) {
+  const mesh::TetMesh mesh = mesh_of(body, notes, monitor);
+  const modal::EigenResult modes = modes_in_band(scene, body, {body.shape, {}, 2}, mesh, notes, monitor);
   if (modes.model.n_modes() == 0)
     throw InputError(body.place, body.name + " has no mode in the band",
                      to_text(scene.sound.low_hz) + " to " + to_text(scene.sound.high_hz) + " Hz",
                      "another sound.band_hz, or sound = \"none\"");
-  if (modes.n_left_out > 0 && notes.warning)
-    notes.warning("body " + body.name + ": " + std::to_string(modes.n_left_out) +
-                  " modes of the band, above the lowest " + std::to_string(kMostModes) + ", are left out");
-  acoustics::RadiateOptions radiate;
-  radiate.elements_per_wavelength = scene.sound.elements_per_wavelength;
-  acoustics::RadiateResult radiation =
-      located(body.place, [&] { return acoustics::radiate(modes.model, radiate, monitor); });
-  if (!radiation.usable()) throw NumericalError("radiation of " + body.name + ": " + radiation.message);
-  return {modes.model, std::move(radiation.transfer)};
+  return {modes.model, radiation_of(scene, body, modes.model, monitor)};
+}
+
+std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& parent, const std::string& name,
+                                         const mesh::SurfaceMesh& surface, const SceneNotes& notes, Monitor& monitor) {
+  mesh::TetMesh mesh;
+  try {
+    mesh = mesh::mesh_surface(surface, {}, name, monitor);
+  } catch (const InputError& error) {
+    if (notes.warning) notes.warning("piece " + name + " is silent, it cannot be meshed: " + error.what());
+    return {};
+  }
+  const modal::EigenResult modes = modes_in_band(scene, parent, {{}, {}, 2}, mesh, notes, monitor);
+  if (modes.model.n_modes() == 0) return {};
+  return SoundModel{modes.model, radiation_of(scene, parent, modes.model, monitor)};
 }
 
 Eigen::VectorXd decay_per_s(const HeardBody& body, bool radiation_damping) {

@@ -24,6 +24,12 @@ struct SoundModel {
 SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes = {},
                           Monitor& monitor = silent_monitor());
 
+/// The same of a piece of a broken body of the scene, from its surface. Nothing where it has no mode in the band, or where
+/// no mesher takes it (notes.warning says so).
+std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& parent, const std::string& name,
+                                         const mesh::SurfaceMesh& surface, const SceneNotes& notes = {},
+                                         Monitor& monitor = silent_monitor());
+
 /// Bodies with the same number sound alike: same shape or mesh, material and mesh size. One number per body of the scene,
 /// from 0 up; none for bodies that are silent.
 std::vector<std::optional<int>> sound_model_numbers(const Scene& scene);

@@ -113,6 +113,15 @@ class Hearing {
   double sound_speed_m_s_;
 };
 
+// A body that breaks rings no more: half a millisecond's raised cosine, so that it does not click.
+void fade_out(Eigen::MatrixXd& sound, double end_s, double rate_hz) {
+  constexpr double kFadeS = 5e-4;
+  for (Eigen::Index n = 0; n < sound.rows(); ++n) {
+    const double age = (static_cast<double>(n) / rate_hz - end_s) / kFadeS;
+    if (age > 0.0) sound.row(n) *= age >= 1.0 ? 0.0 : 0.5 + 0.5 * std::cos(kPi * age);
+  }
+}
+
 }  // namespace
 
 // What add_to() shares between its steps.
@@ -279,6 +288,7 @@ void RadiatingVoice::add_to(Mix& mix, const events::EventLog& log, const Listene
     });
     for (std::size_t m = first; m < last; ++m) work.modes[m].analytic.resize(0);
   }
+  if (const auto end_s = log.broken_s(body_)) fade_out(sound, *end_s, rate);
   for (int ear = 0; ear < listener.n_channels(); ++ear)
     mix.add(ear, 0, {sound.col(ear).data(), static_cast<std::size_t>(n_frames)});
 }

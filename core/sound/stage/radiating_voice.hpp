@@ -27,7 +27,7 @@ struct RadiatingVoiceOptions {
 /// the ears. Where the body has poses, places are taken in its frame at the time of hearing: what it moves while sound
 /// is on its way is left out. p_i is evaluated at update_rate_hz and interpolated (Catmull-Rom, without its carrier
 /// e^{-ikr}); V_i between samples is exact for a free oscillation. Over-damped modes and modes at or above
-/// audio::highest_rendered_hz are silent.
+/// audio::highest_rendered_hz are silent. A body that breaks fades within half a millisecond.
 class RadiatingVoice : public Voice {
  public:
   struct Report {

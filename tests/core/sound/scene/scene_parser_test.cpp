@@ -74,6 +74,8 @@ TEST(SceneParser, ComplainsInOneLineThatNamesThePlace) {
       {kScene + "[[body]]\nname = \"b\"\nmaterial = \"glass\"\n", "has no shape"},
       {kScene + "mesh = \"x.stl\"\n", "has a shape and a mesh"},
       {kScene + "[sound]\nband_hz = [500, 20]\n", "is no band"},
+      {kScene + "model = \"breakable\"\n", "needs a strength and a toughness"},
+      {kScene + "stress_edge_m = 0.01\n", "belongs to a breakable body"},
       {"[[body]]\nname = \"b\"\n", "material"},
   };
   for (const auto& c : cases) {
@@ -98,14 +100,16 @@ TEST(SceneParser, DocumentationHoldsTheKeys) {
 }
 
 TEST(SceneParser, EveryExampleSceneCanBeRun) {
-  const std::filesystem::path folder = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes/s02";
+  const std::filesystem::path scenes = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes";
   int n = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() != ".toml") continue;
-    ++n;
-    EXPECT_NO_THROW(check_scene(read_scene(entry.path()))) << entry.path();
+  for (const char* folder : {"s02", "sb"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(scenes / folder)) {
+      if (entry.path().extension() != ".toml") continue;
+      ++n;
+      EXPECT_NO_THROW(check_scene(read_scene(entry.path()))) << entry.path();
+    }
   }
-  EXPECT_GE(n, 6);
+  EXPECT_GE(n, 8);
 }
 
 }  // namespace

@@ -1,0 +1,254 @@
+#include "core/sound/scene/scene_breaking.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/fracture/quasistatic/contact_responses.hpp"
+#include "core/physics/fracture/quasistatic/load_request.hpp"
+#include "core/sound/scene/scene_bodies.hpp"
+
+namespace klang::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+/// What one breakable body needs to be asked for its stress.
+struct Breakable {
+  Breakable(const Scene& scene, const SceneBody& body, mesh::TetMesh mesh)
+      : material(scene.material_of(body)),
+        solver(std::move(mesh), material.elastic),
+        responses(solver),
+        surface(solver.mesh()) {
+    if (!solver.usable()) throw NumericalError("stress of " + body.name + ": " + solver.message());
+    parent.mesh = solver.mesh();
+    parent.density_kg_m3 = material.elastic.density_kg_m3;
+    parent.toughness_j_m2 = *material.fracture_energy_j_m2;
+    parent.tensile_strength_pa = *material.tensile_strength_pa;
+    parent.youngs_modulus_pa = material.elastic.youngs_modulus_pa();
+    parent.poissons_ratio = material.elastic.poissons_ratio();
+    parent.score = body.score;
+    parent.name = body.name;
+  }
+  const SceneMaterial& material;
+  fracture::FreeBodySolver solver;
+  fracture::ContactResponses responses;
+  fracture::SurfacePlaces surface;
+  fracture::ParentBody parent;
+};
+
+/// How fast a body moves.
+struct Speed {
+  Vector3d velocity_m_s, spin_rad_s;
+};
+
+double pair_restitution(const rigid::RigidWorld& world, const Scene& scene, const rigid::ContactImpulse& contact) {
+  const rigid::Skin& a = world.spec(contact.a).skin;
+  return rigid::pair_restitution(a, contact.b >= 0 ? world.spec(contact.b).skin : *scene.solver.floor);
+}
+
+double kinetic_j(const rigid::RigidWorld& world, int body, const Speed& speed) {
+  const rigid::RigidBodySpec& spec = world.spec(body);
+  const Eigen::Matrix3d turn = world.pose(body).orientation().toRotationMatrix();
+  const Vector3d own = turn.transpose() * speed.spin_rad_s;
+  return 0.5 * (spec.mass_kg * speed.velocity_m_s.squaredNorm() + own.dot(spec.inertia_kg_m2 * own));
+}
+
+}  // namespace
+
+struct Breaking::State {
+  State(const Scene& s, std::uint64_t random_seed) : scene(s), seed(random_seed) {}
+  const Scene& scene;
+  std::uint64_t seed;
+  std::map<int, std::unique_ptr<Breakable>> bodies;
+  std::vector<BreakEvent> events;
+  std::vector<ScenePiece> pieces;
+  double contact_before_j = 0.0;
+  std::int64_t n_solves = 0;
+
+  std::vector<fracture::ContactLoad> loads_on(const rigid::RigidWorld& world, const rigid::StepRecord& step,
+                                              int body) const;
+  std::map<int, Speed> without_rebound(const rigid::RigidWorld& world, const rigid::StepRecord& step, int body) const;
+  bool breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage);
+  void take_back_rebound(rigid::RigidWorld& world, rigid::StepRecord& step, int body,
+                         const std::map<int, Speed>& speeds);
+  rigid::Breakage replace(rigid::RigidWorld& world, int body, fracture::FractureResult& result);
+};
+
+std::vector<fracture::ContactLoad> Breaking::State::loads_on(const rigid::RigidWorld& world,
+                                                             const rigid::StepRecord& step, int body) const {
+  std::vector<fracture::ContactLoad> loads;
+  const events::Pose pose = world.pose(body);
+  for (const rigid::ContactImpulse& contact : step.contacts) {
+    if (contact.a != body && contact.b != body) continue;
+    const Vector3d normal =
+        pose.orientation().conjugate() * (contact.a == body ? contact.normal : Vector3d(-contact.normal));
+    loads.push_back(fracture::contact_load(rigid::impulse_on(contact, body, pose), normal, contact.approach_m_s,
+                                           pair_restitution(world, scene, contact)));
+  }
+  return loads;
+}
+
+/// Speeds of the body and of those that struck it, had the impacts ended at the largest compression.
+std::map<int, Speed> Breaking::State::without_rebound(const rigid::RigidWorld& world, const rigid::StepRecord& step,
+                                                      int body) const {
+  std::map<int, Speed> speeds;
+  const auto push = [&](int number, const Vector3d& place_m, const Vector3d& impulse_n_s) {
+    if (number < 0 || world.spec(number).fixed) return;
+    Speed& speed = speeds.try_emplace(number, Speed{world.velocity_m_s(number), world.angular_velocity_rad_s(number)})
+                       .first->second;
+    const Eigen::Matrix3d turn = world.pose(number).orientation().toRotationMatrix();
+    speed.velocity_m_s += impulse_n_s / world.spec(number).mass_kg;
+    const Vector3d arm = place_m - world.centre_m(number);
+    speed.spin_rad_s += turn * world.spec(number).inertia_kg_m2.inverse() * turn.transpose() * arm.cross(impulse_n_s);
+  };
+  for (const rigid::ContactImpulse& contact : step.contacts) {
+    if (contact.kind != events::ImpulseKind::kImpact || (contact.a != body && contact.b != body)) continue;
+    const double e = pair_restitution(world, scene, contact);
+    const Vector3d back = -e / (1.0 + e) * contact.impulse_n_s;
+    push(contact.a, contact.place_m, back);
+    push(contact.b, contact.place_m, -back);
+  }
+  return speeds;
+}
+
+void Breaking::State::take_back_rebound(rigid::RigidWorld& world, rigid::StepRecord& step, int body,
+                                        const std::map<int, Speed>& speeds) {
+  for (const auto& [number, speed] : speeds) {
+    const double before_j = world.ledger().work_j;
+    world.set_velocity(number, speed.velocity_m_s, speed.spin_rad_s);
+    world.book(&rigid::EnergyLedger::contact_j, before_j - world.ledger().work_j);
+  }
+  for (rigid::ContactImpulse& contact : step.contacts) {
+    if (contact.kind != events::ImpulseKind::kImpact || (contact.a != body && contact.b != body)) continue;
+    contact.impulse_n_s /= 1.0 + pair_restitution(world, scene, contact);
+  }
+}
+
+rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fracture::FractureResult& result) {
+  const rigid::RigidBodySpec parent = world.spec(body);
+  const events::Pose pose = world.pose(body);
+  const Eigen::Quaterniond turn = pose.orientation();
+  const Vector3d velocity = world.velocity_m_s(body), spin = world.angular_velocity_rad_s(body);
+  rigid::Breakage breakage;
+  breakage.body = body;
+  world.remove(body);
+  for (std::size_t i = 0; i < result.pieces.size(); ++i) {
+    fracture::FragmentBody& piece = result.pieces[i];
+    rigid::RigidBodySpec spec;
+    spec.name = parent.name + "/" + std::to_string(i + 1);
+    spec.mass_kg = piece.mass_kg;
+    spec.centre_m = piece.centre_m;
+    spec.inertia_kg_m2 = piece.inertia_kg_m2;
+    spec.parts = piece.parts;
+    spec.skin = parent.skin;
+    spec.position_m = pose.position_m;
+    spec.orientation = turn;
+    spec.velocity_m_s = velocity + spin.cross(turn * (piece.centre_m - parent.centre_m));
+    spec.angular_velocity_rad_s = spin;
+    if (i < result.push.velocity_m_s.size()) {
+      spec.velocity_m_s += turn * result.push.velocity_m_s[i];
+      spec.angular_velocity_rad_s += turn * result.push.angular_velocity_rad_s[i];
+    }
+    breakage.pieces.push_back(world.add(spec));
+    const double edge_m = 0.25 * std::cbrt(piece.volume_m3);
+    pieces.push_back({breakage.pieces.back(), body, fracture::fragment_surface(piece, edge_m)});
+  }
+  for (const fracture::CrackImpulse& crack : result.push.impulses) {
+    for (const bool first : {true, false}) {
+      events::Impulse row;
+      row.time_s = world.time_s();
+      row.duration_s = result.crack_duration_s;
+      row.kind = events::ImpulseKind::kFracture;
+      row.body = breakage.pieces[static_cast<std::size_t>(first ? crack.a : crack.b)];
+      row.other = breakage.pieces[static_cast<std::size_t>(first ? crack.b : crack.a)];
+      row.point_m = crack.centre_m;
+      row.impulse_n_s = first ? crack.on_a_n_s : crack.on_b_n_s;
+      breakage.impulses.push_back(row);
+    }
+  }
+  const fracture::FractureEnergies& energies = result.energies;
+  world.book(&rigid::EnergyLedger::contact_j, -energies.strain_j);
+  world.book(&rigid::EnergyLedger::fracture_j, energies.fracture_j);
+  world.book(&rigid::EnergyLedger::vibration_j, energies.vibration_j + energies.residual_j);
+  events.push_back({world.time_s(), body, static_cast<int>(result.pieces.size()), energies, result.crack_area_m2,
+                    result.largest_stress_pa});
+  return breakage;
+}
+
+bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage) {
+  Breakable& breakable = *bodies.at(body);
+  const std::vector<fracture::ContactLoad> loads = loads_on(world, step, body);
+  double compression_j = 0.0;
+  for (const fracture::ContactLoad& load : loads) compression_j += load.compression_energy_j;
+  if (!(compression_j > 0.0)) return false;
+  // What contacts took in this step, and would take beside that without rebound.
+  const std::map<int, Speed> speeds = without_rebound(world, step, body);
+  double available_j = world.ledger().contact_j - contact_before_j;
+  for (const auto& [number, speed] : speeds)
+    available_j += kinetic_j(world, number, {world.velocity_m_s(number), world.angular_velocity_rad_s(number)}) -
+                   kinetic_j(world, number, speed);
+  if (!(available_j > 0.0)) return false;
+  for (const fracture::LoadRequest& request : fracture::load_requests(loads)) {
+    if (request.impacts.empty() || !(request.budget_j > 0.0)) continue;
+    const std::int64_t solved = breakable.responses.n_nodes_solved();
+    const fracture::AllowedLoad load = fracture::allowed_load(breakable.responses, breakable.surface, request);
+    if (!(load.strain_energy_j > 0.0)) continue;
+    const fracture::StressField field = breakable.responses.field(load.forces);
+    n_solves += breakable.responses.n_nodes_solved() - solved;
+    fracture::FractureResult result = fracture::fracture_body(
+        breakable.parent, {field.energy_density_j_m3, field.stress_pa}, scene.fracture,
+        std::min({available_j, request.budget_j, load.strain_energy_j}), seed + static_cast<std::uint64_t>(body));
+    if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) continue;
+    take_back_rebound(world, step, body, speeds);
+    breakage = replace(world, body, result);
+    return true;
+  }
+  return false;
+}
+
+Breaking::Breaking(const Scene& scene, std::uint64_t seed) : state_(std::make_unique<State>(scene, seed)) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const SceneBody& body = scene.bodies[i];
+    if (body.model != BodyModel::kBreakable) continue;
+    SceneBody meshed = body;
+    meshed.max_edge_m = body.stress_edge_m;
+    auto breakable = located(body.place, [&] { return std::make_unique<Breakable>(scene, body, mesh_of(meshed)); });
+    if (body.shape)
+      for (Eigen::Matrix3Xd& corners_m : mesh::convex_parts(*body.shape))
+        breakable->parent.parts.push_back({std::move(corners_m)});
+    located(body.place, [&] {
+      breakable->parent.validate();
+      return 0;
+    });
+    state_->bodies.emplace(static_cast<int>(i), std::move(breakable));
+  }
+}
+Breaking::~Breaking() = default;
+
+bool Breaking::has_bodies() const { return !state_->bodies.empty(); }
+const std::vector<BreakEvent>& Breaking::events() const { return state_->events; }
+std::vector<ScenePiece> Breaking::take_pieces() { return std::move(state_->pieces); }
+std::int64_t Breaking::n_stress_solves() const { return state_->n_solves; }
+
+std::vector<rigid::Breakage> Breaking::after_step(rigid::RigidWorld& world, rigid::StepRecord& step) {
+  std::vector<rigid::Breakage> broken;
+  std::vector<int> struck;
+  for (const rigid::ContactImpulse& contact : step.contacts) {
+    if (contact.kind != events::ImpulseKind::kImpact) continue;
+    for (const int body : {contact.a, contact.b})
+      if (state_->bodies.count(body) != 0 && std::find(struck.begin(), struck.end(), body) == struck.end())
+        struck.push_back(body);
+  }
+  std::sort(struck.begin(), struck.end());
+  for (const int body : struck) {
+    rigid::Breakage breakage;
+    if (!state_->breaks(world, step, body, breakage)) continue;
+    state_->bodies.erase(body);
+    broken.push_back(std::move(breakage));
+  }
+  state_->contact_before_j = world.ledger().contact_j;
+  return broken;
+}
+
+}  // namespace klang::scene

@@ -1,0 +1,89 @@
+#include "core/sound/scene/scene_breaking.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "core/physics/events/world_impulses.hpp"
+#include "core/sound/scene/scene_motion.hpp"
+
+namespace klang::scene {
+namespace {
+
+const std::filesystem::path kScenes = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes/sb";
+
+TEST(SceneBreaking, AScoredTileFallsIntoItsHalvesWhateverTheStep) {
+  std::vector<double> times_s, strains_j;
+  for (const double rate_hz : {5000.0, 10000.0, 20000.0}) {
+    Scene scene = read_scene(kScenes / "tile.toml");
+    scene.solver.rate_hz = rate_hz;
+    const SceneMotion motion = move(scene, 0.5);
+    ASSERT_EQ(motion.breaks.size(), 1u) << rate_hz;
+    const BreakEvent& event = motion.breaks[0];
+    EXPECT_EQ(event.n_pieces, 2);
+    EXPECT_LE(std::abs(event.energies.fracture_j - 0.1 * 200 * 0.1 * 0.008), 1e-12);  // factor, G_c, area of the score
+    ASSERT_EQ(motion.mass_kg.size(), 3u);
+    EXPECT_LE(std::abs(motion.mass_kg[1] - 0.108), 1e-12);
+    EXPECT_LE(std::abs(motion.mass_kg[2] - 0.108), 1e-12);
+    EXPECT_LE(motion.residual_relative, 1e-9);
+    times_s.push_back(event.time_s);
+    strains_j.push_back(event.energies.strain_j);
+  }
+  for (std::size_t i = 1; i < times_s.size(); ++i) {
+    EXPECT_LE(std::abs(times_s[i] - times_s[0]), 2.0 / 5000.0);
+    EXPECT_LE(std::abs(strains_j[i] / strains_j[0] - 1.0), 0.05);
+  }
+}
+
+TEST(SceneBreaking, EnergyOfABreakageComesOutOfWhatItsImpactTook) {
+  const SceneMotion motion = move(read_scene(kScenes / "slab.toml"), 0.5);
+  ASSERT_EQ(motion.breaks.size(), 1u);
+  const BreakEvent& event = motion.breaks[0];
+  EXPECT_GE(event.n_pieces, 20);
+  const fracture::FractureEnergies& e = event.energies;
+  EXPECT_LE(e.fracture_j, 0.8 * e.strain_j);
+  EXPECT_LE(std::abs(e.strain_j - e.fracture_j - e.kinetic_j - e.vibration_j - e.residual_j), 1e-12 * e.strain_j);
+  EXPECT_LE(motion.residual_relative, 1e-9);
+  const double scale_j = motion.energy_scale_j;
+  for (std::size_t i = 1; i < motion.ledger.size(); ++i) {
+    ASSERT_GE(motion.ledger[i].contact_j, motion.ledger[i - 1].contact_j) << i;
+    ASSERT_LE(std::abs(motion.ledger[i].work_j), 1e-9 * scale_j) << i;  // nothing comes from outside
+    // Breaking never makes motion: kinetic energy rises by what falling gives at most.
+    const double gained = motion.ledger[i].kinetic_j + motion.ledger[i].potential_j - motion.ledger[i - 1].kinetic_j -
+                          motion.ledger[i - 1].potential_j;
+    ASSERT_LE(gained, 1e-3 * scale_j) << i;
+  }
+  double mass_kg = 0.0;
+  for (std::size_t i = 1; i < motion.mass_kg.size(); ++i) mass_kg += motion.mass_kg[i];
+  EXPECT_LE(std::abs(mass_kg / motion.mass_kg[0] - 1.0), 1e-12);
+}
+
+TEST(SceneBreaking, MomentumIsThatOfTheImpulsesWithPieces) {
+  const Scene scene = read_scene(kScenes / "tile.toml");
+  const SceneMotion motion = move(scene, 0.5);
+  Eigen::Vector3d pushed = Eigen::Vector3d::Zero(), carried = Eigen::Vector3d::Zero();
+  double taken = 0.0;
+  for (const events::WorldImpulse& row : events::world_impulses(motion.log)) {
+    const Eigen::Vector3d j(row.jx_n_s, row.jy_n_s, row.jz_n_s);
+    pushed += j;  // between pieces they cancel
+    taken += j.norm();
+  }
+  for (std::size_t i = 1; i < motion.mass_kg.size(); ++i) carried += motion.mass_kg[i] * motion.final[i].velocity_m_s;
+  const Eigen::Vector3d expected = carried - motion.mass_kg[0] * scene.solver.gravity_m_s2 * motion.end_s;
+  EXPECT_LE((pushed - expected).norm(), 1e-9 * taken);
+}
+
+TEST(SceneBreaking, SameSeedSameBitsAndAStrongTileStaysWhole) {
+  const Scene scene = read_scene(kScenes / "slab.toml");
+  const SceneMotion one = move(scene, 0.46, 7), two = move(scene, 0.46, 7), other = move(scene, 0.46, 8);
+  ASSERT_EQ(one.final.size(), two.final.size());
+  for (std::size_t i = 0; i < one.final.size(); ++i) EXPECT_EQ(one.final[i].position_m, two.final[i].position_m);
+  EXPECT_TRUE(one.final.size() != other.final.size() || one.final[1].position_m != other.final[1].position_m);
+  Scene strong = read_scene(kScenes / "tile.toml");
+  strong.materials[0].tensile_strength_pa = 1e12;
+  EXPECT_TRUE(move(strong, 0.5).breaks.empty());
+}
+
+}  // namespace
+}  // namespace klang::scene

@@ -10,6 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+// A touch at the very end of a step belongs before the pose there: who reads the log takes the first pose after a row.
+constexpr double kBeforeEndS = 1e-9;
+
 bool rests(const RigidWorld& world, double speed_m_s) {
   for (int i = 0; i < world.n_bodies(); ++i) {
     if (!world.is_there(i) || world.spec(i).fixed) continue;
@@ -24,7 +27,7 @@ bool rests(const RigidWorld& world, double speed_m_s) {
 events::Impulse impulse_on(const ContactImpulse& contact, int body, const events::Pose& pose) {
   const bool first = body == contact.a;
   events::Impulse row;
-  row.time_s = contact.time_s;
+  row.time_s = std::min(contact.time_s, pose.time_s - kBeforeEndS);
   row.duration_s = contact.duration_s;
   row.shape = contact.kind == events::ImpulseKind::kLasting ? events::PulseShape::kHeld : events::PulseShape::kHertz;
   row.kind = contact.kind;

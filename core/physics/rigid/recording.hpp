@@ -30,6 +30,7 @@ struct Breakage {
 };
 
 /// The row of a log for one of the two bodies of a contact, in that body's frame. @param pose  of the body
+/// at the end of the step, before which the row's time lies
 events::Impulse impulse_on(const ContactImpulse& contact, int body, const events::Pose& pose);
 
 /// Writes down what a world does, for those who make sound, pictures and tables of it: bodies, their poses, and every impulse

@@ -5,7 +5,9 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/files/mesh_file.hpp"
+#include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
+#include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/rigid/convex_parts.hpp"
 
 namespace klang::scene {
@@ -41,6 +43,20 @@ mesh::TetMesh loaded(const SceneBody& body, double max_edge_m, const SceneNotes&
   return mesh;
 }
 
+/// As few tetrahedra as the surface allows, for convex parts; a file of tetrahedra as it is.
+mesh::TetMesh coarse_mesh(const SceneBody& body, const mesh::TetMesh& loaded, Monitor& monitor) {
+  if (!mesh::is_surface_file(body.mesh)) return loaded;
+  mesh::SurfaceRepairs repairs;
+  mesh::SurfaceMesh surface = mesh::read_mended_surface(body.mesh, repairs);
+  surface.vertices_m *= body.unit_m;
+  mesh::TetgenOptions options;
+  options.order = 1;
+  options.radius_edge_ratio = 10.0;
+  options.min_dihedral_deg = 0.0;
+  options.in_child = true;
+  return mesh::mesh_surface(surface, options, body.mesh.string(), monitor);
+}
+
 void set_mass(rigid::RigidBodySpec& rigid, const mesh::MassProperties& mass, double volume_m3, double density_kg_m3) {
   rigid.mass_kg = density_kg_m3 * volume_m3;
   rigid.centre_m = mass.centre_m;
@@ -74,7 +90,7 @@ rigid::RigidBodySpec rigid_body_of(const Scene& scene, const SceneBody& body, co
       const mesh::TetMesh mesh = loaded(body, 0.0, notes, monitor);
       const mesh::MassProperties mass = mesh::mass_properties(mesh);
       set_mass(rigid, mass, mass.volume_m3, material.elastic.density_kg_m3);
-      rigid.parts = rigid::convex_parts_of(mesh, body.mesh.string());
+      rigid.parts = rigid::convex_parts_of(coarse_mesh(body, mesh, monitor), body.mesh.string());
     }
     rigid.skin = skin_of(material);
     rigid.position_m = body.position_m;

@@ -80,7 +80,8 @@ std::vector<fracture::ContactLoad> Breaking::State::loads_on(const rigid::RigidW
   std::vector<fracture::ContactLoad> loads;
   const events::Pose pose = world.pose(body);
   for (const rigid::ContactImpulse& contact : step.contacts) {
-    if (contact.a != body && contact.b != body) continue;
+    if ((contact.a != body && contact.b != body) || !(contact.duration_s > 0.0))
+      continue;  // 0: touches without approach
     const Vector3d normal =
         pose.orientation().conjugate() * (contact.a == body ? contact.normal : Vector3d(-contact.normal));
     loads.push_back(fracture::contact_load(rigid::impulse_on(contact, body, pose), normal, contact.approach_m_s,

@@ -100,9 +100,9 @@ TEST(SceneSound, SoundOfTwoBodiesIsTheSumOfEach) {
   std::string toml = kMaterials;
   for (const char* name : {"a", "b"})
     toml += std::string("[[body]]\nname = \"") + name +
-            "\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.2, width_m = 0.04, height_m = 0.01 "
+            "\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.3, width_m = 0.04, height_m = 0.01 "
             "}\nposition_m = [" +
-            (name[0] == 'a' ? "-0.3" : "0.3") + ", 0, 0.1]\nrotation_deg = [10, 5, 0]\n";
+            (name[0] == 'a' ? "-0.4" : "0.4") + ", 0, 0.1]\nrotation_deg = [10, 5, 0]\n";
   const Scene scene = parse_scene(toml, "two.toml");
   const SceneMotion motion = move(scene, 0.3);
   const std::vector<HeardBody> bodies = heard(scene);

@@ -46,17 +46,28 @@ double end_of(const events::EventLog& log) {
   return end_s;
 }
 
+/// Whether the files that a scene names are those that the run in a folder read.
+bool is_scene_of(const scene::Scene& scene, const scene::SceneDocument& run) {
+  const std::vector<std::filesystem::path> files = scene.inputs();
+  const std::vector<InputFile>& read = run.header.provenance.inputs;
+  return files.size() == read.size() &&
+         std::equal(files.begin(), files.end(), read.begin(),
+                    [](const auto& a, const auto& b) { return input_file(a).sha256 == b.sha256; });
+}
+
 int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   const bool is_folder = std::filesystem::is_directory(options.source);
   std::string scene_file = options.scene;
+  scene::SceneDocument run;
+  if (is_folder)
+    run = read_fields<scene::SceneDocument>(read_result_json(std::filesystem::path(options.source) / "scene.json"),
+                                            "scene.json");
   if (scene_file.empty()) {
     if (!is_folder)
       throw InputError("--scene", "is needed for a log: the scene that describes its bodies", options.source);
-    const auto document = read_fields<scene::SceneDocument>(
-        read_result_json(std::filesystem::path(options.source) / "scene.json"), "scene.json");
-    if (document.header.provenance.inputs.empty()) throw InputError(options.source, "scene.json names no scene");
-    scene_file = document.header.provenance.inputs.front().path;
+    if (run.header.provenance.inputs.empty()) throw InputError(options.source, "scene.json names no scene");
+    scene_file = run.header.provenance.inputs.front().path;
   }
   scene::Scene scene = scene::read_scene(scene_file);
   if (!options.listener.empty()) scene.sound.listener.position_m = parse_place("--listener", options.listener);
@@ -66,14 +77,17 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
   scene.sound.sample_rate_hz = options.sample_rate_hz.value_or(scene.sound.sample_rate_hz);
 
   const SceneFolder folder(options.source);
-  if (is_folder) folder.require(scene_run_key(scene, {}, common.seed));
+  // Modes of the folder are those of the scene that was run; another scene, named on purpose, has its own.
+  const bool is_same = is_folder && is_scene_of(scene, run);
+  if (is_folder && !is_same && options.scene.empty())
+    throw InputError(scene_file, "has changed since the run in " + options.source, "", "--scene FILE, or a new run");
   const events::EventLog log =
       events::read_event_log(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
   std::vector<scene::HeardBody> heard =
-      renumbered(heard_bodies(scene, is_folder ? &folder : nullptr, notes, monitor), scene, log, options.source);
-  if (is_folder)
+      renumbered(heard_bodies(scene, is_same ? &folder : nullptr, notes, monitor), scene, log, options.source);
+  if (is_same)
     for (scene::HeardBody& piece : heard_pieces(scene, log, folder, notes, monitor)) heard.push_back(std::move(piece));
   const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
   const double duration_s = options.duration_s.value_or(scene.duration_s.value_or(end_of(log) + tail_s));

@@ -83,8 +83,10 @@ rigid::RigidBodySpec rigid_body_of(const Scene& scene, const SceneBody& body, co
     if (const auto radius_m = ball_radius_m(body)) {
       rigid = rigid::ball(body.name, *radius_m, material.elastic.density_kg_m3 * mesh::shape_volume_m3(*body.shape));
     } else if (body.shape) {
-      set_mass(rigid, mesh::mass_properties(mesh::mesh_shape(*body.shape)), mesh::shape_volume_m3(*body.shape),
-               material.elastic.density_kg_m3);
+      const mesh::TetMesh mesh = mesh::mesh_shape(*body.shape);
+      set_mass(rigid, mesh::mass_properties(mesh), mesh::shape_volume_m3(*body.shape), material.elastic.density_kg_m3);
+      for (const std::string& warning : mesh::body_warnings(mesh, 1.0, {}))
+        if (notes.warning) notes.warning("body " + body.name + ": " + warning);
       for (Eigen::Matrix3Xd& corners_m : mesh::convex_parts(*body.shape)) rigid.parts.push_back({std::move(corners_m)});
     } else {
       const mesh::TetMesh mesh = loaded(body, 0.0, notes, monitor);

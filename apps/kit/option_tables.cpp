@@ -22,7 +22,8 @@ std::string row(const CLI::Option& option) {
 std::string table(const CLI::App& app, bool common) {
   std::string text = "| option | value | default | meaning |\n| --- | --- | --- | --- |\n";
   for (const CLI::Option* option : app.get_options()) {
-    if (option == app.get_help_ptr() || (option->get_group() == kCommonGroup) != common) continue;
+    const bool hidden = option == app.get_help_ptr() || option->get_group().empty();
+    if (hidden || (option->get_group() == kCommonGroup) != common) continue;
     text += row(*option);
   }
   return text;

@@ -1,11 +1,13 @@
 #include "apps/kit/program.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <new>
 
 #include "apps/kit/signals.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields.hpp"
@@ -23,42 +25,89 @@ int complain(const char* what, int code) {
   return code;
 }
 
+std::vector<const CLI::App*> children_of(const CLI::App& group) {
+  return group.get_subcommands([](const CLI::App*) { return true; });
+}
+
+/// Whether the next word is this option's value: "--threads 2".
+bool takes_next_word(const CLI::App& group, const std::string& word) {
+  const CLI::Option* option = group.get_option_no_throw(word);
+  return option != nullptr && option->get_items_expected_max() > 0;
+}
+
+/// Where in the words, from a place on, a word stands that is no option of the group and no option's value; their number if none.
+std::size_t next_plain_word(const CLI::App& group, const std::vector<std::string>& words, std::size_t at) {
+  for (; at < words.size(); ++at) {
+    if (words[at].empty() || words[at].front() != '-') return at;
+    if (takes_next_word(group, words[at])) ++at;
+  }
+  return words.size();
+}
+
+/// What a mistyped option was meant to be.
+std::string option_meant(const CLI::App& command, const std::vector<std::string>& left_over) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (const std::string& word : left_over) {
+    if (!word.starts_with("-")) continue;
+    return did_you_mean(word.substr(0, word.find('=')), known);
+  }
+  return {};
+}
+
 }  // namespace
 
 Program::Program(std::span<const CommandEntry> commands)
     : app_("Klangprobe: from recordings of struck objects to their material, with honest error bars", "klang") {
   app_.set_version_flag("--version", version());
+  add_common_options(app_, common_);
   app_.require_subcommand(1);
   app_.footer(
       "Exit codes: 0 done; 1 ran, and a check did not pass; 2 bad input; 3 numerical failure; 130 interrupted "
       "(143 by SIGTERM, 129 by SIGHUP).\n"
-      "klang SUBCOMMAND --help shows its options and examples.");
+      "klang SUBCOMMAND --help and klang help SUBCOMMAND show its options and examples.");
   for (const CommandEntry& entry : commands) {
     if (entry.add == nullptr) {
-      app_.add_subcommand(entry.group, entry.description)->require_subcommand(1);
+      CLI::App* group = app_.add_subcommand(entry.group, entry.description)->require_subcommand(1);
+      add_common_options(*group, common_);
       continue;
     }
     const std::string group = entry.group;
     CLI::App& parent = group.empty() ? app_ : *app_.get_subcommand(group);
     subcommands_.push_back(entry.add(parent, common_));
     add_common_options(*subcommands_.back().app, common_);
+    subcommands_.back().app->set_version_flag("--version", version())->group("");
   }
 }
 
 int Program::run(int argc, char** argv) {
   common_.command_line = "klang";
   for (int i = 1; i < argc; ++i) common_.command_line.append(" ").append(argv[i]);
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   int code = kDone;
   try {
-    app_.parse(argc, argv);
+    ask_for_help(words);
+    std::vector<std::string> backwards(words.rbegin(), words.rend());
+    app_.parse(backwards);
     set_thread_count(common_.n_threads);
     heed_signals();
     code = run_parsed();
   } catch (const std::exception&) {
-    code = exit_code_of_exception(argc, argv);
+    code = exit_code_of_exception(words);
   }
   work_is_over(code);
   return code;
+}
+
+void Program::ask_for_help(std::vector<std::string>& words) const {
+  const std::size_t first = next_plain_word(app_, words, 0);
+  const bool asks = first < words.size() && words[first] == "help";
+  if (!asks && !words.empty()) return;
+  if (asks) words.erase(words.begin() + static_cast<std::ptrdiff_t>(first));
+  if (const std::string wrong = unknown_subcommand(words); !wrong.empty()) throw InputError(wrong);
+  words.emplace_back("--help");
 }
 
 int Program::run_parsed() const {
@@ -68,14 +117,13 @@ int Program::run_parsed() const {
   return kBadInput;
 }
 
-int Program::exit_code_of_exception(int argc, char** argv) const {
+int Program::exit_code_of_exception(const std::vector<std::string>& words) const {
   try {
     throw;
   } catch (const CLI::Success& success) {  // --help, --version
     return app_.exit(success);
   } catch (const CLI::ParseError& error) {
-    const std::string unknown = unknown_subcommand(argc, argv);
-    return complain(unknown.empty() ? error.what() : unknown.c_str(), kBadInput);
+    return complain(parse_complaint(words, error).c_str(), kBadInput);
   } catch (const OptionsError& error) {
     return complain(error.text([this](const std::string& field) { return flag_or_field(field); }).c_str(), kBadInput);
   } catch (const InputError& error) {
@@ -119,20 +167,34 @@ std::string Program::flag_or_field(const std::string& field) const {
   return field;
 }
 
-std::string Program::unknown_subcommand(int argc, char** argv) const {
+std::string Program::parse_complaint(const std::vector<std::string>& words, const CLI::ParseError& error) const {
+  const std::string unknown = unknown_subcommand(words);
+  if (!unknown.empty()) return unknown;
+  const std::vector<std::string> left_over = app_.remaining(true);
+  const bool mistyped =
+      std::any_of(left_over.begin(), left_over.end(), [](const auto& w) { return w.starts_with("-"); });
+  const CLI::App* command = &app_;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  // An option that is required may be the one that was mistyped.
+  const std::string said = mistyped ? CLI::ExtrasError(left_over).what() : error.what();
+  return said + option_meant(*command, left_over);
+}
+
+std::string Program::unknown_subcommand(const std::vector<std::string>& words) const {
   const CLI::App* group = &app_;
   std::string place;
-  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
-    const auto children = group->get_subcommands([](const CLI::App*) { return true; });
+  for (std::size_t at = next_plain_word(app_, words, 0); at < words.size();
+       at = next_plain_word(*group, words, at + 1)) {
+    const std::vector<const CLI::App*> children = children_of(*group);
     if (children.empty()) return {};
     const CLI::App* child = nullptr;
-    std::string names;
+    std::vector<std::string> names;
     for (const CLI::App* candidate : children) {
-      if (candidate->get_name() == argv[i]) child = candidate;
-      names += (names.empty() ? "" : ", ") + candidate->get_name();
+      if (candidate->get_name() == words[at]) child = candidate;
+      names.push_back(candidate->get_name());
     }
-    if (child == nullptr) return InputError(place + argv[i], "is no subcommand", "", names).what();
-    place += std::string(argv[i]) + " ";
+    if (child == nullptr) return unknown_word(place + words[at], "is no subcommand", "", words[at], names).what();
+    place += words[at] + " ";
     group = child;
   }
   return {};

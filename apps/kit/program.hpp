@@ -1,5 +1,6 @@
 #pragma once
 #include <CLI/App.hpp>
+#include <CLI/Error.hpp>
 #include <span>
 #include <vector>
 
@@ -35,11 +36,15 @@ class Program {
  private:
   int run_parsed() const;
   /// Of an exception that is being handled: the one place where it becomes an exit code.
-  int exit_code_of_exception(int argc, char** argv) const;
+  int exit_code_of_exception(const std::vector<std::string>& words) const;
   /// The flag of a field of the options of the subcommand that was called, or the field's name.
   std::string flag_or_field(const std::string& field) const;
+  /// "help X" becomes "X --help", no words "--help". @throws InputError for an X that is no subcommand
+  void ask_for_help(std::vector<std::string>& words) const;
+  /// One line on a command line that the parser refused: a word that is no subcommand, an option that is none, or his own words.
+  std::string parse_complaint(const std::vector<std::string>& words, const CLI::ParseError& error) const;
   /// The complaint where a word stands in a subcommand's place, at the top or in a group; else empty.
-  std::string unknown_subcommand(int argc, char** argv) const;
+  std::string unknown_subcommand(const std::vector<std::string>& words) const;
 
   CLI::App app_;
   CommonOptions common_;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/geometry/shapes/shape_reader.hpp"
 #include "core/physics/solid/material_reader.hpp"
@@ -126,16 +127,15 @@ std::string name_problem(const FitProblem& problem, const std::string& name) {
   return "unknown specimen";
 }
 
-std::string allowed_names() {
-  std::string text;
-  for (const std::string& name : material_parameter_names()) text += name + ", ";
-  return text + "SPECIMEN.DIMENSION";
+InputError unknown_name(const std::string& place, const std::string& problem, const std::string& name) {
+  const auto& names = material_parameter_names();
+  return InputError(InputError(place, problem, name, word_list(names) + ", SPECIMEN.DIMENSION").what() +
+                    did_you_mean(name, names));
 }
 
 void read_priors(const TomlTable& fit, FitProblem& problem) {
   for (const auto& [name, prior] : fit.named_tables("priors")) {
-    if (const auto wrong = name_problem(problem, name); !wrong.empty())
-      throw InputError(prior.place(), wrong, name, allowed_names());
+    if (const auto wrong = name_problem(problem, name); !wrong.empty()) throw unknown_name(prior.place(), wrong, name);
     const auto& asked = problem.parameters;
     if (!is_elastic(name) && std::find(asked.begin(), asked.end(), name) == asked.end())
       throw InputError(prior.place(), "prior of a parameter that is not fitted", name);
@@ -148,8 +148,7 @@ void check_parameters(const TomlTable& fit, const FitProblem& problem) {
   std::set<std::string> seen;
   int n_elastic = 0;
   for (const std::string& name : problem.parameters) {
-    if (const auto wrong = name_problem(problem, name); !wrong.empty())
-      throw InputError(place, wrong, name, allowed_names());
+    if (const auto wrong = name_problem(problem, name); !wrong.empty()) throw unknown_name(place, wrong, name);
     const bool is_new = seen.insert(name == "shear_modulus_pa" ? "lame_mu_pa" : name).second;
     if (!is_new) throw InputError(place, "parameter named twice", name);
     n_elastic += is_elastic(name) ? 1 : 0;

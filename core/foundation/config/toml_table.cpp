@@ -7,6 +7,7 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/config/toml_depth.hpp"
 
 namespace klang {
@@ -72,12 +73,12 @@ struct TomlTable::Document {
     }
     return nullptr;
   }
-  std::string known_keys(std::string_view table) const {
-    std::string text;
+  std::vector<std::string> known_keys(std::string_view table) const {
+    std::vector<std::string> keys;
     for (const TomlField& field : schema) {
-      if (field.table == table) text.append(text.empty() ? "" : ", ").append(field.key);
+      if (field.table == table) keys.emplace_back(field.key);
     }
-    return text;
+    return keys;
   }
 };
 
@@ -102,7 +103,7 @@ TomlTable::TomlTable(std::shared_ptr<const Document> document, const void* node,
     : document_(std::move(document)), node_(node), schema_table_(std::move(schema_table)), shown_(std::move(shown)) {
   for (const auto& [key, value] : table_of(node_)) {
     if (!document_->find(schema_table_, key.str()))
-      throw InputError(place(key.str()), "unknown key", "", document_->known_keys(schema_table_));
+      throw unknown_word(place(key.str()), "unknown key", "", key.str(), document_->known_keys(schema_table_));
   }
 }
 
@@ -192,7 +193,8 @@ void TomlTable::add_named(const void* node, const std::string& prefix, const std
     const std::string shown = shown_.empty() ? name : shown_ + "." + name;
     if (!table) {
       throw InputError(document_->name + ":" + std::to_string(value.source().begin.line) + ": " + shown,
-                       "must be a table", shown_value(value), "a table of " + document_->known_keys(schema_table));
+                       "must be a table", shown_value(value),
+                       "a table of " + word_list(document_->known_keys(schema_table)));
     }
     found.emplace_back(name, TomlTable(document_, table, schema_table, shown));
   }
@@ -219,9 +221,7 @@ std::string TomlTable::text(std::string_view key, std::string_view fallback) con
 std::string TomlTable::choice(std::string_view key, std::initializer_list<std::string_view> words) const {
   const std::string word = field(key).presence == "required" ? text(key) : text(key, *words.begin());
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
-  std::string allowed;
-  for (const std::string_view w : words) allowed.append(allowed.empty() ? "" : ", ").append(w);
-  throw InputError(place(key), "unknown choice", word.substr(0, 80), allowed);
+  throw unknown_word(place(key), "unknown choice", word.substr(0, 80), word, {words.begin(), words.end()});
 }
 
 double TomlTable::number(std::string_view key) const {

@@ -4,23 +4,18 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/geometry/shapes/detail/block_shape.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
 
 namespace klang::mesh {
 namespace {
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 std::string kinds_with_profile() {
   std::vector<std::string> names;
   for (const ShapeKind* kind : registered_shapes())
     if (kind->facts().has_profile) names.push_back(kind->facts().name);
-  return joined(names);
+  return word_list(names);
 }
 
 void check_options(const ShapeMeshOptions& options) {
@@ -50,11 +45,11 @@ void check_ranges(const ShapeSpec& spec, const ShapeKind& kind, const std::strin
   const std::vector<std::string>& names = kind.dimension_names();
   for (const auto& [name, value] : spec.dims)
     if (std::find(names.begin(), names.end(), name) == names.end())
-      throw InputError(place, "unknown dimension", name,
-                       names.empty() ? "none, profile_csv gives the shape" : joined(names));
+      throw names.empty() ? InputError(place, "unknown dimension", name, "none, profile_csv gives the shape")
+                          : unknown_word(place, "unknown dimension", name, name, names);
   for (const ShapeDimension& dimension : kind.facts().dimensions) {
     const auto it = spec.dims.find(dimension.name);
-    if (it == spec.dims.end()) throw InputError(place, "missing dimension", dimension.name, joined(names));
+    if (it == spec.dims.end()) throw InputError(place, "missing dimension", dimension.name, word_list(names));
     checked_open(place, dimension.name, it->second, dimension.low_m, dimension.high_m);
   }
 }

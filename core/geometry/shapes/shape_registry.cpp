@@ -1,6 +1,7 @@
 #include "core/geometry/shapes/shape_registry.hpp"
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/geometry/shapes/detail/bowl_shape.hpp"
 #include "core/geometry/shapes/detail/box_shape.hpp"
 #include "core/geometry/shapes/detail/ellipsoid_shape.hpp"
@@ -21,12 +22,12 @@ const std::vector<const ShapeKind*>& registered_shapes() {
 }
 
 const ShapeKind& find_shape(std::string_view kind) {
-  std::string known;
+  std::vector<std::string> known;
   for (const ShapeKind* shape : registered_shapes()) {
     if (shape->facts().name == kind) return *shape;
-    known += (known.empty() ? "" : ", ") + shape->facts().name;
+    known.push_back(shape->facts().name);
   }
-  throw InputError("shape", "unknown kind", kind, known);
+  throw unknown_word("shape", "unknown kind", kind, kind, known);
 }
 
 std::string shapes_table() {

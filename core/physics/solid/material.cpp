@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/physics/solid/material_range.hpp"
 
 namespace klang::solid {
@@ -59,12 +60,6 @@ constexpr EngineeringPreset kEngineeringPresets[] = {
     {"pmma", 3.2e9, 0.37, 1190, {2.2, 6.5}, {0.32, 0.42}, {1150, 1220}},
 };
 
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 }  // namespace
 
 double Material::youngs_modulus_pa() const {
@@ -110,7 +105,7 @@ Material material_preset(std::string_view name) {
     if (name != preset.name) continue;
     return {preset.lame_lambda_pa, preset.lame_mu_pa, preset.density_kg_m3, preset.name, preset.source};
   }
-  throw InputError("material", "unknown preset", name, joined(material_preset_names()));
+  throw unknown_word("material", "unknown preset", name, name, material_preset_names());
 }
 
 std::optional<MaterialRange> material_range(std::string_view name) {

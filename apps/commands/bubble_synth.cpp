@@ -25,6 +25,13 @@ int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
   stage::BubbleScene scene = stage::read_bubble_scene(options.scene, common.seed);
   if (options.unit_transfer) scene.transfer = stage::SceneTransfer::kUnit;
   if (options.constant_pitch) scene.pitch.kind = bubble::PitchKind::kConstant;
+  const auto n_of_no_pitch = std::count_if(scene.bubbles.begin(), scene.bubbles.end(), [](const stage::SceneBubble& b) {
+    return b.transfer && !b.transfer->has_frequency();
+  });
+  if (n_of_no_pitch > 0 && scene.transfer != stage::SceneTransfer::kUnit)
+    warn("the transfer_file of " + std::to_string(n_of_no_pitch) +
+         " bubble(s) has no frequency_hz: it is taken as it stands at every pitch, though pressure goes with its "
+         "square");
   stage::BubbleSound result = stage::synthesise_bubbles(scene, monitor);
   if (result.n_too_high > 0) {
     warn(std::to_string(result.n_too_high) + " bubble(s) are left out: their pitch reaches half of the sample rate");

@@ -95,7 +95,7 @@ int run_series(const TransferOptions& options, const CommonOptions& common) {
       path, points.row(0).transpose(), series, monitor);
   if (result.status != bubble::TransferSeriesResult::Status::kDone)
     throw NumericalError("bubble transfer: " + result.message);
-  write_file(options.output, bubble::transfer_series_csv(result));
+  write_file(options.output, bubble::transfer_series_csv(result, series.frequency_hz));
 
   std::vector<std::filesystem::path> inputs = {options.points};
   if (!options.path.empty()) inputs.emplace_back(options.path);

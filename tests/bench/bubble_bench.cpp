@@ -24,13 +24,11 @@ BubbleScene scene_of(int count, double seconds, const char* rise) {
 void add_transfers(BubbleScene& scene) {
   std::size_t i = 0;
   for (SceneBubble& bubble : scene.bubbles) {
-    auto series = std::make_shared<TransferSeries>();
-    for (int k = 0; k < 300; ++k) {
-      series->times_s.push_back(bubble.birth_s + 1e-3 * k);
-      series->pressure_pa_per_m.push_back(
-          std::polar(1e3 * (1.0 + 0.3 * std::sin(0.1 * k)), 0.05 * k + static_cast<double>(i)));
-    }
-    bubble.transfer = series;
+    std::vector<TransferSeries::Row> rows;
+    for (int k = 0; k < 300; ++k)
+      rows.push_back({bubble.birth_s + 1e-3 * k, 2000.0,
+                      std::polar(1e3 * (1.0 + 0.3 * std::sin(0.1 * k)), 0.05 * k + static_cast<double>(i))});
+    bubble.transfer = std::make_shared<const TransferSeries>(std::move(rows), "bench");
     ++i;
   }
 }

@@ -187,7 +187,7 @@ TEST(BubbleTransfer, SeriesWritesATransferOfGrowingStepsThatFreezesOutside) {
   std::ifstream csv(scratch.path() / "z.csv");
   std::string line;
   std::getline(csv, line);
-  EXPECT_EQ(line, "time_s,re,im");
+  EXPECT_EQ(line, "time_s,frequency_hz,re,im");
 }
 
 TEST(BubbleTransfer, BadInputIsNamed) {

@@ -104,10 +104,11 @@ TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s,
   return result;
 }
 
-std::string transfer_series_csv(const TransferSeriesResult& result) {
-  std::string text = "time_s,re,im\n";
+std::string transfer_series_csv(const TransferSeriesResult& result, double frequency_hz) {
+  std::string text = "time_s,frequency_hz,re,im\n";
   for (const TransferAtTime& step : result.steps)
-    text += to_text(step.time_s) + "," + to_text(step.pressure.real()) + "," + to_text(step.pressure.imag()) + "\n";
+    text += to_text(step.time_s) + "," + to_text(frequency_hz) + "," + to_text(step.pressure.real()) + "," +
+            to_text(step.pressure.imag()) + "\n";
   return text;
 }
 

@@ -66,7 +66,7 @@ TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s,
                                      const Eigen::Vector3d& listener_m, const TransferSeriesOptions& options,
                                      Monitor& monitor = silent_monitor());
 
-/// time_s,re,im a line, as klang bubble synth reads it.
-std::string transfer_series_csv(const TransferSeriesResult& result);
+/// time_s,frequency_hz,re,im a line, as klang bubble synth reads it.
+std::string transfer_series_csv(const TransferSeriesResult& result, double frequency_hz);
 
 }  // namespace klang::bubble

@@ -89,7 +89,7 @@ class Hearing {
     Complex transfer = 1.0;
     if (settings_.transfer != SceneTransfer::kUnit) {
       transfer = source.transfer
-                     ? source.transfer->at(t)
+                     ? source.transfer->at(t, rate.imag() / (2 * kPi))
                      : half_space_transfer(settings_, birth.radius_m, place, listener_.ear_m(channel, t), rate);
     }
     if (!listener_.stereo()) return std::abs(transfer);

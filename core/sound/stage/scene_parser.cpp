@@ -97,8 +97,9 @@ const TomlField kSchema[] = {
      "with a position, instead of a rise: `time_s,phi_m`; even time steps"},
     {"bubble", "phi_lowpass_hz", TomlType::kNumber, "200", 1, 1e9, "low-pass of the φ of a file"},
     {"bubble", "transfer_file", TomlType::kText, "none", -kInf, kInf,
-     "pressure at the listener for unit vibration amplitude: CSV `time_s,re,im`, or JSON with `transfer[]`: {time_s, "
-     "re, im}"},
+     "pressure at the listener for unit vibration amplitude: CSV `time_s,frequency_hz,re,im`, or JSON with "
+     "`transfer[]`: {time_s, "
+     "frequency_hz, re, im}"},
 
     {"population", "count", TomlType::kNumber, "required", 1, 1e6, "number of bubbles"},
     {"population", "distribution", TomlType::kText, "`lognormal`", -kInf, kInf,

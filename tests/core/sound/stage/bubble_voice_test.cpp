@@ -375,9 +375,103 @@ TEST(Scene, TransferOfJsonIsThatOfCsv) {
   Folder folder;
   folder.write("t.csv", "time_s,re,im\n0,1,2\n1,3,-2\n");
   folder.write("t.json", R"({"transfer": [{"time_s": 0, "re": 1, "im": 2}, {"time_s": 1, "re": 3, "im": -2}]})");
-  for (const double t : {-1.0, 0.0, 0.25, 1.0, 2.0})
-    EXPECT_EQ(read_transfer_series(folder.path / "t.csv").at(t), read_transfer_series(folder.path / "t.json").at(t));
-  EXPECT_EQ(read_transfer_series(folder.path / "t.csv").at(0.25), Complex(1.5, 1.0));
+  const TransferSeries csv = read_transfer_series(folder.path / "t.csv"),
+                       json = read_transfer_series(folder.path / "t.json");
+  for (const double t : {-1.0, 0.0, 0.25, 1.0, 2.0}) EXPECT_EQ(csv.at(t, 1000.0), json.at(t, 1000.0));
+  EXPECT_EQ(csv.at(0.25, 1000.0), Complex(1.5, 1.0));
+  EXPECT_EQ(csv.at(0.25, 2000.0), Complex(1.5, 1.0));  // no frequency: as it stands
+}
+
+TEST(TransferSeries, OfOneFrequencyGoesWithItsSquare) {
+  Folder folder;
+  folder.write("t.csv", "time_s,frequency_hz,re,im\n0,1000,1,2\n1,1000,3,-2\n");
+  folder.write("t.json", R"({"options": {"frequency_hz": 1000}, "transfer": [{"time_s": 0, "re": 1, "im": 2},
+                            {"time_s": 1, "re": 3, "im": -2}]})");
+  for (const char* name : {"t.csv", "t.json"}) {
+    const TransferSeries series = read_transfer_series(folder.path / name);
+    for (const double f : {500.0, 1000.0, 2500.0})
+      EXPECT_LE(std::abs(series.at(0.25, f) - f * f / 1e6 * Complex(1.5, 1.0)), 1e-14) << name << " " << f;
+  }
+}
+
+TEST(TransferSeries, TakesRowsInAnyOrderAndIsAPowerBetweenFrequencies) {
+  // P = c f^2.5 e^{-2 pi i f tau}, less than half a turn between frequencies; at 1 s one frequency less and twice as loud.
+  const auto exact = [](double t, double f) {
+    return (1.0 + t) * std::pow(f, 2.5) * std::polar(1.0, -2 * kPi * f * 1e-3);
+  };
+  std::vector<TransferSeries::Row> rows;
+  for (const double f : {1500.0, 900.0, 1200.0})
+    for (const double t : {1.0, 0.0})
+      if (f != 1500.0 || t == 0.0) rows.push_back({t, f, exact(t, f)});
+  const TransferSeries series(rows, "rows");
+  for (const double f : {900.0, 1000.0, 1200.0})
+    for (const double t : {0.0, 0.25, 1.0})
+      EXPECT_LE(std::abs(series.at(t, f) - exact(t, f)), 1e-12 * std::abs(exact(t, f))) << t << " " << f;
+  EXPECT_LE(std::abs(series.at(0.0, 1350.0) - exact(0.0, 1350.0)), 1e-12 * std::abs(exact(0.0, 1350.0)));
+  EXPECT_LE(std::abs(series.at(1.0, 1500.0)) / (std::abs(exact(1.0, 1200.0)) * 1.5625) - 1.0, 1e-12);
+}
+
+TEST(TransferSeries, RefusesWhatIsTwiceOrHalfThere) {
+  Folder folder;
+  const auto refused = [&](const std::string& rows, const std::string& word) {
+    folder.write("t.csv", rows);
+    try {
+      read_transfer_series(folder.path / "t.csv");
+      ADD_FAILURE() << rows;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  };
+  refused("time_s,frequency_hz,re,im\n0,1000,1,0\n1,1000,1,0\n0,1000,2,0\n", "says a time twice");
+  refused("time_s,frequency_hz,re,im\n0,-1000,1,0\n", "frequency_hz");
+  refused("time_s,frequency_hz,re,im\n0,0,1,0\n0,1000,1,0\n", "frequency_hz");
+  refused("time_s,frequency_hz,re\n0,1,1\n", "im");
+}
+
+TEST(BubbleSound, RisingBubbleInABallIsTheExactTransferAtItsMomentaryPitch) {
+  // Centre of a ball of liquid, radius a, heard at R: in closed form, without images or sums.
+  constexpr double kBall_m = 0.03, kListener_m = 0.8, kDensityRatio = 1.2041 / 1000.0;
+  const auto exact = [&](double f) {
+    const double omega = 2 * kPi * f, kf = omega / 1497.0, ka = omega / 343.0, r0 = 2e-3;
+    const double strength = 4 * kPi * 1000.0 * omega * omega * r0 * r0;
+    const double slope = -strength * kf / (4 * kPi * kBall_m * std::sin(kf * kBall_m));
+    return kDensityRatio * slope * kBall_m * kBall_m / (-Complex(1.0, ka * kBall_m)) *
+           std::polar(1.0, -ka * (kListener_m - kBall_m)) / kListener_m;
+  };
+  Folder folder;
+  std::string transfer = "time_s,frequency_hz,re,im\n", phi = "time_s,phi_m\n";
+  for (int bin = 0; bin <= 12; ++bin) {  // 6 an octave, 1 to 4 kHz
+    const double f = 1000.0 * std::pow(2.0, bin / 6.0);
+    for (const double t : {0.0, 10.0})
+      transfer +=
+          to_text(t) + "," + to_text(f) + "," + to_text(exact(f).real()) + "," + to_text(exact(f).imag()) + "\n";
+  }
+  for (int i = 0; i <= 100; ++i) phi += to_text(1e-3 * i) + "," + to_text(-0.012 + 3.3e-4 * std::min(i, 30)) + "\n";
+  folder.write("p.csv", transfer);
+  folder.write("phi.csv", phi);
+  const BubbleScene scene = scene_of(
+      "[listener]\nmode = \"mono\"\n[sound]\nattack = \"none\"\n[pitch]\nphi0_m = -0.012\n[[bubble]]\n"
+      "radius_m = 0.002\nposition_m = [0, 0, -0.012]\nphi_csv = \"phi.csv\"\ntransfer_file = \"p.csv\"\n",
+      folder.path);
+  const BubbleSound result = synthesise_bubbles(scene);
+  RingingBubble bubble;
+  bubble.motion = scene.bubbles[0].motion;
+  bubble.pitch = scene.pitch;
+  bubble.radius_m = 2e-3;
+  bubble.onset_velocity_m_s = entrainment_velocity_m_s(2e-3);
+  const RingTrack track = ring_track(bubble);
+  double worst = 0.0, loudest = 0.0, lowest = 1e9, highest = 0.0;
+  for (int i = 0; i / 48000.0 < track.faded_from_s; i += 3) {
+    const double age = i / 48000.0, f = track.block_at(age).rate_at(age).imag() / (2 * kPi);
+    const double heard = std::abs(exact(f));
+    worst = std::max(worst, std::abs(result.sound.samples(i, 0) - heard * track.value(age).real()) /
+                                (heard * std::abs(track.value(age))));
+    loudest = std::max(loudest, heard);
+    lowest = std::min(lowest, f);
+    highest = std::max(highest, f);
+  }
+  EXPECT_GE(highest, 1.9 * lowest);  // frozen at birth it would end 11 dB too quiet
+  EXPECT_LE(worst, 0.01);
 }
 
 TEST(Scene, EveryCommittedSceneParses) {

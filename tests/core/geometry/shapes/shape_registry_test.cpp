@@ -9,34 +9,13 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/shapes/section.hpp"
+#include "tests/core/geometry/shapes/shape_examples.hpp"
 
 using namespace klang;
 using namespace klang::mesh;
+using namespace klang::mesh::test;
 
 namespace {
-
-/// A body of every kind that is given by dimensions.
-std::vector<ShapeSpec> examples() {
-  return {{"tube", {{"length_m", 0.1}, {"outer_radius_m", 0.02}, {"wall_m", 0.004}}, {}},
-          {"rod", {{"length_m", 0.1}, {"radius_m", 0.02}}, {}},
-          {"box", {{"length_m", 0.1}, {"width_m", 0.06}, {"height_m", 0.03}}, {}},
-          {"shell_box", {{"edge_m", 0.1}, {"wall_m", 0.01}}, {}},
-          {"ellipsoid", {{"a_m", 0.05}, {"b_m", 0.05}, {"c_m", 0.03}}, {}},
-          {"sphere", {{"radius_m", 0.05}}, {}},
-          {"bowl", {{"outer_radius_m", 0.05}, {"wall_m", 0.005}, {"depth_m", 0.04}}, {}}};
-}
-
-ShapeSpec cone_stump() {
-  const auto path = std::filesystem::temp_directory_path() / "klang_registry_profile.csv";
-  std::ofstream(path) << "r_m,z_m\n0,0\n0.03,0\n0.02,0.05\n0,0.05\n";
-  return {"revolution", {}, path};
-}
-
-std::vector<ShapeSpec> examples_and_profile() {
-  std::vector<ShapeSpec> all = examples();
-  all.push_back(cone_stump());
-  return all;
-}
 
 /// The section turned about z: V = 2 pi sum of r dA over each element, by its corners' quadrilateral (degree 1).
 double turned_volume_m3(const Section& section) {
@@ -71,16 +50,6 @@ TEST(ShapeRegistry, UnknownKindIsRefusedWithTheKnownOnes) {
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(),
                  "shape: unknown kind (cone; allowed: tube, rod, box, shell_box, ellipsoid, sphere, bowl, revolution)");
-  }
-}
-
-TEST(ShapeRegistry, EveryKindsVolumeAndAreaAreThoseOfItsMesh) {
-  for (const ShapeSpec& spec : examples_and_profile()) {
-    ShapeMeshOptions fine;
-    fine.refinement = 1;
-    const MeshQuality quality = mesh_quality(mesh_shape(spec, fine));
-    EXPECT_LE(std::abs(quality.volume_m3 / shape_volume_m3(spec) - 1.0), 1e-4) << spec.kind;
-    EXPECT_LE(std::abs(quality.surface_area_m2 / shape_area_m2(spec) - 1.0), 1e-4) << spec.kind;
   }
 }
 

@@ -1,0 +1,355 @@
+#include "core/physics/liquid/level_set.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/parallel.hpp"
+
+namespace klang::liquid {
+namespace {
+
+using Eigen::Vector3d;
+
+template <class Body>
+void for_layers(int nz, const Body& body) {
+  parallel_for(static_cast<std::size_t>(nz), 1, [&](std::size_t k, std::size_t) { body(static_cast<int>(k)); });
+}
+
+/// Catmull-Rom along an axis.
+double cubic(double a, double b, double c, double d, double t) {
+  const double slope_b = 0.5 * (c - a), slope_c = 0.5 * (d - b), rise = c - b;
+  return b + t * (slope_b + t * (3.0 * rise - 2.0 * slope_b - slope_c + t * (slope_b + slope_c - 2.0 * rise)));
+}
+
+double tricubic(const Field& f, double gx, double gy, double gz) {
+  const GridPlace at(f, gx, gy, gz);
+  double planes[4];
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (int c = -1; c <= 2; ++c) {
+    double rows[4];
+    for (int b = -1; b <= 2; ++b) {
+      double v[4];
+      for (int a = -1; a <= 2; ++a) v[a + 1] = f.clamped(at.i + a, at.j + b, at.k + c);
+      if ((b == 0 || b == 1) && (c == 0 || c == 1)) {
+        low = std::min({low, v[1], v[2]});
+        high = std::max({high, v[1], v[2]});
+      }
+      rows[b + 1] = cubic(v[0], v[1], v[2], v[3], at.x);
+    }
+    planes[c + 1] = cubic(rows[0], rows[1], rows[2], rows[3], at.y);
+  }
+  return std::clamp(cubic(planes[0], planes[1], planes[2], planes[3], at.z), low, high);
+}
+
+bool changes_sign(const Field& phi, int i, int j, int k) {
+  const bool wet = phi(i, j, k) < 0.0;
+  return (phi.clamped(i - 1, j, k) < 0.0) != wet || (phi.clamped(i + 1, j, k) < 0.0) != wet ||
+         (phi.clamped(i, j - 1, k) < 0.0) != wet || (phi.clamped(i, j + 1, k) < 0.0) != wet ||
+         (phi.clamped(i, j, k - 1) < 0.0) != wet || (phi.clamped(i, j, k + 1) < 0.0) != wet;
+}
+
+/// |grad u| = 1 from the smallest neighbours along the axes.
+double eikonal(double a, double b, double c, double h) {
+  if (a > b) std::swap(a, b);
+  if (b > c) std::swap(b, c);
+  if (a > b) std::swap(a, b);
+  double d = a + h;
+  if (d <= b) return d;
+  d = 0.5 * (a + b + std::sqrt(std::max(0.0, 2.0 * h * h - (a - b) * (a - b))));
+  if (d <= c) return d;
+  const double sum = a + b + c, squares = a * a + b * b + c * c;
+  return (sum + std::sqrt(std::max(0.0, sum * sum - 3.0 * (squares - h * h)))) / 3.0;
+}
+
+}  // namespace
+
+Vector3d slope_at(const Field& phi, double h, int i, int j, int k) {
+  return Vector3d(phi.clamped(i + 1, j, k) - phi.clamped(i - 1, j, k),
+                  phi.clamped(i, j + 1, k) - phi.clamped(i, j - 1, k),
+                  phi.clamped(i, j, k + 1) - phi.clamped(i, j, k - 1)) /
+         (2.0 * h);
+}
+
+double curvature_per_m(const Field& phi, double h, int i, int j, int k) {
+  const auto at = [&](int a, int b, int c) { return phi.clamped(i + a, j + b, k + c); };
+  const Vector3d g = slope_at(phi, h, i, j, k);
+  const double centre = at(0, 0, 0), hh = h * h;
+  const double xx = (at(1, 0, 0) - 2.0 * centre + at(-1, 0, 0)) / hh,
+               yy = (at(0, 1, 0) - 2.0 * centre + at(0, -1, 0)) / hh,
+               zz = (at(0, 0, 1) - 2.0 * centre + at(0, 0, -1)) / hh;
+  const double xy = (at(1, 1, 0) - at(1, -1, 0) - at(-1, 1, 0) + at(-1, -1, 0)) / (4.0 * hh),
+               xz = (at(1, 0, 1) - at(1, 0, -1) - at(-1, 0, 1) + at(-1, 0, -1)) / (4.0 * hh),
+               yz = (at(0, 1, 1) - at(0, 1, -1) - at(0, -1, 1) + at(0, -1, -1)) / (4.0 * hh);
+  const double gg = g.squaredNorm();
+  if (!(gg > 1e-12)) return 0.0;
+  const double x = g.x(), y = g.y(), z = g.z();
+  return (x * x * (yy + zz) + y * y * (xx + zz) + z * z * (xx + yy) - 2.0 * (x * y * xy + x * z * xz + y * z * yz)) /
+         (gg * std::sqrt(gg));
+}
+
+void advect_level_set(const GridShape& shape, const MacGrid& u, double step_s, double band_m, Field& phi) {
+  const Field before = phi;
+  const double h = shape.cell_m;
+  const Vector3d low = Vector3d::Constant(0.5 * h), high = shape.size_m() - low;
+  for_layers(shape.nz, [&](int k) {
+    for (int j = 0; j < shape.ny; ++j)
+      for (int i = 0; i < shape.nx; ++i) {
+        if (!(std::abs(before(i, j, k)) < band_m)) continue;
+        const Vector3d x = shape.centre_m(i, j, k);
+        const Vector3d k1 = velocity_at(u, x, h);
+        const Vector3d k2 = velocity_at(u, x - 0.5 * step_s * k1, h);
+        const Vector3d k3 = velocity_at(u, x - 0.75 * step_s * k2, h);
+        const Vector3d from = x - step_s / 9.0 * (2.0 * k1 + 3.0 * k2 + 4.0 * k3);
+        const Vector3d g = from.cwiseMax(low).cwiseMin(high) / h - Vector3d::Constant(0.5);
+        phi(i, j, k) = tricubic(before, g.x(), g.y(), g.z());
+      }
+  });
+}
+
+void redistance(const GridShape& shape, double keep_m, double reach_m, Field& phi) {
+  const double h = shape.cell_m;
+  Grid3<std::uint8_t> frozen(shape.nx, shape.ny, shape.nz, 0);
+  Field distance(shape.nx, shape.ny, shape.nz, reach_m);
+  for_layers(shape.nz, [&](int k) {
+    for (int j = 0; j < shape.ny; ++j)
+      for (int i = 0; i < shape.nx; ++i) {
+        const double value = std::abs(phi(i, j, k));
+        if (!(value < keep_m) && !(value < 2.0 * h)) continue;
+        const bool near = value < 2.0 * h && changes_sign(phi, i, j, k);
+        if (!near && !(value < keep_m)) continue;
+        const double slope = slope_at(phi, h, i, j, k).norm();
+        const bool even = slope > 0.7 && slope < 1.4;
+        if (!near && !even) continue;
+        frozen(i, j, k) = 1;
+        distance(i, j, k) = even || !(slope > 0.0) ? value : std::min(value / std::clamp(slope, 0.2, 5.0), 1.5 * h);
+      }
+  });
+  const auto neighbour = [&](int i, int j, int k) { return distance.contains(i, j, k) ? distance(i, j, k) : HUGE_VAL; };
+  for (int sweep = 0; sweep < 8; ++sweep) {
+    const bool fx = (sweep & 1) != 0, fy = (sweep & 2) != 0, fz = (sweep & 4) != 0;
+    for (int c = 0; c < shape.nz; ++c) {
+      const int k = fz ? shape.nz - 1 - c : c;
+      for (int b = 0; b < shape.ny; ++b) {
+        const int j = fy ? shape.ny - 1 - b : b;
+        for (int a = 0; a < shape.nx; ++a) {
+          const int i = fx ? shape.nx - 1 - a : a;
+          if (frozen(i, j, k) != 0) continue;
+          const double x = std::min(neighbour(i - 1, j, k), neighbour(i + 1, j, k)),
+                       y = std::min(neighbour(i, j - 1, k), neighbour(i, j + 1, k)),
+                       z = std::min(neighbour(i, j, k - 1), neighbour(i, j, k + 1));
+          if (std::min({x, y, z}) >= reach_m) continue;
+          double& value = distance(i, j, k);
+          value = std::min(value, eikonal(x, y, z, h));
+        }
+      }
+    }
+  }
+  for (std::size_t c = 0; c < phi.size(); ++c) phi[c] = phi[c] < 0.0 ? -distance[c] : distance[c];
+}
+
+double plane_fraction(double value, const Vector3d& slope) {
+  std::array<double, 3> m{std::abs(slope.x()), std::abs(slope.y()), std::abs(slope.z())};
+  const double sum = m[0] + m[1] + m[2];
+  if (!(sum > 1e-12)) return value < 0.0 ? 1.0 : 0.0;
+  double alpha = 0.5 - value / sum;
+  if (alpha <= 0.0) return 0.0;
+  if (alpha >= 1.0) return 1.0;
+  std::sort(m.begin(), m.end());
+  const double m1 = m[0] / sum, m2 = m[1] / sum, m3 = m[2] / sum, m12 = m1 + m2;
+  const bool upper = alpha > 0.5;
+  if (upper) alpha = 1.0 - alpha;
+  double volume;
+  if (alpha < m1) {
+    volume = alpha * alpha * alpha / (6.0 * m1 * m2 * m3);
+  } else if (alpha < m2) {
+    volume = 0.5 * alpha * (alpha - m1) / (m2 * m3) + m1 * m1 / std::max(6.0 * m2 * m3, 1e-300);
+  } else if (alpha < std::min(m12, m3)) {
+    volume = m1 < 1e-9
+                 ? (alpha - 0.5 * m2) / m3
+                 : (alpha * alpha * (3.0 * m12 - alpha) + m1 * m1 * (m1 - 3.0 * alpha) + m2 * m2 * (m2 - 3.0 * alpha)) /
+                       (6.0 * m1 * m2 * m3);
+  } else if (m3 < m12) {
+    volume = (alpha * alpha * (3.0 - 2.0 * alpha) + m1 * m1 * (m1 - 3.0 * alpha) + m2 * m2 * (m2 - 3.0 * alpha) +
+              m3 * m3 * (m3 - 3.0 * alpha)) /
+             (6.0 * m1 * m2 * m3);
+  } else {
+    volume = 0.5 * (2.0 * alpha - m12) / m3;
+  }
+  return upper ? 1.0 - volume : volume;
+}
+
+namespace {
+
+/// Of a cell that a solid cuts.
+double cut_fraction(const SolidField& solid, double h, int i, int j, int k, double value, const Vector3d& slope) {
+  constexpr int kSub = 4;
+  double sum = 0.0;
+  for (int c = 0; c < kSub; ++c)
+    for (int b = 0; b < kSub; ++b)
+      for (int a = 0; a < kSub; ++a) {
+        const Vector3d at((a + 0.5) / kSub, (b + 0.5) / kSub, (c + 0.5) / kSub);
+        const double open = trilinear(solid.distance_m, i + at.x(), j + at.y(), k + at.z()) / h;
+        const double wet = value + slope.dot(at - Vector3d::Constant(0.5));
+        sum += std::clamp(0.5 + kSub * open, 0.0, 1.0) * std::clamp(0.5 - kSub * wet, 0.0, 1.0);
+      }
+  return sum / (kSub * kSub * kSub);
+}
+
+}  // namespace
+
+double liquid_volume_m3(const GridShape& shape, const Field& phi, const SolidField& solid, double shift_m) {
+  const double h = shape.cell_m;
+  std::vector<double> layers(static_cast<std::size_t>(shape.nz), 0.0);
+  for_layers(shape.nz, [&](int k) {
+    double sum = 0.0;
+    for (int j = 0; j < shape.ny; ++j)
+      for (int i = 0; i < shape.nx; ++i) {
+        const double open = solid.open_volume(i, j, k), value = (phi(i, j, k) + shift_m) / h;
+        if (!(open > 0.0) || value > 1.0) continue;
+        if (value < -1.0) {
+          sum += open;
+          continue;
+        }
+        const Vector3d slope = slope_at(phi, h, i, j, k);
+        sum += open < 1.0 ? cut_fraction(solid, h, i, j, k, value, slope) : plane_fraction(value, slope);
+      }
+    layers[static_cast<std::size_t>(k)] = sum;
+  });
+  double sum = 0.0;
+  for (const double layer : layers) sum += layer;
+  return sum * h * h * h;
+}
+
+void extrapolate(const GridShape& shape, int layers, MacGrid& u, FaceMask& known) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Field& field = u[axis];
+    Grid3<std::uint8_t>& mask = known[axis];
+    for (int layer = 0; layer < layers; ++layer) {
+      Grid3<std::uint8_t> next = mask;
+      for_layers(field.nz(), [&](int k) {
+        for (int j = 0; j < field.ny(); ++j)
+          for (int i = 0; i < field.nx(); ++i) {
+            if (mask(i, j, k) != 0) continue;
+            double sum = 0.0;
+            int count = 0;
+            const auto take = [&](int a, int b, int c) {
+              if (!mask.contains(a, b, c) || mask(a, b, c) == 0) return;
+              sum += field(a, b, c);
+              ++count;
+            };
+            take(i - 1, j, k);
+            take(i + 1, j, k);
+            take(i, j - 1, k);
+            take(i, j + 1, k);
+            take(i, j, k - 1);
+            take(i, j, k + 1);
+            if (count == 0) continue;
+            field(i, j, k) = sum / count;
+            next(i, j, k) = 1;
+          }
+      });
+      mask = std::move(next);
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) {  // no flow through the box's walls
+    Field& field = u[axis];
+    for_layers(field.nz(), [&](int k) {
+      for (int j = 0; j < field.ny(); ++j)
+        for (int i = 0; i < field.nx(); ++i) {
+          const int along = axis == 0 ? i : axis == 1 ? j : k;
+          if (along == 0 || along == shape.n(axis)) field(i, j, k) = 0.0;
+        }
+    });
+  }
+}
+
+void continue_into_air(const GridShape& shape, const Field& phi, const Grid3<std::uint8_t>& liquid,
+                       const FaceMask& valid, MacGrid& u) {
+  const double h = shape.cell_m;
+  struct Change {
+    int axis;
+    std::size_t face;
+    double value;
+  };
+  std::vector<std::vector<Change>> changes(static_cast<std::size_t>(shape.nz));
+  for_layers(shape.nz, [&](int k) {
+    for (int j = 0; j < shape.ny; ++j)
+      for (int i = 0; i < shape.nx; ++i) {
+        if (liquid(i, j, k) != 0 || phi(i, j, k) < 0.0 || !(phi(i, j, k) < 1.5 * h)) continue;
+        const auto wet = [&](int a, int b, int c) { return liquid.contains(a, b, c) && liquid(a, b, c) != 0; };
+        if (!wet(i - 1, j, k) && !wet(i + 1, j, k) && !wet(i, j - 1, k) && !wet(i, j + 1, k) && !wet(i, j, k - 1) &&
+            !wet(i, j, k + 1))
+          continue;
+        const double flux =
+            u[0](i + 1, j, k) - u[0](i, j, k) + u[1](i, j + 1, k) - u[1](i, j, k) + u[2](i, j, k + 1) - u[2](i, j, k);
+        const Vector3d away = slope_at(phi, h, i, j, k);
+        std::array<double, 3> weight{};
+        double sum = 0.0;
+        for (int axis = 0; axis < 3; ++axis) {
+          const int up = away[axis] > 0.0 ? 1 : 0;
+          const int a = i + (axis == 0 ? up : 0), b = j + (axis == 1 ? up : 0), c = k + (axis == 2 ? up : 0);
+          const int along = axis == 0 ? a : axis == 1 ? b : c;
+          if (along == 0 || along == shape.n(axis) || valid[axis](a, b, c) != 0) continue;
+          weight[static_cast<std::size_t>(axis)] = away[axis] * away[axis];
+          sum += weight[static_cast<std::size_t>(axis)];
+        }
+        if (!(sum > 0.25)) continue;
+        for (int axis = 0; axis < 3; ++axis) {
+          const int up = away[axis] > 0.0 ? 1 : 0;
+          const double share = weight[static_cast<std::size_t>(axis)] / sum;
+          if (share > 0.0)
+            changes[static_cast<std::size_t>(k)].push_back(
+                {axis, u[axis].index(i + (axis == 0 ? up : 0), j + (axis == 1 ? up : 0), k + (axis == 2 ? up : 0)),
+                 (up == 1 ? -flux : flux) * share});
+        }
+      }
+  });
+  for (const auto& layer : changes)
+    for (const Change& change : layer) u[change.axis][change.face] += change.value;
+}
+
+std::size_t correct_by_particles(const GridShape& shape, const Particles& particles, const SolidField& solid,
+                                 double radius_m, double reach_m, Field& phi) {
+  const double h = shape.cell_m;
+  const Field before = phi;
+  std::vector<std::size_t> changed(static_cast<std::size_t>(shape.nz), 0);
+  std::vector<std::uint8_t> outside(particles.size(), 0);
+  parallel_for(shape.n_cells(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      if (before[c] < -h) continue;
+      for (std::size_t p = particles.begin[c]; p < particles.begin[c + 1]; ++p)
+        outside[p] = at_centres(before, particles.x_m[p], h) > radius_m ? 1 : 0;
+    }
+  });
+  for_layers(shape.nz, [&](int k) {
+    for (int j = 0; j < shape.ny; ++j)
+      for (int i = 0; i < shape.nx; ++i) {
+        const double value = before(i, j, k);
+        const bool bound = value < 0.0 && value > -1.5 * h && solid.open_volume(i, j, k) >= 1.0 &&
+                           (!solid.any || at_nodes(solid.distance_m, shape.centre_m(i, j, k), h) > h);
+        if (!bound && !(value > 0.0)) continue;
+        const Vector3d x = shape.centre_m(i, j, k);
+        double nearest = HUGE_VAL, nearest_outside = HUGE_VAL;
+        for (int c = std::max(k - 1, 0); c <= std::min(k + 1, shape.nz - 1); ++c)
+          for (int b = std::max(j - 1, 0); b <= std::min(j + 1, shape.ny - 1); ++b)
+            for (int a = std::max(i - 1, 0); a <= std::min(i + 1, shape.nx - 1); ++a) {
+              const std::size_t cell = shape.index(a, b, c);
+              for (std::size_t p = particles.begin[cell]; p < particles.begin[cell + 1]; ++p) {
+                const double sq = (particles.x_m[p] - x).squaredNorm();
+                nearest = std::min(nearest, sq);
+                if (outside[p] != 0) nearest_outside = std::min(nearest_outside, sq);
+              }
+            }
+        double now = value;
+        if (nearest_outside < HUGE_VAL) now = std::min(now, std::sqrt(nearest_outside) - radius_m);
+        if (bound && nearest > reach_m * reach_m) now = std::max(now, std::min(std::sqrt(nearest), 1.5 * h) - reach_m);
+        if ((now < 0.0) != (value < 0.0)) ++changed[static_cast<std::size_t>(k)];
+        phi(i, j, k) = now;
+      }
+  });
+  std::size_t sum = 0;
+  for (const std::size_t count : changed) sum += count;
+  return sum;
+}
+
+}  // namespace klang::liquid

@@ -1,0 +1,52 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "core/physics/liquid/grid.hpp"
+#include "core/physics/liquid/particles.hpp"
+#include "core/physics/liquid/solid.hpp"
+
+namespace klang::liquid {
+
+/// phi < 0 in the liquid, at cell centres.
+
+/// Carries phi along with u where |phi| < band_m: back along the flow (third order), tricubic, within the values around.
+/// The sharp kinks that cubic interpolation would ring at keep linear interpolation.
+void advect_level_set(const GridShape& shape, const MacGrid& u, double step_s, double band_m, Field& phi_m);
+
+/// Makes phi a signed distance. Next to the surface, and where |phi| < keep_m and its slope is near 1, values stay; the others follow by
+/// fast sweeping (Zhao 2005) out to reach_m, beyond which |phi| = reach_m.
+void redistance(const GridShape& shape, double keep_m, double reach_m, Field& phi_m);
+
+/// Volume of phi < 0 in the open part of the cells: each cell cut by the plane of phi's value and slope at its centre (exact for planes).
+double liquid_volume_m3(const GridShape& shape, const Field& phi_m, const SolidField& solid, double shift_m = 0.0);
+
+/// Share of a unit cube around 0 where value + slope . x < 0 (Scardovelli & Zaleski 2000).
+double plane_fraction(double value, const Eigen::Vector3d& slope);
+
+/// Slope of phi by central differences; at the box's walls even continuation (contact angle 90 degrees).
+Eigen::Vector3d slope_at(const Field& phi_m, double cell_m, int i, int j, int k);
+
+/// div (grad phi / |grad phi|) at a centre: 2/R on a drop.
+double curvature_per_m(const Field& phi_m, double cell_m, int i, int j, int k);
+
+/// Fills faces that are not known from those that are, layer by layer with the mean of known neighbours; faces of the box's walls stay.
+/// @param known  per face of each axis, 1 where it counts; becomes 1 where a value was given
+struct FaceMask {
+  std::array<Grid3<std::uint8_t>, 3> faces;
+  Grid3<std::uint8_t>& operator[](int axis) { return faces[static_cast<std::size_t>(axis)]; }
+  const Grid3<std::uint8_t>& operator[](int axis) const { return faces[static_cast<std::size_t>(axis)]; }
+};
+void extrapolate(const GridShape& shape, int layers, MacGrid& u, FaceMask& known);
+
+/// The first layer of air carries on what the liquid does: div u = 0 there too, the difference put on the faces that lead away from
+/// the surface. Without it the surface's speed is of first order. @param liquid  cells of the solver
+void continue_into_air(const GridShape& shape, const Field& phi_m, const Grid3<std::uint8_t>& liquid,
+                       const FaceMask& valid, MacGrid& u);
+
+/// Corrects phi where particles know better: those outside the liquid by more than radius_m bring a ball of that radius with them
+/// (Enright et al. 2002, inside only), liquid farther than reach_m from every particle ends. @return how many cells changed sign
+std::size_t correct_by_particles(const GridShape& shape, const Particles& particles, const SolidField& solid,
+                                 double radius_m, double reach_m, Field& phi_m);
+
+}  // namespace klang::liquid

@@ -1,0 +1,111 @@
+#include "core/physics/liquid/level_set.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/random.hpp"
+
+namespace klang::liquid {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(PlaneFraction, IsTheShareOfPointsBehindThePlane) {
+  RandomStream random(3, 0);
+  for (int turn = 0; turn < 200; ++turn) {
+    Vector3d slope(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    if (turn % 5 == 0) slope.x() = 0.0;
+    if (turn % 7 == 0) slope.y() = 0.0;
+    const double value = random.uniform(-0.8, 0.8);
+    constexpr int kPoints = 40;
+    double sum = 0.0;
+    for (int c = 0; c < kPoints * kPoints * kPoints; ++c) {
+      const Vector3d x((c % kPoints + 0.5) / kPoints - 0.5, (c / kPoints % kPoints + 0.5) / kPoints - 0.5,
+                       (c / (kPoints * kPoints) + 0.5) / kPoints - 0.5);
+      sum += value + slope.dot(x) < 0.0 ? 1.0 : 0.0;
+    }
+    EXPECT_LE(std::abs(plane_fraction(value, slope) - sum / std::pow(kPoints, 3)), 0.02) << turn;
+  }
+}
+
+TEST(Redistance, FindsTheDistanceOfABallFromABadFunctionToItsFullDepth) {
+  double before = 0.0;
+  for (const int n : {16, 32, 64}) {
+    const GridShape shape{n, n, n, 1.0 / n};
+    const Vector3d centre(0.5, 0.47, 0.51);
+    Field phi(n, n, n);
+    for (int k = 0; k < n; ++k)
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+          const double d = (shape.centre_m(i, j, k) - centre).norm() - 0.35;
+          phi(i, j, k) = std::tanh(3.0 * d) * 0.8;
+        }
+    redistance(shape, 3.0 / n, 10.0, phi);
+    double worst = 0.0;
+    for (int k = 0; k < n; ++k)
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+          const Vector3d x = shape.centre_m(i, j, k);
+          if ((x - centre).norm() > 2.0 / n)
+            worst = std::max(worst, std::abs(phi(i, j, k) - ((x - centre).norm() - 0.35)));
+        }
+    if (before > 0.0) {
+      EXPECT_LE(worst, 0.75 * before) << n;  // first order, with its logarithm
+    }
+    before = worst;
+  }
+  EXPECT_LE(before, 0.02);
+}
+
+TEST(Advection, CarriesAPlaneExactlyAwayFromTheWalls) {
+  const GridShape shape{20, 6, 20, 0.05};
+  Field phi(20, 6, 20);
+  MacGrid u(shape);
+  for (double& value : u[0].data()) value = 0.3;
+  for (double& value : u[2].data()) value = -0.1;
+  const Vector3d normal = Vector3d(0.3, 0.0, 1.0).normalized();
+  const auto plane = [&](const Vector3d& x, double t) {
+    return normal.dot(x - t * Vector3d(0.3, 0.0, -0.1) - Vector3d(0.5, 0.15, 0.5));
+  };
+  for (int k = 0; k < 20; ++k)
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 20; ++i) phi(i, j, k) = plane(shape.centre_m(i, j, k), 0.0);
+  for (int step = 0; step < 2; ++step) advect_level_set(shape, u, 0.1, 1e3, phi);
+  for (int k = 6; k < 14; ++k)
+    for (int i = 6; i < 14; ++i)
+      EXPECT_LE(std::abs(phi(i, 3, k) - plane(shape.centre_m(i, 3, k), 0.2)), 1e-12) << i << " " << k;
+}
+
+TEST(Particles, KeepUniformAndLinearVelocityThroughTheGrid) {
+  const GridShape shape{8, 8, 8, 0.1};
+  Particles particles;
+  RandomStream random(5, 2);
+  const auto flow = [](const Vector3d& x) {
+    return Vector3d(0.2 + x.y() - 0.3 * x.z(), -0.1 + 0.5 * x.x(), 0.7 * x.z() - 0.2 * x.y());
+  };
+  Eigen::Matrix3f gradient;
+  gradient << 0, 1, -0.3F, 0.5F, 0, 0, 0, -0.2F, 0.7F;
+  for (int p = 0; p < 4000; ++p) {
+    const Vector3d x = 0.8 * Vector3d(random.uniform(), random.uniform(), random.uniform());
+    particles.add(x, flow(x).cast<float>(), gradient);
+  }
+  particles.sort(shape);
+  MacGrid u(shape), weight(shape);
+  particles_to_faces(shape, particles, u, weight);
+  for (int axis = 0; axis < 3; ++axis)
+    for (int c = 2; c < 6; ++c)
+      EXPECT_LE(std::abs(u[axis](c, 4, 3) - flow(face_m(shape, axis, c, 4, 3))[axis]), 1e-6) << axis;
+  const Grid3<std::uint8_t> everywhere(8, 8, 8, 1);
+  faces_to_particles(shape, {u, nullptr, 0.0, everywhere, Eigen::Vector3f::Zero()}, particles);
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    const Vector3d x = particles.x_m[p];
+    if (x.minCoeff() < 0.2 || x.maxCoeff() > 0.6) continue;
+    EXPECT_LE((particles.v_m_s[p].cast<double>() - flow(x)).norm(), 1e-6);
+    EXPECT_LE((particles.affine_per_s[p] - gradient).norm(), 1e-4F);
+  }
+}
+
+}  // namespace
+}  // namespace klang::liquid

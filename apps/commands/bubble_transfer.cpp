@@ -11,8 +11,10 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/stopwatch.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/sound/dual_domain/boundary_file.hpp"
+#include "core/sound/dual_domain/tank_modes.hpp"
 #include "core/sound/dual_domain/transfer_series.hpp"
 
 namespace klang::apps {
@@ -59,11 +61,32 @@ nlohmann::json options_json(const TransferOptions& o) {
           {"solver", to_text(solver.solver)},
           {"fluid_functions", to_text(solver.fluid_space)},
           {"images", solver.images},
+          {"method", to_text(o.series.method)},
+          {"liquid_loss_factor", solver.liquid_loss_factor},
+          {"air_vertices", o.series.air_vertices},
           {"scaled_columns", solver.scale_columns},
           {"liquid_density_kg_m3", solver.liquid.density_kg_m3},
           {"liquid_sound_speed_m_s", solver.liquid.sound_speed_m_s},
           {"air_density_kg_m3", solver.air.density_kg_m3},
           {"air_sound_speed_m_s", solver.air.sound_speed_m_s}};
+}
+
+/// Resonances of the vessel near the bubble's pitch, where |P| is what the loss makes it.
+nlohmann::json named_modes(const bubble::LiquidBoundary& boundary, const bubble::TransferSeriesOptions& o) {
+  constexpr double kBand = 1.12, kMostNamed = 6;  // a sixth of an octave to both sides
+  nlohmann::json json = nlohmann::json::array();
+  std::string text;
+  for (const bubble::TankMode& mode :
+       bubble::tank_modes(boundary, o.solver.liquid.sound_speed_m_s, o.frequency_hz / kBand, o.frequency_hz * kBand)) {
+    if (static_cast<double>(json.size()) < kMostNamed)
+      text += (text.empty() ? "" : ", ") + std::to_string(std::lround(mode.frequency_hz)) + " Hz (" +
+              std::to_string(mode.m) + "," + std::to_string(mode.n) + "," + std::to_string(mode.p) + ")";
+    json.push_back({{"frequency_hz", mode.frequency_hz}, {"m", mode.m}, {"n", mode.n}, {"p", mode.p}});
+  }
+  if (!json.empty())
+    warn("the liquid, taken as a box between rigid walls, resonates near " + to_text(o.frequency_hz) + " Hz: " + text +
+         "; the pressure there is what --liquid-loss-factor " + to_text(o.solver.liquid_loss_factor) + " makes it");
+  return json;
 }
 
 int run_series(const TransferOptions& options, const CommonOptions& common) {
@@ -100,10 +123,15 @@ int run_series(const TransferOptions& options, const CommonOptions& common) {
   std::vector<std::filesystem::path> inputs = {options.points};
   if (!options.path.empty()) inputs.emplace_back(options.path);
   inputs.insert(inputs.end(), frames.files.begin(), frames.files.end());
+  const nlohmann::json modes = named_modes(
+      bubble::LiquidBoundary(bubble::read_boundary(frames.files[0], options.unit_m), options.surface), series);
   if (result.n_fluid_sources < series.fluid_sources || result.n_air_sources < series.air_sources)
     warn("the coarsest frame carries " + std::to_string(result.n_fluid_sources) + " fluid and " +
          std::to_string(result.n_air_sources) + " air sources");
   nlohmann::json json = result_header("bubble_transfer_series", "done", common, options_json(options), inputs);
+  json["error_estimate"] = result.error_estimate ? nlohmann::json(*result.error_estimate) : nlohmann::json();
+  json["method"] = to_text(series.method);
+  json["tank_modes"] = modes;
   json["n_frames"] = frames.files.size();
   json["n_solves"] = result.n_solves;
   json["fluid_sources_used"] = result.n_fluid_sources;
@@ -112,16 +140,125 @@ int run_series(const TransferOptions& options, const CommonOptions& common) {
   json["decay_per_s"] = series.decay_per_s;
   json["transfer"] = nlohmann::json::array();
   for (const bubble::TransferAtTime& step : result.steps)
-    json["transfer"].push_back({{"time_s", step.time_s},
-                                {"re", step.pressure.real()},
-                                {"im", step.pressure.imag()},
-                                {"fit_error_fluid", step.fit_error_fluid},
-                                {"fit_error_air", step.fit_error_air},
-                                {"frozen", step.frozen}});
+    json["transfer"].push_back(
+        {{"time_s", step.time_s},
+         {"re", step.pressure.real()},
+         {"im", step.pressure.imag()},
+         {"fit_error_fluid", step.fit_error_fluid},
+         {"fit_error_air", step.fit_error_air ? nlohmann::json(*step.fit_error_air) : nlohmann::json()},
+         {"frozen", step.frozen}});
   write_json(common, json);
   say(common, "%s: %zu times from %d solves of %zu frames\n", options.output.c_str(), result.steps.size(),
       result.n_solves, frames.files.size());
   return kDone;
+}
+
+/// A bubble in one boundary and where it is heard.
+struct OneBubble {
+  const bubble::BoundaryMesh& mesh;
+  const bubble::LiquidBoundary& boundary;
+  bubble::SwingingBubble bubble;
+  const Eigen::MatrixXd& points;
+  std::vector<Eigen::Vector3d> ears() const {
+    std::vector<Eigen::Vector3d> list;
+    for (Eigen::Index i = 0; i < points.rows(); ++i) list.emplace_back(points.row(i).transpose());
+    return list;
+  }
+};
+
+/// The header with the pressures at the listeners and their errors, the largest of which is the result's.
+nlohmann::json with_pressures(const TransferOptions& options, const CommonOptions& common,
+                              const std::vector<Complex>& pressures,
+                              const std::vector<bubble::ReciprocalTransfer>& references) {
+  nlohmann::json json =
+      result_header("bubble_transfer", "done", common, options_json(options), {options.boundary, options.points});
+  json["method"] = to_text(options.series.method);
+  json["pressure"] = nlohmann::json::array();
+  double largest = 0.0;
+  for (std::size_t i = 0; i < pressures.size(); ++i) {
+    json["pressure"].push_back({{"re", pressures[i].real()}, {"im", pressures[i].imag()}});
+    if (references.empty()) continue;
+    const double error = bubble::error_estimate(pressures[i], references[i]);
+    json["pressure"].back()["error_estimate"] = error;
+    largest = std::max(largest, error);
+  }
+  json["error_estimate"] = references.empty() ? nlohmann::json() : nlohmann::json(largest);
+  return json;
+}
+
+nlohmann::json reciprocal(const TransferOptions& options, const CommonOptions& common, const OneBubble& one) {
+  if (!options.output.empty())
+    throw InputError("command line", "-o", options.output,
+                     "no file: the reciprocal method does not find the bubble's motion of the surface");
+  if (options.series.solver.literature == bubble::Literature::kPaper)
+    throw InputError("command line", "--literature", "paper", "right, with --method reciprocal");
+  TerminalMonitor monitor(common.quiet);
+  const Stopwatch total;
+  const bubble::SourcePoints sources =
+      bubble::random_source_points(one.boundary, options.series.fluid_sources, 1, common.seed);
+  const bubble::ReciprocalOptions solve{options.series.solver, options.series.air_vertices, true};
+  const std::vector<Eigen::Vector3d> ears = one.ears();
+  const bubble::EarField air = bubble::ear_field(one.boundary, options.series.frequency_hz, ears, solve, monitor);
+  const bubble::EarInLiquid liquid = bubble::ear_in_liquid(one.boundary, air, sources, solve, monitor);
+  const std::vector<bubble::ReciprocalTransfer> found =
+      bubble::checked_transfer(one.boundary, air, liquid, sources, one.bubble, solve);
+  std::vector<Complex> pressures;
+  for (const bubble::ReciprocalTransfer& f : found) pressures.push_back(f.pressure);
+  nlohmann::json json = with_pressures(options, common, pressures, found);
+  for (std::size_t i = 0; i < found.size(); ++i)
+    json["pressure"][i]["uncorrected"] = {{"re", found[i].plain.real()}, {"im", found[i].plain.imag()}};
+  json["fit_error_fluid"] = *std::max_element(liquid.fit_error.begin(), liquid.fit_error.end());
+  json["n_elements"] = air.n_elements;
+  json["elements_per_wavelength"] = air.elements_per_wavelength;
+  json["wall_time_s"] = {{"air", air.wall_time_s}, {"total", total.seconds()}};
+  say(common, "%zu samples, %d elements, %g Hz: error estimate %.3g %%, %.2f s\n", one.boundary.samples().size(),
+      air.n_elements, options.series.frequency_hz, 100.0 * json["error_estimate"].get<double>(), total.seconds());
+  return json;
+}
+
+nlohmann::json forward(const TransferOptions& options, const CommonOptions& common, const OneBubble& one) {
+  TerminalMonitor monitor(common.quiet);
+  DualDomainOptions solve = options.series.solver;
+  solve.wall_slopes = !options.output.empty();
+  const bubble::SourcePoints sources =
+      bubble::random_source_points(one.boundary, options.series.fluid_sources, options.series.air_sources, common.seed);
+  const bubble::DualDomainResult result =
+      bubble::solve_dual_domain(one.boundary, options.series.frequency_hz, sources, {one.bubble}, solve, monitor)[0];
+  if (!result.usable()) throw NumericalError("bubble transfer: " + result.message);
+  if (result.n_fluid_sources < options.series.fluid_sources || result.n_air_sources < options.series.air_sources)
+    warn("the surface has only " + std::to_string(one.boundary.samples().size()) +
+         " samples: " + std::to_string(result.n_fluid_sources) + " fluid and " + std::to_string(result.n_air_sources) +
+         " air sources are used");
+  if (!options.output.empty())
+    bubble::write_boundary_solution(options.output, one.mesh, one.boundary, result,
+                                    options.series.solver.liquid.density_kg_m3);
+  const std::vector<Eigen::Vector3d> ears = one.ears();
+  std::vector<Complex> pressures;
+  for (const Eigen::Vector3d& ear : ears) pressures.push_back(bubble::air_pressure(result, ear));
+  std::vector<bubble::ReciprocalTransfer> references;
+  if (solve.literature == bubble::Literature::kCorrected) {
+    const bubble::ReciprocalOptions check{options.series.solver, options.series.air_vertices, true};
+    references = bubble::reciprocal_transfer(one.boundary, options.series.frequency_hz, sources, {one.bubble}, ears,
+                                             check, monitor)[0];
+  }
+  nlohmann::json json = with_pressures(options, common, pressures, references);
+  json["source_strength_kg_m_s2"] = result.source_strength.real();
+  json["fit_error_fluid"] = result.fit_error_fluid;
+  json["fit_error_air"] = result.fit_error_air;
+  json["alpha_m"] = result.alpha_m;
+  json["n_sources"] = {{"fluid", result.n_fluid_sources}, {"air", result.n_air_sources}};
+  json["n_unknowns"] = {{"fluid", result.n_fluid_unknowns}, {"air", result.n_air_unknowns}};
+  json["n_steps"] = {{"fluid", result.n_fluid_steps}, {"air", result.n_air_steps}};
+  json["n_images"] = result.fluid.images.size();
+  json["wall_time_s"] = result.wall_time_s;
+  const std::string error =
+      references.empty()
+          ? ""
+          : ", error estimate " + to_text(std::round(1e3 * json["error_estimate"].get<double>()) / 10) + " %";
+  say(common, "%zu samples, %g Hz: fit errors %.3g %% (liquid), %.3g %% (air)%s, %.2f s\n",
+      one.boundary.samples().size(), options.series.frequency_hz, 100.0 * result.fit_error_fluid,
+      100.0 * result.fit_error_air, error.c_str(), result.wall_time_s.at("total"));
+  return json;
 }
 
 int run_one(const TransferOptions& options, const CommonOptions& common) {
@@ -137,44 +274,15 @@ int run_one(const TransferOptions& options, const CommonOptions& common) {
       throw InputError(options.points, "point " + std::to_string(i) + " lies inside the liquid",
                        to_text(points(i, 0)) + "," + to_text(points(i, 1)) + "," + to_text(points(i, 2)),
                        "points in the air");
-  TerminalMonitor monitor(common.quiet);
-  DualDomainOptions solve = options.series.solver;
-  solve.wall_slopes = !options.output.empty();
-  const bubble::SourcePoints sources =
-      bubble::random_source_points(boundary, options.series.fluid_sources, options.series.air_sources, common.seed);
-  const bubble::DualDomainResult result = bubble::solve_dual_domain(boundary, options.series.frequency_hz, sources,
-                                                                    {{at, options.series.radius_m}}, solve, monitor)[0];
-  if (!result.usable()) throw NumericalError("bubble transfer: " + result.message);
-  if (result.n_fluid_sources < options.series.fluid_sources || result.n_air_sources < options.series.air_sources)
-    warn("the surface has only " + std::to_string(boundary.samples().size()) +
-         " samples: " + std::to_string(result.n_fluid_sources) + " fluid and " + std::to_string(result.n_air_sources) +
-         " air sources are used");
-  if (!options.output.empty())
-    bubble::write_boundary_solution(options.output, mesh, boundary, result, options.series.solver.liquid.density_kg_m3);
-
-  nlohmann::json json =
-      result_header("bubble_transfer", "done", common, options_json(options), {options.boundary, options.points});
+  const nlohmann::json modes = named_modes(boundary, options.series);
+  nlohmann::json json = options.series.method == bubble::TransferMethod::kForward
+                            ? forward(options, common, {mesh, boundary, {at, options.series.radius_m}, points})
+                            : reciprocal(options, common, {mesh, boundary, {at, options.series.radius_m}, points});
   json["n_samples"] = boundary.samples().size();
   json["volume_m3"] = boundary.volume_m3();
   json["radius_m"] = options.series.radius_m;
-  json["source_strength_kg_m_s2"] = result.source_strength.real();
-  json["fit_error_fluid"] = result.fit_error_fluid;
-  json["fit_error_air"] = result.fit_error_air;
-  json["alpha_m"] = result.alpha_m;
-  json["n_sources"] = {{"fluid", result.n_fluid_sources}, {"air", result.n_air_sources}};
-  json["n_unknowns"] = {{"fluid", result.n_fluid_unknowns}, {"air", result.n_air_unknowns}};
-  json["n_steps"] = {{"fluid", result.n_fluid_steps}, {"air", result.n_air_steps}};
-  json["n_images"] = result.fluid.images.size();
-  json["wall_time_s"] = result.wall_time_s;
-  json["pressure"] = nlohmann::json::array();
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const Complex p = bubble::air_pressure(result, points.row(i).transpose());
-    json["pressure"].push_back({{"re", p.real()}, {"im", p.imag()}});
-  }
+  json["tank_modes"] = modes;
   write_json(common, json);
-  say(common, "%zu samples, %g Hz: fit errors %.3g %% (liquid), %.3g %% (air), %.2f s\n", boundary.samples().size(),
-      options.series.frequency_hz, 100.0 * result.fit_error_fluid, 100.0 * result.fit_error_air,
-      result.wall_time_s.at("total"));
   return kDone;
 }
 
@@ -217,6 +325,9 @@ Subcommand add_bubble_transfer(CLI::App& group, CommonOptions& common) {
   add_fields(*app, common, options->series,
              {{"solver.literature"},
               {"solver.fluid_space", "--fluid-functions"},
+              {"method"},
+              {"solver.liquid_loss_factor", "--liquid-loss-factor"},
+              {"air_vertices"},
               {"solver.solver"},
               {"solver.ridge"},
               {"solver.wall_length_m"},

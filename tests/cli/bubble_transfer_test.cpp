@@ -190,6 +190,48 @@ TEST(BubbleTransfer, SeriesWritesATransferOfGrowingStepsThatFreezesOutside) {
   EXPECT_EQ(line, "time_s,frequency_hz,re,im");
 }
 
+TEST(BubbleTransfer, ReciprocalIsWithinItsErrorEstimateAndSaysThatOfTheForwardMethod) {
+  const Scratch scratch;
+  scratch.write("tank.vtp", test::vtp_text(test::tank({0.30, 0.22, 0.15}, 0.02)));
+  scratch.write("pts.csv", "x_m,y_m,z_m\n0.5,0.2,0.3\n0.15,0.1,0.5\n");
+  const std::string command =
+      "bubble transfer --boundary tank.vtp --bubble 0.13,0.10,-0.03 --frequency-hz 500 --points pts.csv --json t.json "
+      "--method ";
+  ASSERT_EQ(run_klang(command + "reciprocal", scratch.path()).exit_code, 0);
+  const nlohmann::json reciprocal = read_json(scratch.path() / "t.json");
+  ASSERT_EQ(run_klang(command + "forward", scratch.path()).exit_code, 0);
+  const nlohmann::json forward = read_json(scratch.path() / "t.json");
+  EXPECT_EQ(reciprocal["method"], "reciprocal");
+  EXPECT_LE(reciprocal["error_estimate"].get<double>(), 0.02);
+  const double strength = 4.0 * kPi * 1000.0 * std::pow(2.0 * kPi * 500.0 * forward["radius_m"].get<double>(), 2);
+  // Driven by the sum over images, boundary elements extrapolated over their size.
+  const double exact[] = {3.033e-4, 3.665e-4};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto value = [&](const nlohmann::json& t) {
+      return test::Complex(t["pressure"][i]["re"], t["pressure"][i]["im"]) / strength;
+    };
+    EXPECT_LE(std::abs(std::abs(value(reciprocal)) / exact[i] - 1.0), 0.02) << i;
+    const double off = std::abs(value(forward) - value(reciprocal)) / std::abs(value(reciprocal));
+    EXPECT_LE(std::abs(forward["pressure"][i]["error_estimate"].get<double>() - off), 0.02) << i;
+  }
+}
+
+TEST(BubbleTransfer, LossTamesTheModeThatTheWarningNames) {
+  const Scratch scratch;
+  write_tank(scratch);
+  std::string command = kTank + "--method reciprocal ";
+  command.replace(command.find("1500"), 4, "2495");  // c / (4 H)
+  const auto size = [&](const std::string& loss) {
+    const auto run = run_klang(command + loss, scratch.path());
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_NE(run.err.find("2495 Hz (0,0,0)"), std::string::npos) << run.err;
+    const nlohmann::json t = read_json(scratch.path() / "t.json");
+    EXPECT_EQ(t["tank_modes"][0]["p"], 0);
+    return std::hypot(t["pressure"][0]["re"].get<double>(), t["pressure"][0]["im"].get<double>());
+  };
+  EXPECT_GE(size("--liquid-loss-factor 0.02"), 1.5 * size("--liquid-loss-factor 0.1"));
+}
+
 TEST(BubbleTransfer, BadInputIsNamed) {
   const Scratch scratch;
   write_tank(scratch);
@@ -209,6 +251,9 @@ TEST(BubbleTransfer, BadInputIsNamed) {
   expect_refused(scratch, kTank + "--radius-m 1", {"--radius-m"});
   expect_refused(scratch, kTank + "--literature book", {"--literature", "right", "paper"});
   expect_refused(scratch, kTank + "-o v.png", {".vtp"});
+  expect_refused(scratch, kTank + "--method backward", {"--method", "forward", "reciprocal"});
+  expect_refused(scratch, kTank + "--method reciprocal -o v.vtp", {"-o", "reciprocal"});
+  expect_refused(scratch, kTank + "--liquid-loss-factor 2", {"--liquid-loss-factor", "0 to 0.5"});
   scratch.write("inside.csv", "0.1,0.1,-0.05\n");
   expect_refused(scratch, with("pts.csv", "inside.csv"), {"point 0", "inside the liquid"});
   bubble::BoundaryMesh turned = test::tank({0.30, 0.22, 0.15}, 0.05);

@@ -19,6 +19,7 @@ struct Level {
   double error = 0.0;                               ///< against the series' reference, >= 0
   std::optional<std::array<double, 2>> error_ci95;  ///< of the error, where it is a mean over random repeats
   std::optional<double> value;                      ///< a number that converges, for the grid convergence index
+  std::optional<double> exact;                      ///< what value should be, where the level knows
   double n_unknowns = 0.0;                          ///< cost that does not depend on the machine
   double wall_time_s = 0.0;
   double step() const { return h_m ? *h_m : n.value_or(0.0); }

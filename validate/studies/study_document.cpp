@@ -9,9 +9,18 @@ namespace {
 
 LevelRecord level_record(const Series& series, std::size_t i) {
   const Level& level = series.levels[i];
-  LevelRecord record{
-      level.h_m,        level.n,           level.error, level.value, series.order.pairwise[i], series.order.excluded[i],
-      level.n_unknowns, level.wall_time_s, {},          {}};
+  LevelRecord record{level.h_m,
+                     level.n,
+                     level.error,
+                     level.value,
+                     series.order.pairwise[i],
+                     series.order.excluded[i],
+                     level.n_unknowns,
+                     level.wall_time_s,
+                     {},
+                     {},
+                     {}};
+  record.exact = level.exact;
   if (level.error_ci95) {
     record.error_low = (*level.error_ci95)[0];
     record.error_high = (*level.error_ci95)[1];

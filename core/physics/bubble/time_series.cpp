@@ -177,7 +177,9 @@ TransferSeries read_transfer_series(const std::filesystem::path& path) {
   const auto list = json.is_object() ? json.find("transfer") : json.end();
   if (!json.is_object() || list == json.end() || !list->is_array() || list->empty())
     throw InputError(file, "has no list \"transfer\" of {time_s, re, im}");
-  const nlohmann::json options = json.value("options", nlohmann::json());
+  const nlohmann::json provenance = json.value("provenance", nlohmann::json::object());
+  const nlohmann::json options =
+      provenance.is_object() ? provenance.value("options", nlohmann::json()) : nlohmann::json();
   const bool given = options.is_object() && options.contains("frequency_hz") && options["frequency_hz"].is_number();
   const double frequency_hz = given ? options["frequency_hz"].get<double>() : 0.0;
   for (const auto& row : *list)

@@ -5,11 +5,11 @@
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/base/memory.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/ridge.hpp"
-#include "core/sound/dual_domain/detail/liquid_functions.hpp"
+#include "core/sound/dual_domain/detail/conditions.hpp"
+#include "core/sound/dual_domain/detail/liquid_solver.hpp"
 #include "core/sound/dual_domain/detail/slope_kernel.hpp"
 #include "core/sound/dual_domain/detail/wave_rows.hpp"
 
@@ -17,80 +17,16 @@ namespace klang::bubble {
 namespace {
 
 using Complex = std::complex<double>;
+using detail::Conditions;
 using Eigen::Index;
 using Eigen::Vector3d;
 using la::Matrix;
-
-constexpr std::size_t kSamplesPerRange = 256;
-// With fewer, least squares fits the samples and swings between them.
-constexpr std::size_t kSamplesPerFluidUnknown = 2, kSamplesPerAirUnknown = 3;
-
-/// A matrix of boundary conditions, its rows weighted, and the scale of its columns.
-template <class Scalar>
-struct Conditions {
-  Matrix<Scalar> adjoint;        // n_unknowns (padded) x n_samples
-  Eigen::VectorXd column_scale;  // coefficients = scale * solution
-  double frobenius = 0.0;        // of the scaled matrix
-};
-
-/// fill(begin, end, adjoint, squares) writes the weighted, conjugated rows of samples and adds up the squares of the columns.
-template <class Scalar, class Fill>
-Conditions<Scalar> assemble(Index n_unknowns, Index n_samples, bool scale_columns, const Fill& fill) {
-  Conditions<Scalar> result;
-  constexpr Index kMultiple = la::kMultiple<Scalar>;
-  result.adjoint.resize((n_unknowns + kMultiple - 1) / kMultiple * kMultiple, n_samples);
-  prefer_huge_pages(result.adjoint.data(), static_cast<std::size_t>(result.adjoint.size()) * sizeof(Scalar));
-  std::vector<Eigen::VectorXd> squares((static_cast<std::size_t>(n_samples) + kSamplesPerRange - 1) / kSamplesPerRange);
-  parallel_for(static_cast<std::size_t>(n_samples), kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
-    const auto first = static_cast<Index>(begin), last = static_cast<Index>(end);
-    result.adjoint.middleCols(first, last - first).bottomRows(result.adjoint.rows() - n_unknowns).setZero();
-    squares[begin / kSamplesPerRange].setZero(result.adjoint.rows());
-    fill(first, last, result.adjoint, squares[begin / kSamplesPerRange]);
-  });
-  Eigen::VectorXd square = squares[0];
-  for (std::size_t r = 1; r < squares.size(); ++r) square += squares[r];
-  result.column_scale = Eigen::VectorXd::Ones(square.size());
-  if (scale_columns) {
-    for (Index j = 0; j < square.size();
-         ++j)  // a high order that underflows on the whole boundary counts as no function
-      result.column_scale[j] = square[j] > 1e-280 ? 1.0 / std::sqrt(square[j]) : 0.0;
-    square.array() *= result.column_scale.array().square();
-  }
-  result.frobenius = std::sqrt(square.sum());
-  return result;
-}
 
 void fail(std::vector<DualDomainResult>& results, const std::string& message) {
   for (DualDomainResult& r : results) {
     r.status = DualDomainResult::Status::kFailed;
     r.message = message;
   }
-}
-
-la::RidgeMethod method(LeastSquares solver) {
-  return solver == LeastSquares::kDirect ? la::RidgeMethod::kDirect : la::RidgeMethod::kSketch;
-}
-
-/// As many points as the boundary's samples support.
-SourcePoints supported_points(const LiquidBoundary& boundary, SourcePoints points, Literature literature) {
-  for (const auto& [list, per_unknown] :
-       {std::pair(&points.fluid_m, kSamplesPerFluidUnknown), std::pair(&points.air_m, kSamplesPerAirUnknown)}) {
-    const std::size_t enough = boundary.samples().size() / (detail::kQuadrupoleSize * per_unknown);
-    if (enough == 0)
-      throw InputError(boundary.name(), "too few samples of the boundary", std::to_string(boundary.samples().size()),
-                       std::to_string(detail::kQuadrupoleSize * per_unknown) + " or more");
-    list->resize(std::min(list->size(), enough));
-  }
-  if (literature == Literature::kPaper) points.solid_m.clear();
-  points.solid_m.resize(std::min(points.solid_m.size(),
-                                 boundary.samples().size() / (2 * detail::kQuadrupoleSize * kSamplesPerFluidUnknown)));
-  return points;
-}
-
-/// Order of the regular functions around the liquid's centre that are as many as those of the points; -1: sources.
-int flat_order(const SourcePoints& points, FluidSpace space) {
-  if (space != FluidSpace::kFlatLimit) return -1;
-  return static_cast<int>(3.0 * std::sqrt(static_cast<double>(points.fluid_m.size())) + 1e-9) - 1;
 }
 
 /// One call of solve_dual_domain(): the liquid with the bubbles, the surface's motion, the air that it moves.
@@ -101,20 +37,17 @@ class TwoPasses {
   std::vector<DualDomainResult> solve(const std::vector<SwingingBubble>& bubbles);
 
  private:
-  double wall_weight_m() const;  // alpha
-  void weigh_liquid();
   DualDomainResult unsolved(const SwingingBubble& bubble) const;
-  /// What the bubble (with its images) asks of the liquid's functions, real and imaginary part in two columns.
-  void liquid_data(const FluidField& field, Index column, Matrix<double>& data) const;
-  Conditions<double> liquid_conditions() const;
+  /// What the bubble (with its images) asks of the liquid's functions.
+  void liquid_data(const FluidField& field, Index column, Eigen::MatrixXcd& data) const;
   /// The passes; false: results say why it failed.
-  bool solve_liquid(const Matrix<double>& data, std::vector<DualDomainResult>& results);
+  bool solve_liquid(const Eigen::MatrixXcd& data, std::vector<DualDomainResult>& results);
   bool solve_air(std::vector<DualDomainResult>& results);
   /// Square of the bubble's own conditions without images, so that errors with and without compare.
   double alone_sq(const Vector3d& bubble_m) const;
   /// The surface's motion, for a unit source.
   void surface_motion(std::vector<DualDomainResult>& results) const;
-  Conditions<Complex> air_conditions() const;
+  Conditions<Complex> air_conditions(const Eigen::VectorXd& weights) const;  // of the samples
   void finish_air(const Conditions<Complex>& conditions, const la::RidgeSolution<Complex>& solution,
                   const Matrix<Complex>& data, std::vector<DualDomainResult>& results);
 
@@ -128,13 +61,9 @@ class TwoPasses {
   Stopwatch lap_;
   std::map<std::string, double> times_;
   const bool paper_;
-  const double kf_, ka_;
-  const int order_;
-  const std::vector<Vector3d> fluid_points_;
-  const detail::FluidFunctions functions_;
+  const double ka_;
+  const detail::LiquidSolver liquid_;
   const Index n_air_, n_samples_;
-  const double alpha_;
-  Eigen::VectorXd weights_;  // of the samples, in the pass at hand
 };
 
 TwoPasses::TwoPasses(const LiquidBoundary& boundary, double frequency_hz, const SourcePoints& points,
@@ -146,24 +75,18 @@ TwoPasses::TwoPasses(const LiquidBoundary& boundary, double frequency_hz, const 
       options_(options),
       monitor_(monitor),
       paper_(options.literature == Literature::kPaper),
-      kf_(options.liquid.wavenumber_per_m(frequency_hz)),
       ka_(options.air.wavenumber_per_m(frequency_hz)),
-      order_(flat_order(points, options.fluid_space)),
-      fluid_points_(order_ >= 0 ? std::vector{boundary.centre_m()} : points.fluid_m),
-      functions_(kf_, order_, fluid_points_, points_.solid_m),
+      liquid_(boundary, frequency_hz, points, options),
       n_air_(detail::kQuadrupoleSize * static_cast<Index>(points.air_m.size())),
-      n_samples_(static_cast<Index>(samples_.size())),
-      alpha_(wall_weight_m()),
-      weights_(n_samples_) {}
+      n_samples_(static_cast<Index>(samples_.size())) {}
 
 std::vector<DualDomainResult> TwoPasses::solve(const std::vector<SwingingBubble>& bubbles) {
-  weigh_liquid();
   std::vector<DualDomainResult> results;
-  Matrix<double> data(n_samples_, 2 * static_cast<Index>(bubbles.size()));
+  Eigen::MatrixXcd data(n_samples_, static_cast<Index>(bubbles.size()));
   for (std::size_t b = 0; b < bubbles.size(); ++b) {
     results.push_back(unsolved(bubbles[b]));
     if (options_.images) detail::add_images(boundary_, results[b].fluid);
-    liquid_data(results[b].fluid, 2 * static_cast<Index>(b), data);
+    liquid_data(results[b].fluid, static_cast<Index>(b), data);
   }
   lap_.restart();
   monitor_.throw_if_stopped();
@@ -178,140 +101,101 @@ std::vector<DualDomainResult> TwoPasses::solve(const std::vector<SwingingBubble>
   return results;
 }
 
-double TwoPasses::wall_weight_m() const {
-  const double length =
-      paper_ ? 1.0
-             : options_.wall_length_m.value_or(boundary_.radius_m() /
-                                               (3.0 * std::sqrt(static_cast<double>(points_.fluid_m.size()))));
-  return boundary_.rigid_area_m2() > 0.0 ? length * boundary_.rigid_area_m2() / boundary_.free_area_m2() : 1.0;
-}
-
-void TwoPasses::weigh_liquid() {
-  for (Index i = 0; i < n_samples_; ++i) {
-    const BoundarySample& s = samples_[static_cast<std::size_t>(i)];
-    weights_[i] = std::sqrt(s.area_m2) * (s.region == BoundaryRegion::kFreeSurface ? 1.0
-                                          : s.region == BoundaryRegion::kDrySolid  ? 0.0
-                                                                                   : alpha_);
-  }
-}
-
 DualDomainResult TwoPasses::unsolved(const SwingingBubble& bubble) const {
   DualDomainResult r;
   r.frequency_hz = frequency_hz_;
   r.source_strength =
       (paper_ ? -1.0 : 1.0) * bubble_source_strength(bubble.radius_m, frequency_hz_, options_.liquid.density_kg_m3);
-  r.alpha_m = alpha_;
-  r.fluid.wavenumber_per_m = kf_;
+  r.alpha_m = liquid_.alpha_m();
+  r.fluid.wavenumber_per_m = liquid_.wavenumber_per_m();
   r.fluid.bubble_m = bubble.position_m;
-  r.fluid.order = order_;
-  r.fluid.points_m = fluid_points_;
+  r.fluid.order = liquid_.order();
+  r.fluid.points_m = liquid_.points_m();
   r.fluid.solid_m = points_.solid_m;
   r.air.wavenumber_per_m = ka_;
   r.air.points_m = points_.air_m;
   r.n_fluid_sources = static_cast<int>(points_.fluid_m.size());
   r.n_air_sources = static_cast<int>(points_.air_m.size());
-  r.n_fluid_unknowns = static_cast<int>(functions_.size());
+  r.n_fluid_unknowns = static_cast<int>(liquid_.functions().size());
   r.n_air_unknowns = static_cast<int>(n_air_);
   return r;
 }
 
-void TwoPasses::liquid_data(const FluidField& field, Index column, Matrix<double>& data) const {
-  parallel_for(samples_.size(), kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
+void TwoPasses::liquid_data(const FluidField& field, Index column, Eigen::MatrixXcd& data) const {
+  const Eigen::VectorXd& weights = liquid_.weights();
+  parallel_for(samples_.size(), detail::kSamplesPerRange, [&](std::size_t begin, std::size_t end) {
     for (auto i = static_cast<Index>(begin); i < static_cast<Index>(end); ++i) {
       const BoundarySample& s = samples_[static_cast<std::size_t>(i)];
       const bool free = s.region == BoundaryRegion::kFreeSurface;
-      Complex value = weights_[i] == 0.0 ? 0.0 : detail::incident(field, s.point_m, free ? nullptr : &s.normal);
+      Complex value = weights[i] == 0.0 ? 0.0 : detail::incident(field, s.point_m, free ? nullptr : &s.normal);
       if (free && options_.surface_pressure.size() != 0) value -= options_.surface_pressure[i];
-      data(i, column) = -weights_[i] * value.real();
-      data(i, column + 1) = -weights_[i] * value.imag();
+      data(i, column) = -weights[i] * value;
     }
   });
 }
 
-Conditions<double> TwoPasses::liquid_conditions() const {
-  return assemble<double>(functions_.size(), n_samples_, options_.scale_columns,
-                          [&](Index begin, Index end, Matrix<double>& adjoint, Eigen::VectorXd& squares) {
-                            auto scratch = functions_.scratch();
-                            for (Index i = begin; i < end; ++i) {
-                              const BoundarySample& s = samples_[static_cast<std::size_t>(i)];
-                              if (s.region == BoundaryRegion::kDrySolid) {
-                                adjoint.col(i).setZero();
-                              } else {
-                                const bool free = s.region == BoundaryRegion::kFreeSurface;
-                                functions_.row(s.point_m, free ? nullptr : &s.normal, scratch, adjoint.col(i).data());
-                                adjoint.col(i) *= weights_[i];
-                                squares += adjoint.col(i).cwiseAbs2();
-                              }
-                            }
-                          });
-}
-
 double TwoPasses::alone_sq(const Vector3d& bubble_m) const {
+  const Eigen::VectorXd& weights = liquid_.weights();
+  const Complex k = liquid_.wavenumber_per_m();
   double alone = 0.0;
   for (Index i = 0; i < n_samples_; ++i) {
-    if (weights_[i] == 0.0) continue;
+    if (weights[i] == 0.0) continue;
     const BoundarySample& s = samples_[static_cast<std::size_t>(i)];
     const Vector3d x = s.point_m - bubble_m;
-    alone += weights_[i] * weights_[i] *
-             std::norm(s.region == BoundaryRegion::kFreeSurface ? detail::monopole(kf_, x)
-                                                                : detail::monopole_slope(kf_, x, s.normal));
+    alone += weights[i] * weights[i] *
+             std::norm(s.region == BoundaryRegion::kFreeSurface ? detail::monopole(k, x)
+                                                                : detail::monopole_slope(k, x, s.normal));
   }
   return alone;
 }
 
-bool TwoPasses::solve_liquid(const Matrix<double>& data, std::vector<DualDomainResult>& results) {
-  const Conditions<double> a = liquid_conditions();
-  times_["assemble_fluid"] = lap_.seconds();
-  lap_.restart();
-  const double eps = options_.ridge * a.frobenius;
-  const la::RidgeSolution<double> solution =
-      la::solve_ridge(a.adjoint, a.column_scale, data, eps, method(options_.solver));
+bool TwoPasses::solve_liquid(const Eigen::MatrixXcd& data, std::vector<DualDomainResult>& results) {
+  const detail::LiquidSolver::Solution solution = liquid_.solve(data);
+  times_["assemble_fluid"] = solution.assemble_s;
+  times_["solve_fluid"] = solution.solve_s;
   if (!solution.solved) {
     fail(results, "pass 1: " + solution.message);
     return false;
   }
-  const Matrix<double> error = la::times(a.adjoint, Matrix<double>(a.column_scale.asDiagonal() * solution.x)) - data;
   for (std::size_t b = 0; b < results.size(); ++b) {
     DualDomainResult& r = results[b];
-    const auto c = 2 * static_cast<Index>(b);
-    const double alone = alone_sq(r.fluid.bubble_m);
-    const double fit_sq = error.middleCols(c, 2).squaredNorm(), size_sq = solution.x.middleCols(c, 2).squaredNorm();
+    const auto c = static_cast<Index>(b);
+    const double alone = alone_sq(r.fluid.bubble_m), fit_sq = solution.error.col(c).squaredNorm();
     r.fit_error_fluid = std::sqrt(fit_sq / alone);
-    r.fluid_residual = std::sqrt((fit_sq + eps * eps * size_sq) / alone);
+    r.fluid_residual = std::sqrt((fit_sq + solution.ridge_sq[c]) / alone);
     r.n_fluid_steps = solution.n_iterations;
-    r.fluid.coefficients.resize(functions_.size());
-    for (Index j = 0; j < functions_.size(); ++j)
-      r.fluid.coefficients[j] = a.column_scale[j] * Complex(solution.x(j, c), solution.x(j, c + 1));
+    r.fluid.coefficients = solution.coefficients.col(c);
   }
-  times_["solve_fluid"] = lap_.seconds();
   return true;
 }
 
 void TwoPasses::surface_motion(std::vector<DualDomainResult>& results) const {
-  for (DualDomainResult& r : results) r.normal_derivative.setZero(n_samples_);
+  Eigen::MatrixXcd coefficients(liquid_.functions().size(), static_cast<Index>(results.size()));
+  for (std::size_t b = 0; b < results.size(); ++b) {
+    results[b].normal_derivative.setZero(n_samples_);
+    coefficients.col(static_cast<Index>(b)) = results[b].fluid.coefficients;
+  }
   parallel_for(samples_.size(), 64, [&](std::size_t begin, std::size_t end) {
-    auto scratch = functions_.scratch();
-    Eigen::VectorXd row(functions_.size());
     for (std::size_t i = begin; i < end; ++i) {
       const BoundarySample& s = samples_[i];
       if (s.region == BoundaryRegion::kDrySolid || (s.region != BoundaryRegion::kFreeSurface && !options_.wall_slopes))
         continue;
-      functions_.row(s.point_m, &s.normal, scratch, row.data());
-      for (DualDomainResult& r : results)
-        r.normal_derivative[static_cast<Index>(i)] =
-            detail::incident(r.fluid, s.point_m, &s.normal) + row.cast<Complex>().dot(r.fluid.coefficients);
+      const Eigen::VectorXcd slopes = liquid_.at_sample(s, true, coefficients);
+      for (std::size_t b = 0; b < results.size(); ++b)
+        results[b].normal_derivative[static_cast<Index>(i)] =
+            detail::incident(results[b].fluid, s.point_m, &s.normal) + slopes[static_cast<Index>(b)];
     }
   });
 }
 
-Conditions<Complex> TwoPasses::air_conditions() const {
+Conditions<Complex> TwoPasses::air_conditions(const Eigen::VectorXd& weights) const {
   const std::size_t n_sources = points_.air_m.size(),
                     n_padded = (n_sources + detail::kLane - 1) / detail::kLane * detail::kLane;
   std::vector<double> sources(3 * n_padded);
   for (std::size_t i = 0; i < n_padded; ++i)
     for (std::size_t axis = 0; axis < 3; ++axis)
       sources[axis * n_padded + i] = points_.air_m[std::min(i, n_sources - 1)][static_cast<Index>(axis)];
-  return assemble<Complex>(
+  return detail::assemble<Complex>(
       n_air_, n_samples_, options_.scale_columns,
       [&](Index begin, Index end, Matrix<Complex>& adjoint, Eigen::VectorXd& squares) {
         std::vector<double> r(n_padded), phase(n_padded), cosine(n_padded), sine(n_padded), padded(9 * n_padded, 0.0);
@@ -323,7 +207,7 @@ Conditions<Complex> TwoPasses::air_conditions() const {
             sine[j] = std::sin(phase[j]);
           }
           detail::singular_slopes(sources.data(), n_sources, n_padded, ka_, s.point_m.data(), s.normal.data(), r.data(),
-                                  cosine.data(), sine.data(), weights_[i],
+                                  cosine.data(), sine.data(), weights[i],
                                   reinterpret_cast<double*>(adjoint.col(i).data()), padded.data());
         }
         for (std::size_t f = 0; f < 9; ++f)
@@ -334,18 +218,19 @@ Conditions<Complex> TwoPasses::air_conditions() const {
 
 bool TwoPasses::solve_air(std::vector<DualDomainResult>& results) {
   Matrix<Complex> data = Matrix<Complex>::Zero(n_samples_, static_cast<Index>(results.size()));
+  Eigen::VectorXd weights(n_samples_);
   for (Index i = 0; i < n_samples_; ++i) {
     const BoundarySample& s = samples_[static_cast<std::size_t>(i)];
-    weights_[i] = s.region == BoundaryRegion::kWetSolid ? 0.0 : std::sqrt(s.area_m2);
+    weights[i] = s.region == BoundaryRegion::kWetSolid ? 0.0 : std::sqrt(s.area_m2);
     if (s.region != BoundaryRegion::kFreeSurface) continue;
     for (std::size_t b = 0; b < results.size(); ++b)
-      data(i, static_cast<Index>(b)) = weights_[i] * results[b].normal_derivative[i];
+      data(i, static_cast<Index>(b)) = weights[i] * results[b].normal_derivative[i];
   }
-  const Conditions<Complex> a = air_conditions();
+  const Conditions<Complex> a = air_conditions(weights);
   times_["assemble_air"] = lap_.seconds();
   lap_.restart();
   const la::RidgeSolution<Complex> solution =
-      la::solve_ridge(a.adjoint, a.column_scale, data, options_.ridge * a.frobenius, method(options_.solver));
+      la::solve_ridge(a.adjoint, a.column_scale, data, options_.ridge * a.frobenius, detail::method(options_.solver));
   if (!solution.solved) {
     fail(results, "pass 2: " + solution.message);
     return false;
@@ -388,6 +273,11 @@ void TwoPasses::finish_air(const Conditions<Complex>& a, const la::RidgeSolution
 
 void DualDomainOptions::validate() const { validate_fields("dual domain", *this); }
 
+Complex DualDomainOptions::liquid_wavenumber_per_m(double frequency_hz) const {
+  const double k = liquid.wavenumber_per_m(frequency_hz);
+  return liquid_loss_factor == 0.0 ? Complex(k) : k * std::sqrt(Complex(1.0, -liquid_loss_factor));
+}
+
 DualDomainOptions DualDomainOptions::as_printed() {
   DualDomainOptions options;
   options.fluid_space = FluidSpace::kSources;
@@ -411,7 +301,7 @@ std::vector<DualDomainResult> solve_dual_domain(const LiquidBoundary& boundary, 
   if (bubbles.empty()) return {};
   if (given_points.fluid_m.empty() || given_points.air_m.empty())
     throw InputError("dual domain", "needs sources in both passes");
-  const SourcePoints points = supported_points(boundary, given_points, options.literature);
+  const SourcePoints points = detail::supported_points(boundary, given_points, options.literature);
   for (const SwingingBubble& bubble : bubbles) {
     checked("bubble", "radius_m", bubble.radius_m, 1e-6, 0.1);
     boundary.check_bubble(bubble.position_m, 0.1 * bubble.radius_m);
@@ -428,10 +318,10 @@ Complex liquid_at(const DualDomainResult& result, const Vector3d& x, const Vecto
   const detail::FluidFunctions functions(result.fluid.wavenumber_per_m, result.fluid.order, result.fluid.points_m,
                                          result.fluid.solid_m);
   auto scratch = functions.scratch();
-  Eigen::VectorXd row(functions.size());
+  Eigen::VectorXcd row(functions.size());
   functions.row(x, direction, scratch, row.data());
   return result.source_strength *
-         (detail::incident(result.fluid, x, direction) + row.cast<Complex>().dot(result.fluid.coefficients));
+         (detail::incident(result.fluid, x, direction) + row.cwiseProduct(result.fluid.coefficients).sum());
 }
 
 Complex air_at(const DualDomainResult& result, const Vector3d& x, const Vector3d* direction) {

@@ -49,6 +49,8 @@ struct DualDomainOptions {
   FluidSpace fluid_space = FluidSpace::kFlatLimit;
   LeastSquares solver = LeastSquares::kSketch;
   Literature literature = Literature::kCorrected;
+  double liquid_loss_factor =
+      0.0;                    ///< eta of the liquid: k^2 = k_0^2 (1 - i eta); a rigid tank without loss rings for ever
   double ridge = 1e-8;        ///< epsilon over the Frobenius norm of the matrix (HF section 5.6)
   bool scale_columns = true;  ///< functions scaled to length 1 on the boundary before the ridge is put on
   bool images = true;         ///< pass 1 starts from the bubble and its images in surfaces that are close
@@ -58,7 +60,8 @@ struct DualDomainOptions {
   /// Pressure on the free surface for a unit source, one per sample (others count 0); empty: none, the one-way answer. With the
   /// air's own pressure there, found in turn, pass 1 is the two-way one.
   Eigen::VectorXcd surface_pressure;
-  void validate() const;  ///< InputError
+  void validate() const;                                                    ///< InputError
+  std::complex<double> liquid_wavenumber_per_m(double frequency_hz) const;  ///< with the loss
   /// Everything as HF prints it: sources, ridge on unscaled coefficients, no images, printed formulas.
   static DualDomainOptions as_printed();
 
@@ -73,6 +76,9 @@ struct DualDomainOptions {
     visit({"literature",
            "right, or paper: formulas as printed (sign of the source, no density ratio, wall weight without a length)"},
           self.literature);
+    visit({"liquid_loss_factor",
+           "Loss factor η of the liquid, k² = k₀² (1 − iη); 0: a rigid tank's modes are not damped", between(0.0, 0.5)},
+          self.liquid_loss_factor);
     visit({"ridge", "Ridge over the norm of the matrix", between(1e-15, 1.0)}, self.ridge);
     visit({"scale_columns", "Functions scaled to length 1 before the ridge is put on"}, self.scale_columns);
     visit({"images", "Pass 1 with images of the bubble in surfaces close to it"}, self.images);
@@ -84,7 +90,7 @@ struct DualDomainOptions {
 
 /// The liquid's pressure of a unit source: s(x) + images + regular waves.
 struct FluidField {
-  double wavenumber_per_m = 0.0;
+  std::complex<double> wavenumber_per_m = 0.0;  ///< with the loss
   Eigen::Vector3d bubble_m = Eigen::Vector3d::Zero();
   struct Image {
     Eigen::Vector3d position_m;

@@ -11,6 +11,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/sound/dual_domain/detail/closest_point.hpp"
 
 namespace klang::bubble {
 namespace {
@@ -37,27 +38,6 @@ std::vector<int> weld(const mesh::Points& points, double tolerance) {
         break;
       }
   return target;
-}
-
-/// Closest point of a triangle. Source: Ericson, Real-Time Collision Detection (2005), section 5.1.5.
-Vector3d closest(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-  const Vector3d ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return a;
-  const Vector3d bp = p - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
-  const Vector3d cp = p - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return c;
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  const double sum = va + vb + vc;
-  return a + vb / sum * ab + vc / sum * ac;
 }
 
 }  // namespace
@@ -262,7 +242,7 @@ std::optional<Vector3d> LiquidBoundary::nearest(const Vector3d& x_m, const Wante
     for (std::size_t t = begin; t < end; ++t) {
       if (!counts(t, true) || !wanted(region_[t])) continue;
       const auto face = static_cast<Index>(t);
-      const Vector3d at = closest(x_m, corner(face, 0), corner(face, 1), corner(face, 2));
+      const Vector3d at = detail::closest_point(x_m, corner(face, 0), corner(face, 1), corner(face, 2));
       const double distance_sq = (at - x_m).squaredNorm();
       if (distance_sq < here.distance_sq) here = {distance_sq, at};
     }

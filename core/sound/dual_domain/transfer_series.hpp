@@ -2,10 +2,12 @@
 #include <Eigen/Core>
 #include <complex>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/sound/dual_domain/dual_domain.hpp"
+#include "core/sound/dual_domain/reciprocal.hpp"
 
 namespace klang::bubble {
 
@@ -15,9 +17,19 @@ struct BubblePath {
   std::vector<Eigen::Vector3d> position_m;
 };
 
+enum class TransferMethod {
+  kForward,    ///< the bubble's field in the liquid, then the air by sources: solve_dual_domain
+  kReciprocal  ///< the ear's field in the air by boundary elements, then in the liquid: reciprocal_transfer
+};
+constexpr auto words_of(TransferMethod) {
+  return std::array{Word{TransferMethod::kForward, "forward"}, Word{TransferMethod::kReciprocal, "reciprocal"}};
+}
+
 /// Transfer of one moving bubble in a changing liquid (HF sections 5.4, 5.7).
 struct TransferSeriesOptions {
   DualDomainOptions solver;
+  TransferMethod method = TransferMethod::kForward;
+  int air_vertices = 1000;  ///< of the boundary elements, also for the error of the forward method
   int fluid_sources = 60, air_sources = 100;
   std::uint64_t seed = 1;
   double frequency_hz = 0.0;
@@ -30,6 +42,11 @@ struct TransferSeriesOptions {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"solver", "How each frame is solved"}, self.solver);
+    visit({"method", "forward: bubble to ear; reciprocal: ear to bubble, one solve for all bubbles and far more exact"},
+          self.method);
+    visit({"air_vertices", "Vertices of the air's boundary elements at most (method reciprocal, error_estimate)",
+           between(100.0, 20000.0)},
+          self.air_vertices);
     visit({"fluid_sources", "Quadrupole sources of pass 1 (liquid)", between(1.0, 400.0)}, self.fluid_sources);
     visit({"air_sources", "Quadrupole sources of pass 2 (air)", between(1.0, 1000.0)}, self.air_sources);
     visit({"frequency_hz", "Frequency of the bubble", between(1.0, 1e5)}, self.frequency_hz);
@@ -43,8 +60,9 @@ struct TransferSeriesOptions {
 struct TransferAtTime {
   double time_s;
   std::complex<double> pressure;  ///< [Pa per m]
-  double fit_error_fluid, fit_error_air;
-  bool frozen;  ///< the bubble has left the liquid: the last value
+  double fit_error_fluid;
+  std::optional<double> fit_error_air;  ///< of the forward method
+  bool frozen;                          ///< the bubble has left the liquid: the last value
 };
 
 struct TransferSeriesResult {
@@ -55,7 +73,11 @@ struct TransferSeriesResult {
   int n_solves = 0;
   int n_fluid_sources = 0, n_air_sources = 0;  ///< that the coarsest frame carried
   std::uint32_t n_replaced_sources = 0;
+  std::optional<double> error_estimate;  ///< relative, at the first time; none: not found (paper's formulas)
 };
+
+/// Relative error of a pressure that was found by any method: its distance to the corrected reciprocal one and that one's own estimate.
+double error_estimate(std::complex<double> pressure, const ReciprocalTransfer& reference);
 
 /// @param frame_time_s  rising; boundary(i) gives the liquid at frame_time_s[i], asked once each, in order
 /// Source points are drawn in the first frame of the bubble's life and keep their places (drawn again where the liquid leaves them).

@@ -9,7 +9,7 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 using Eigen::Vector3d;
 
-FluidFunctions::FluidFunctions(double k, int order, const std::vector<Vector3d>& points,
+FluidFunctions::FluidFunctions(Complex k, int order, const std::vector<Vector3d>& points,
                                const std::vector<Vector3d>& solid)
     : k_(k), points_(points), solid_(solid) {
   if (order >= 0) rows_.emplace(order, k);
@@ -22,16 +22,27 @@ std::optional<RegularRows::Scratch> FluidFunctions::scratch() const {
 
 void FluidFunctions::row(const Vector3d& x, const Vector3d* normal, std::optional<RegularRows::Scratch>& scratch,
                          double* out) const {
-  regular_row(x, normal, scratch, out);
+  const double k = k_.real();
+  regular_row(k, x, normal, scratch, out);
   out += n_regular();
   std::array<Complex, kQuadrupoleSize> wave;
   for (const Vector3d& point : solid_) {
     if (normal == nullptr) {
-      singular_quadrupole(k_, x - point, wave.data());
+      singular_quadrupole(k, x - point, wave.data());
     } else {
-      singular_quadrupole_slopes(k_, x - point, *normal, wave.data());
+      singular_quadrupole_slopes(k, x - point, *normal, wave.data());
     }
     for (const Complex& value : wave) *out++ = -value.imag();  // h^(2) = j - i y
+  }
+}
+
+void FluidFunctions::row(const Vector3d& x, const Vector3d* normal, std::optional<RegularRows::Scratch>& scratch,
+                         Complex* out) const {
+  regular_row(k_, x, normal, scratch, out);
+  out += n_regular();
+  for (const Vector3d& point : solid_) {
+    standing_quadrupole(k_, x - point, normal, out);
+    out += kQuadrupoleSize;
   }
 }
 
@@ -39,8 +50,9 @@ Index FluidFunctions::n_regular() const {
   return rows_ ? rows_->size() : kQuadrupoleSize * static_cast<Index>(points_.size());
 }
 
-void FluidFunctions::regular_row(const Vector3d& x, const Vector3d* normal,
-                                 std::optional<RegularRows::Scratch>& scratch, double* out) const {
+template <class Number, class Scalar>
+void FluidFunctions::regular_row(Number k, const Vector3d& x, const Vector3d* normal,
+                                 std::optional<RegularRows::Scratch>& scratch, Scalar* out) const {
   if (rows_) {
     if (normal == nullptr) {
       rows_->values(x - points_[0], *scratch, out);
@@ -51,9 +63,9 @@ void FluidFunctions::regular_row(const Vector3d& x, const Vector3d* normal,
   }
   for (std::size_t s = 0; s < points_.size(); ++s, out += kQuadrupoleSize) {
     if (normal == nullptr) {
-      regular_quadrupole(k_, x - points_[s], out);
+      regular_quadrupole(k, x - points_[s], out);
     } else {
-      regular_quadrupole_slopes(k_, x - points_[s], *normal, out);
+      regular_quadrupole_slopes(k, x - points_[s], *normal, out);
     }
   }
 }

@@ -8,22 +8,25 @@
 
 namespace klang::bubble::detail {
 
-/// Functions of pass 1 at a sample or point: value, or derivative along normal where it is given.
+/// Functions of pass 1 at a sample or point: value, or derivative along normal where it is given. Real for a real k.
 class FluidFunctions {
  public:
-  FluidFunctions(double k, int order, const std::vector<Eigen::Vector3d>& points,
+  FluidFunctions(std::complex<double> k, int order, const std::vector<Eigen::Vector3d>& points,
                  const std::vector<Eigen::Vector3d>& solid);
   Eigen::Index size() const;
   std::optional<RegularRows::Scratch> scratch() const;
   void row(const Eigen::Vector3d& x, const Eigen::Vector3d* normal, std::optional<RegularRows::Scratch>& scratch,
-           double* out) const;
+           double* out) const;  ///< for a real k
+  void row(const Eigen::Vector3d& x, const Eigen::Vector3d* normal, std::optional<RegularRows::Scratch>& scratch,
+           std::complex<double>* out) const;
 
  private:
   Eigen::Index n_regular() const;
-  void regular_row(const Eigen::Vector3d& x, const Eigen::Vector3d* normal,
-                   std::optional<RegularRows::Scratch>& scratch, double* out) const;
+  template <class Number, class Scalar>
+  void regular_row(Number k, const Eigen::Vector3d& x, const Eigen::Vector3d* normal,
+                   std::optional<RegularRows::Scratch>& scratch, Scalar* out) const;
 
-  double k_;
+  std::complex<double> k_;
   const std::vector<Eigen::Vector3d>& points_;
   const std::vector<Eigen::Vector3d>& solid_;
   std::optional<RegularRows> rows_;

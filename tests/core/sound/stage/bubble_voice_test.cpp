@@ -385,7 +385,8 @@ TEST(Scene, TransferOfJsonIsThatOfCsv) {
 TEST(TransferSeries, OfOneFrequencyGoesWithItsSquare) {
   Folder folder;
   folder.write("t.csv", "time_s,frequency_hz,re,im\n0,1000,1,2\n1,1000,3,-2\n");
-  folder.write("t.json", R"({"options": {"frequency_hz": 1000}, "transfer": [{"time_s": 0, "re": 1, "im": 2},
+  folder.write("t.json",
+               R"({"provenance": {"options": {"frequency_hz": 1000}}, "transfer": [{"time_s": 0, "re": 1, "im": 2},
                             {"time_s": 1, "re": 3, "im": -2}]})");
   for (const char* name : {"t.csv", "t.json"}) {
     const TransferSeries series = read_transfer_series(folder.path / name);

@@ -1,0 +1,292 @@
+#include "core/sound/dual_domain/reciprocal.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/check.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/geometry/mesh/surface_coarsening.hpp"
+#include "core/sound/bem/helmholtz_bem.hpp"
+#include "core/sound/dual_domain/detail/closest_point.hpp"
+#include "core/sound/dual_domain/detail/liquid_solver.hpp"
+
+namespace klang::bubble {
+namespace {
+
+using Complex = std::complex<double>;
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::Vector3d;
+
+/// The triangles that the air sees.
+mesh::SurfaceMesh air_surface(const LiquidBoundary& boundary) {
+  mesh::SurfaceMesh result;
+  result.vertices_m = boundary.surface().vertices_m;
+  std::vector<Index> kept;
+  for (Index t = 0; t < boundary.surface().triangles.rows(); ++t)
+    if (boundary.region()[static_cast<std::size_t>(t)] != static_cast<int>(BoundaryRegion::kWetSolid))
+      kept.push_back(t);
+  result.triangles.resize(static_cast<Index>(kept.size()), 3);
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    result.triangles.row(static_cast<Index>(i)) = boundary.surface().triangles.row(kept[i]);
+  return result;
+}
+
+mesh::SurfaceMesh with_triangles(const mesh::SurfaceMesh& surface, Index n_triangles) {
+  if (surface.triangles.rows() <= n_triangles) return surface;
+  mesh::CoarseningOptions options;
+  double area = 0.0;
+  for (Index t = 0; t < surface.triangles.rows(); ++t) {
+    const Vector3d a = surface.vertices_m.row(surface.triangles(t, 0)),
+                   b = surface.vertices_m.row(surface.triangles(t, 1)),
+                   c = surface.vertices_m.row(surface.triangles(t, 2));
+    area += 0.5 * (b - a).cross(c - a).norm();
+  }
+  options.edge_m =
+      1.3 * std::sqrt(2.31 * area / static_cast<double>(n_triangles));  // edge of equilateral ones, and room
+  options.tolerance_m = 0.2 * options.edge_m;
+  options.stop_at_triangles = static_cast<int>(n_triangles);
+  return mesh::coarsened(surface, options);
+}
+
+struct Elements {
+  mesh::SurfaceMesh surface;
+  std::vector<int> vertex_of;
+  acoustics::HelmholtzBem solver;
+};
+
+Elements elements_of(mesh::SurfaceMesh surface) {
+  std::vector<int> vertex_of;
+  acoustics::RadiatingSurface radiating = acoustics::radiating_surface(surface, &vertex_of);
+  return {std::move(surface), std::move(vertex_of), acoustics::HelmholtzBem(std::move(radiating))};
+}
+
+/// q at the elements' own vertices: the ear's field and what the rigid surface throws back.
+acoustics::BemResult scattered(const Elements& elements, double frequency_hz, const Eigen::Matrix3Xd& ears,
+                               const acoustics::Medium& air, MatrixXcd& q, Monitor& monitor) {
+  const acoustics::RadiatingSurface& s = elements.solver.surface();
+  const double k = air.wavenumber_per_m(frequency_hz);
+  const Complex to_velocity(0.0, 1.0 / (2.0 * kPi * frequency_hz * air.density_kg_m3));  // dp/dn = -i omega rho v
+  MatrixXcd velocity(3 * static_cast<Index>(s.n_triangles()), ears.cols());
+  for (Index e = 0; e < ears.cols(); ++e)
+    for (int t = 0; t < s.n_triangles(); ++t)
+      for (int c = 0; c < 3; ++c)
+        velocity(3 * t + c, e) =
+            -to_velocity * detail::monopole_slope(k, s.corner(t, c) - ears.col(e), s.normals.col(t));
+  acoustics::BemOptions options;
+  options.medium = air;
+  options.allow_coarse = true;
+  options.n_blas_threads = 1;  // the same bits on any number of threads
+  const acoustics::BemResult result = elements.solver.solve(frequency_hz, velocity, options, monitor);
+  if (!result.usable()) throw NumericalError("ear's field: " + result.message);
+  q = result.pressure_pa;
+  for (Index e = 0; e < ears.cols(); ++e)
+    for (Index v = 0; v < q.rows(); ++v) q(v, e) += detail::monopole(k, s.vertices_m.col(v) - ears.col(e));
+  return result;
+}
+
+/// Values at the elements' vertices carried to the boundary's: linear on the nearest element.
+MatrixXcd carried(const Elements& elements, const MatrixXcd& q, const LiquidBoundary& boundary, bool same) {
+  const Index n = boundary.surface().vertices_m.rows();
+  MatrixXcd result = MatrixXcd::Zero(n, q.cols());
+  if (same) {
+    for (std::size_t i = 0; i < elements.vertex_of.size(); ++i)
+      result.row(elements.vertex_of[i]) = q.row(static_cast<Index>(i));
+    return result;
+  }
+  const acoustics::RadiatingSurface& s = elements.solver.surface();
+  parallel_for(static_cast<std::size_t>(n), 16, [&](std::size_t begin, std::size_t end) {
+    for (auto v = static_cast<Index>(begin); v < static_cast<Index>(end); ++v) {
+      const Vector3d x = boundary.surface().vertices_m.row(v).transpose();
+      double best = HUGE_VAL;
+      int nearest = 0;
+      Vector3d at = x;
+      for (int t = 0; t < s.n_triangles(); ++t) {
+        const double reach = (x - s.centroids_m.col(t)).norm() - s.radii_m[t];
+        if (reach > 0.0 && reach * reach >= best) continue;
+        const Vector3d point = detail::closest_point(x, s.corner(t, 0), s.corner(t, 1), s.corner(t, 2));
+        const double distance_sq = (point - x).squaredNorm();
+        if (distance_sq < best) {
+          best = distance_sq;
+          nearest = t;
+          at = point;
+        }
+      }
+      const Vector3d a = s.corner(nearest, 0), b = s.corner(nearest, 1), c = s.corner(nearest, 2);
+      const Vector3d normal = (b - a).cross(c - a);
+      const double size = normal.squaredNorm(), u = (b - at).cross(c - at).dot(normal) / size,
+                   w = (c - at).cross(a - at).dot(normal) / size;
+      result.row(v) = u * q.row(s.triangles(0, nearest)) + w * q.row(s.triangles(1, nearest)) +
+                      (1.0 - u - w) * q.row(s.triangles(2, nearest));
+    }
+  });
+  return result;
+}
+
+Eigen::Matrix3Xd columns(const std::vector<Vector3d>& points) {
+  Eigen::Matrix3Xd result(3, static_cast<Index>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) result.col(static_cast<Index>(i)) = points[i];
+  return result;
+}
+
+/// What a field asks of the liquid's functions: q on the free surface, nothing on walls.
+MatrixXcd ear_data(const LiquidBoundary& boundary, const EarField& air, const Eigen::VectorXd& weights) {
+  const auto& samples = boundary.samples();
+  MatrixXcd data = MatrixXcd::Zero(static_cast<Index>(samples.size()), air.q.cols());
+  for (Index i = 0; i < data.rows(); ++i) {
+    const BoundarySample& s = samples[static_cast<std::size_t>(i)];
+    if (s.region == BoundaryRegion::kFreeSurface) data.row(i) = weights[i] * air.q.row(s.vertex);
+  }
+  return data;
+}
+
+}  // namespace
+
+void ReciprocalOptions::validate() const { validate_fields("reciprocal transfer", *this); }
+
+EarField ear_field(const LiquidBoundary& boundary, double frequency_hz, const std::vector<Vector3d>& ears_m,
+                   const ReciprocalOptions& options, Monitor& monitor) {
+  options.validate();
+  checked("ear's field", "frequency_hz", frequency_hz, 1.0, 1e5);
+  const Stopwatch lap;
+  for (std::size_t i = 0; i < ears_m.size(); ++i)
+    if (!ears_m[i].allFinite() || boundary.inside_air_boundary(ears_m[i]))
+      throw InputError("listener " + std::to_string(i), "is not in the air around " + boundary.name());
+  const Eigen::Matrix3Xd ears = columns(ears_m);
+  mesh::SurfaceMesh whole = air_surface(boundary);
+  const Index n_whole = whole.triangles.rows(), n_most = 2 * static_cast<Index>(options.air_vertices) - 4;
+  EarField result;
+  result.frequency_hz = frequency_hz;
+  const Elements fine = elements_of(with_triangles(whole, n_most));
+  MatrixXcd q;
+  const acoustics::BemResult solved = scattered(fine, frequency_hz, ears, options.pass.air, q, monitor);
+  result.n_elements = solved.n_elements;
+  result.elements_per_wavelength = solved.elements_per_wavelength;
+  result.q = carried(fine, q, boundary, n_whole <= n_most);
+  if (options.estimate_air) {
+    monitor.throw_if_stopped();
+    const Elements coarse = elements_of(with_triangles(whole, std::max<Index>(solved.n_elements / 4, 40)));
+    scattered(coarse, frequency_hz, ears, options.pass.air, q, monitor);
+    result.q_coarse = carried(coarse, q, boundary, coarse.surface.triangles.rows() == n_whole);
+  }
+  result.wall_time_s = lap.seconds();
+  return result;
+}
+
+EarInLiquid ear_in_liquid(const LiquidBoundary& boundary, const EarField& air, const SourcePoints& given_points,
+                          const ReciprocalOptions& options, Monitor& monitor) {
+  options.validate();
+  monitor.throw_if_stopped();
+  const SourcePoints points = detail::supported_points(boundary, given_points, options.pass.literature);
+  const detail::LiquidSolver solver(boundary, air.frequency_hz, points, options.pass);
+  const MatrixXcd data = ear_data(boundary, air, solver.weights());
+  const detail::LiquidSolver::Solution solution = solver.solve(data);
+  if (!solution.solved) throw NumericalError("the ear's field in the liquid: " + solution.message);
+  EarInLiquid result;
+  result.frequency_hz = air.frequency_hz;
+  result.liquid_density_kg_m3 = options.pass.liquid.density_kg_m3;
+  result.density_ratio = options.pass.air.density_kg_m3 / options.pass.liquid.density_kg_m3;
+  result.field.wavenumber_per_m = solver.wavenumber_per_m();
+  result.field.order = solver.order();
+  result.field.points_m = solver.points_m();
+  result.field.solid_m = points.solid_m;
+  result.coefficients = solution.coefficients;
+  for (Index e = 0; e < data.cols(); ++e) result.fit_error.push_back(solution.error.col(e).norm() / data.col(e).norm());
+  result.wall_time_s = {{"air", air.wall_time_s}, {"assemble", solution.assemble_s}, {"solve", solution.solve_s}};
+  return result;
+}
+
+Complex EarInLiquid::w(const Vector3d& x_m, std::size_t ear) const {
+  const detail::FluidFunctions functions(field.wavenumber_per_m, field.order, field.points_m, field.solid_m);
+  auto scratch = functions.scratch();
+  Eigen::VectorXcd row(functions.size());
+  functions.row(x_m, nullptr, scratch, row.data());
+  return row.cwiseProduct(coefficients.col(static_cast<Index>(ear))).sum();
+}
+
+Complex EarInLiquid::pressure(const SwingingBubble& bubble, std::size_t ear) const {
+  return density_ratio * bubble_source_strength(bubble.radius_m, frequency_hz, liquid_density_kg_m3) *
+         w(bubble.position_m, ear);
+}
+
+std::vector<ReciprocalTransfer> checked_transfer(const LiquidBoundary& boundary, const EarField& air,
+                                                 const EarInLiquid& liquid, const SourcePoints& given_points,
+                                                 const SwingingBubble& bubble, const ReciprocalOptions& options) {
+  boundary.check_bubble(bubble.position_m, 0.1 * bubble.radius_m);
+  const SourcePoints points = detail::supported_points(boundary, given_points, options.pass.literature);
+  const detail::LiquidSolver solver(boundary, air.frequency_hz, points, options.pass);
+  const auto& samples = boundary.samples();
+  const auto n = static_cast<Index>(samples.size());
+  FluidField own = liquid.field;
+  own.bubble_m = bubble.position_m;
+  if (options.pass.images) detail::add_images(boundary, own);
+  MatrixXcd data = MatrixXcd::Zero(n, 1);
+  parallel_for(samples.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const BoundarySample& s = samples[i];
+      const auto row = static_cast<Index>(i);
+      const bool free = s.region == BoundaryRegion::kFreeSurface;
+      if (s.region != BoundaryRegion::kDrySolid)
+        data(row, 0) = -solver.weights()[row] * detail::incident(own, s.point_m, free ? nullptr : &s.normal);
+    }
+  });
+  const detail::LiquidSolver::Solution solution = solver.solve(data);
+  if (!solution.solved) throw NumericalError("the bubble's own field: " + solution.message);
+
+  // Per sample: the bubble's slope on the free surface and value on rigid parts; w there.
+  const Index n_ears = air.q.cols();
+  MatrixXcd correction = MatrixXcd::Zero(n, n_ears), change = MatrixXcd::Zero(n, n_ears);
+  parallel_for(samples.size(), 32, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const BoundarySample& s = samples[i];
+      if (s.region == BoundaryRegion::kDrySolid) continue;
+      const auto row = static_cast<Index>(i);
+      const bool free = s.region == BoundaryRegion::kFreeSurface;
+      const Complex bubble_here = detail::incident(own, s.point_m, free ? &s.normal : nullptr) +
+                                  solver.at_sample(s, free, solution.coefficients)[0];
+      const Eigen::RowVectorXcd w = solver.at_sample(s, !free, liquid.coefficients).transpose();
+      if (free) {
+        correction.row(row) = -s.area_m2 * bubble_here * (w - air.q.row(s.vertex));
+        if (air.q_coarse.size() != 0)
+          change.row(row) = s.area_m2 * bubble_here * (air.q_coarse.row(s.vertex) - air.q.row(s.vertex));
+      } else {
+        correction.row(row) = s.area_m2 * bubble_here * w;
+      }
+    }
+  });
+  const double strength =
+      liquid.density_ratio * bubble_source_strength(bubble.radius_m, liquid.frequency_hz, liquid.liquid_density_kg_m3);
+  std::vector<ReciprocalTransfer> result(static_cast<std::size_t>(n_ears));
+  for (Index e = 0; e < n_ears; ++e) {
+    ReciprocalTransfer& one = result[static_cast<std::size_t>(e)];
+    const Complex correct = strength * correction.col(e).sum();
+    one.plain = liquid.pressure(bubble, static_cast<std::size_t>(e));
+    one.pressure = one.plain + correct;
+    one.error_liquid = std::abs(correct) / std::abs(one.pressure);
+    if (air.q_coarse.size() != 0)
+      one.error_air = std::abs(strength * change.col(e).sum()) / (3.0 * std::abs(one.pressure));
+  }
+  return result;
+}
+
+std::vector<std::vector<ReciprocalTransfer>> reciprocal_transfer(const LiquidBoundary& boundary, double frequency_hz,
+                                                                 const SourcePoints& points,
+                                                                 const std::vector<SwingingBubble>& bubbles,
+                                                                 const std::vector<Vector3d>& ears_m,
+                                                                 const ReciprocalOptions& options, Monitor& monitor) {
+  const EarField air = ear_field(boundary, frequency_hz, ears_m, options, monitor);
+  const EarInLiquid liquid = ear_in_liquid(boundary, air, points, options, monitor);
+  std::vector<std::vector<ReciprocalTransfer>> result;
+  for (const SwingingBubble& bubble : bubbles) {
+    monitor.throw_if_stopped();
+    checked("bubble", "radius_m", bubble.radius_m, 1e-6, 0.1);
+    result.push_back(checked_transfer(boundary, air, liquid, points, bubble, options));
+  }
+  return result;
+}
+
+}  // namespace klang::bubble

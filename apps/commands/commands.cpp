@@ -25,7 +25,7 @@ namespace klang::apps {
   MEMBER(proxy, fit) \
   MEMBER(proxy, lookup) \
   MEMBER(proxy, study) \
-  GROUP(scene, "Solid bodies that move, strike and sound: from sound to scene") \
+  GROUP(scene, "Solid bodies and liquids that move and sound: from sound to scene") \
   MEMBER(scene, check) \
   MEMBER(scene, run) \
   MEMBER(scene, sound) \

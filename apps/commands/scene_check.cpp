@@ -2,6 +2,7 @@
 #include <cmath>
 #include <memory>
 
+#include "apps/commands/liquid_run.hpp"
 #include "apps/commands/scene_folder.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -13,6 +14,7 @@ namespace klang::apps {
 namespace {
 
 int run_scene_check(const std::string& file, const CommonOptions& common) {
+  if (is_liquid_file(file)) return check_liquid(file, common);
   TerminalMonitor monitor(common.quiet);
   const scene::Scene scene = scene::read_scene(file);
   std::vector<std::string> warnings;
@@ -39,14 +41,15 @@ Subcommand add_scene_check(CLI::App& group, CommonOptions& common) {
   auto file = std::make_shared<std::string>();
   CLI::App* app =
       group.add_subcommand("check", "Whether a scene can be run: bodies, masses, overlaps, steps; moves nothing");
-  app->add_option("scene", *file, "Scene (TOML, docs/scenes.md)")->required();
+  app->add_option("scene", *file, "Scene (TOML, docs/scenes.md; with [domain] docs/liquid.md)")->required();
   app->footer(
       "Examples:\n"
       "  klang scene check datasets-synthetic/scenes/s02/chimes.toml\n"
       "  klang scene check scene.toml --json c.json");
   return {app,
           [file, &common] { return run_scene_check(*file, common); },
-          {result_kind<scene::SceneCheckDocument>("scene_check", "--json of `klang scene check`")}};
+          {result_kind<scene::SceneCheckDocument>("scene_check", "--json of `klang scene check`"),
+           result_kind<LiquidCheckDocument>("liquid_scene_check", "--json of `klang scene check` with a liquid")}};
 }
 
 }  // namespace klang::apps

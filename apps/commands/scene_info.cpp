@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "apps/commands/liquid_run.hpp"
 #include "apps/commands/scene_folder.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -18,6 +19,10 @@ namespace {
 
 int run_scene_info(const std::string& source, const std::string& csv, const CommonOptions& common) {
   const SceneFolder folder(source);
+  if (!folder.has("scene.json") && is_liquid_folder(source)) {
+    if (!csv.empty()) throw InputError("--impulses-csv", "a liquid has no impulses", source);
+    return show_liquid(source, common);
+  }
   const std::filesystem::path path = folder.file("scene.json");
   const nlohmann::json json = read_result_json(path);
   if (text_under(json, "kind") != "scene") throw InputError(path.string(), "is no result of klang scene run");

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "apps/commands/liquid_run.hpp"
 #include "apps/commands/scene_folder.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -19,7 +20,8 @@ namespace {
 
 struct RunOptions {
   std::string scene, output;
-  std::optional<double> until_s;
+  std::optional<double> until_s, checkpoint_s;
+  std::optional<std::string> stage;
   bool no_sound = false, resume = false;
 };
 
@@ -96,6 +98,14 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   const Stopwatch watch;
   TerminalMonitor monitor(common.quiet);
   if (options.until_s) checked_open("command line", "--until-s", *options.until_s, 0.0, 3600.0);
+  if (options.checkpoint_s) checked("command line", "--checkpoint-s", *options.checkpoint_s, 0.0, 1e6);
+  if (is_liquid_file(options.scene))
+    return run_liquid({options.scene, options.output, options.until_s, options.checkpoint_s, options.stage,
+                       options.no_sound, options.resume},
+                      common, monitor);
+  for (const auto& [given, flag] :
+       {std::pair(options.stage.has_value(), "--stage"), std::pair(options.checkpoint_s.has_value(), "--checkpoint-s")})
+    if (given) throw InputError(flag, "belongs to scenes of liquids", options.scene, "a scene with [domain]");
   const scene::Scene scene = scene::read_scene(options.scene);
   const SceneFolder folder(options.output);
   if (options.resume) {
@@ -128,22 +138,28 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
 
 Subcommand add_scene_run(CLI::App& group, CommonOptions& common) {
   auto options = std::make_shared<RunOptions>();
-  CLI::App* app = group.add_subcommand("run", "Moves the bodies of a scene and makes their sound, tables and page");
-  app->add_option("scene", options->scene, "Scene (TOML, docs/scenes.md)")->required();
+  CLI::App* app =
+      group.add_subcommand("run", "Moves the bodies or the liquid of a scene and makes sound, tables and page");
+  app->add_option("scene", options->scene, "Scene (TOML, docs/scenes.md; with [domain] docs/liquid.md)")->required();
   app->add_option("-o,--output", options->output,
                   "Folder for scene.json, sound.wav, events.h5, ledger.csv, modes/, report.html")
       ->required();
   app->add_option("--until-s", options->until_s, "Ends the motion earlier");
+  app->add_option("--checkpoint-s", options->checkpoint_s, "Of a liquid: wall time between states to go on from (60)");
+  app->add_option("--stage", options->stage,
+                  "Of a liquid: does this stage and those after it again: flow, bubbles, transfer, sound");
   app->add_flag("--no-sound", options->no_sound, "Motion only");
   app->add_flag("--resume", options->resume,
                 "Continues an interrupted run of the same scene: stages that are done stay");
   app->footer(
       "Examples:\n"
       "  klang scene run datasets-synthetic/scenes/s02/chimes.toml -o chimes\n"
-      "  klang scene run scene.toml -o out --until-s 0.5 --no-sound");
+      "  klang scene run scene.toml -o out --until-s 0.5 --no-sound\n"
+      "  klang scene run datasets-synthetic/scenes/liquid/pouring.toml -o pouring --resume");
   return {app,
           [options, &common] { return run_scene(*options, common); },
-          {result_kind<scene::SceneDocument>("scene", "scene.json of `klang scene run`")}};
+          {result_kind<scene::SceneDocument>("scene", "scene.json of `klang scene run`"),
+           result_kind<liquid_scene::RunDocument>("liquid_scene", "run.json of `klang scene run` with a liquid")}};
 }
 
 }  // namespace klang::apps

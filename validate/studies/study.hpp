@@ -12,6 +12,19 @@
 
 namespace klang::validate {
 
+/// A place at which a level was held against its reference.
+struct LevelPoint {
+  double x_over_l = 0.0, z_over_h = 0.0, value = 0.0, exact = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"x_over_l", "across, over the width"}, self.x_over_l);
+    visit({"z_over_h", "up, over the height"}, self.z_over_h);
+    visit({"value", "found"}, self.value);
+    visit({"exact", "of the reference"}, self.exact);
+  }
+};
+
 /// One mesh, time step or order of approximation.
 struct Level {
   std::optional<double> h_m;                        ///< element size [m]; studies in space have it
@@ -19,7 +32,9 @@ struct Level {
   double error = 0.0;                               ///< against the series' reference, >= 0
   std::optional<std::array<double, 2>> error_ci95;  ///< of the error, where it is a mean over random repeats
   std::optional<double> value;                      ///< a number that converges, for the grid convergence index
-  std::optional<double> exact;                      ///< what value should be, where the level knows
+  std::optional<double> exact;                      ///< what it should be
+  std::optional<double> shape_error;                ///< of a shape that comes back: what differs, over its volume
+  std::vector<LevelPoint> points;                   ///< places of the error
   double n_unknowns = 0.0;                          ///< cost that does not depend on the machine
   double wall_time_s = 0.0;
   double step() const { return h_m ? *h_m : n.value_or(0.0); }

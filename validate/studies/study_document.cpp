@@ -19,8 +19,12 @@ LevelRecord level_record(const Series& series, std::size_t i) {
                      level.wall_time_s,
                      {},
                      {},
+                     {},
+                     {},
                      {}};
   record.exact = level.exact;
+  record.shape_error = level.shape_error;
+  record.points = level.points;
   if (level.error_ci95) {
     record.error_low = (*level.error_ci95)[0];
     record.error_high = (*level.error_ci95)[1];

@@ -15,7 +15,9 @@ struct LevelRecord {
   std::optional<double> h_m, n, error, value, pairwise_order;
   std::string excluded;
   double n_unknowns = 0.0, wall_time_s = 0.0;
-  std::optional<double> error_low, error_high, exact;
+  std::optional<double> error_low, error_high;
+  std::optional<double> exact, shape_error;
+  std::vector<LevelPoint> points;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -23,7 +25,10 @@ struct LevelRecord {
     visit(absent_if_empty({"n", "samples per second, order of an expansion, sources; the others have it"}), self.n);
     visit({"error", "against the series' reference"}, self.error);
     visit({"value", "a number that converges"}, self.value);
-    visit(absent_if_empty({"exact", "what value should be"}), self.exact);
+    visit(absent_if_empty({"exact", "what it should be"}), self.exact);
+    visit(absent_if_empty({"shape_error", "of a shape that comes back: what differs, over its volume"}),
+          self.shape_error);
+    visit(absent_if_empty({"points", "places at which the error was looked for"}), self.points);
     visit({"pairwise_order", "slope from the level before to this one"}, self.pairwise_order);
     visit({"excluded", "why it is not in the fit; empty where it is"}, self.excluded);
     visit({"n_unknowns", "cost that does not depend on the machine"}, self.n_unknowns);

@@ -220,6 +220,19 @@ double liquid_volume_m3(const GridShape& shape, const Field& phi, const SolidFie
   return sum * h * h * h;
 }
 
+double shift_to_volume(const GridShape& shape, const SolidField& solid, double wanted, double most_m, Field& phi) {
+  double volume = liquid_volume_m3(shape, phi, solid);
+  for (int turn = 0; turn < 3 && std::abs(volume - wanted) > 1e-12 * wanted; ++turn) {
+    const double step = 0.02 * shape.cell_m;
+    const double area = (volume - liquid_volume_m3(shape, phi, solid, step)) / step;
+    if (!(area > 0.0)) break;
+    const double shift = std::clamp((volume - wanted) / area, -most_m, most_m);
+    for (double& value : phi.data()) value += shift;
+    volume = liquid_volume_m3(shape, phi, solid);
+  }
+  return volume;
+}
+
 void extrapolate(const GridShape& shape, int layers, MacGrid& u, FaceMask& known) {
   for (int axis = 0; axis < 3; ++axis) {
     Field& field = u[axis];

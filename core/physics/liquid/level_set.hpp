@@ -21,6 +21,9 @@ void redistance(const GridShape& shape, double keep_m, double reach_m, Field& ph
 /// Volume of phi < 0 in the open part of the cells: each cell cut by the plane of phi's value and slope at its centre (exact for planes).
 double liquid_volume_m3(const GridShape& shape, const Field& phi_m, const SolidField& solid, double shift_m = 0.0);
 
+/// Shifts the surface, by most_m at most, so that the volume is the one asked for. @return the volume then
+double shift_to_volume(const GridShape& shape, const SolidField& solid, double volume_m3, double most_m, Field& phi_m);
+
 /// Share of a unit cube around 0 where value + slope . x < 0 (Scardovelli & Zaleski 2000).
 double plane_fraction(double value, const Eigen::Vector3d& slope);
 

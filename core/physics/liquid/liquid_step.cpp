@@ -422,16 +422,8 @@ void Liquid::keep_density() {
 void Liquid::keep_volume() {
   const GridShape& shape = setup_.shape;
   const double expected = start_volume_ + inflow_ - outflow_, most = kMostShiftCells * shape.cell_m;
-  volume_ = liquid_volume_m3(shape, phi_, solid_);
-  if (!setup_.options.keep_volume || !(expected > 0.0)) return;
-  for (int turn = 0; turn < 3 && std::abs(volume_ - expected) > 1e-12 * expected; ++turn) {
-    const double step = 0.02 * shape.cell_m;
-    const double area = (volume_ - liquid_volume_m3(shape, phi_, solid_, step)) / step;
-    if (!(area > 0.0)) return;
-    const double shift = std::clamp((volume_ - expected) / area, -most, most);
-    for (double& phi : phi_.data()) phi += shift;
-    volume_ = liquid_volume_m3(shape, phi_, solid_);
-  }
+  volume_ = setup_.options.keep_volume && expected > 0.0 ? shift_to_volume(shape, solid_, expected, most, phi_)
+                                                         : liquid_volume_m3(shape, phi_, solid_);
 }
 
 double Liquid::centre_of_mass_z_m() const {

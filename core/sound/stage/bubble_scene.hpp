@@ -11,6 +11,11 @@
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/stage/bubble_voice.hpp"
 
+namespace klang {
+class TomlTable;
+struct TomlField;
+}  // namespace klang
+
 namespace klang::stage {
 
 struct SceneBubble {
@@ -34,6 +39,11 @@ struct BubbleScene : BubbleSettings {
 BubbleScene read_bubble_scene(const std::filesystem::path& toml, std::uint64_t seed);
 BubbleScene parse_bubble_scene(std::string_view toml, const std::string& name, const std::filesystem::path& base_folder,
                                std::uint64_t seed);
+
+/// For scenes of other kinds that have the tables liquid, gas, air, sound (without
+/// transfer), pitch and listener, too: their keys, and what they say.
+std::vector<TomlField> bubble_settings_fields();
+void read_bubble_settings(const TomlTable& root, const std::filesystem::path& base_folder, BubbleScene& scene);
 
 /// The keys of a scene as Markdown tables: part of docs/bubbles.md.
 std::string bubble_scene_schema_markdown();

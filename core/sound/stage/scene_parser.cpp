@@ -287,8 +287,6 @@ void read_sound(const TomlTable& sound, BubbleScene& scene) {
                                       : BubbleTheory::kProsperetti;
   scene.printed_excitation = sound.choice("excitation", {"pressure_step", "paper"}) == "paper";
   scene.soft_attack = sound.choice("attack", {"soft", "none"}) == "soft";
-  scene.transfer =
-      sound.choice("transfer", {"half_space", "unit"}) == "unit" ? SceneTransfer::kUnit : SceneTransfer::kHalfSpace;
 }
 
 void read_pitch(const TomlTable& pitch, BubbleScene& scene) {
@@ -364,15 +362,32 @@ void read_listener_table(const TomlTable& listener, const std::filesystem::path&
 
 }  // namespace
 
+std::vector<TomlField> bubble_settings_fields() {
+  std::vector<TomlField> fields;
+  for (const TomlField& field : kSchema) {
+    const std::string_view name = field.table.empty() ? field.key : field.table;
+    const bool own =
+        name == "name" || name == "bubble" || name == "population" || (name == "sound" && field.key == "transfer");
+    if (!own) fields.push_back(field);
+  }
+  return fields;
+}
+
+void read_bubble_settings(const TomlTable& root, const std::filesystem::path& base_folder, BubbleScene& scene) {
+  read_media(root, scene);
+  read_sound(root.table("sound"), scene);
+  read_pitch(root.table("pitch"), scene);
+  read_listener_table(root.table("listener"), base_folder, scene);
+}
+
 BubbleScene parse_bubble_scene(std::string_view toml, const std::string& name, const std::filesystem::path& base_folder,
                                std::uint64_t seed) {
   const TomlTable root = TomlTable::parse(toml, name, kSchema);
   BubbleScene scene;
   scene.name = root.text("name", name);
-  read_media(root, scene);
-  read_sound(root.table("sound"), scene);
-  read_pitch(root.table("pitch"), scene);
-  read_listener_table(root.table("listener"), base_folder, scene);
+  read_bubble_settings(root, base_folder, scene);
+  scene.transfer = root.table("sound").choice("transfer", {"half_space", "unit"}) == "unit" ? SceneTransfer::kUnit
+                                                                                            : SceneTransfer::kHalfSpace;
   TransferFiles files;  // bubbles may share one
   for (const TomlTable& bubble : root.tables("bubble", kMaxBubbles))
     scene.bubbles.push_back(read_bubble(bubble, base_folder, scene, files));

@@ -1,0 +1,142 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+
+#include "core/foundation/config/result_header.hpp"
+
+/// run.json of `klang scene run` with a liquid.
+namespace klang::liquid_scene {
+
+enum class StageStatus { kRunning, kDone, kInterrupted };
+constexpr auto words_of(StageStatus) {
+  return std::array{Word{StageStatus::kRunning, "running"}, Word{StageStatus::kDone, "done"},
+                    Word{StageStatus::kInterrupted, "interrupted"}};
+}
+
+struct StageRecord {
+  StageStatus status = StageStatus::kRunning;
+  double wall_time_s = 0.0, cpu_time_s = 0.0;
+  std::int64_t n_steps = 0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"status", "done, running (or killed), interrupted"}, self.status);
+    visit({"wall_time_s", "of all its runs"}, self.wall_time_s);
+    visit({"cpu_time_s", "of all threads"}, self.cpu_time_s);
+    visit({"n_steps", "time steps, or pieces of work"}, self.n_steps);
+  }
+};
+
+struct StagesRecord {
+  std::optional<StageRecord> flow, bubbles, transfer, sound;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit(absent_if_empty({"flow", "the liquid moves"}), self.flow);
+    visit(absent_if_empty({"bubbles", "it makes bubbles, which move"}), self.bubbles);
+    visit(absent_if_empty({"transfer", "how they are heard"}), self.transfer);
+    visit(absent_if_empty({"sound", "sound.wav"}), self.sound);
+  }
+};
+
+struct VolumeRecord {
+  double start_m3 = 0.0, end_m3 = 0.0, max_drift_relative = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"start_m3", "of the liquid at the start"}, self.start_m3);
+    visit({"end_m3", "now"}, self.end_m3);
+    visit({"max_drift_relative", "largest difference to start + inflow - outflow, over that (64 cells at least)"},
+          self.max_drift_relative);
+  }
+};
+
+struct PressureRecord {
+  double max_divergence = 0.0;
+  std::int64_t iterations = 0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"max_divergence", "largest |div u| times step of any cell and step"}, self.max_divergence);
+    visit({"iterations", "of conjugate gradients, all steps"}, self.iterations);
+  }
+};
+
+struct TransferRecord {
+  std::string method;
+  std::optional<double> error_estimate;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"method", "reciprocal, forward, half_space or unit"}, self.method);
+    visit(null_if_empty({"error_estimate", "relative, median of the solves; null: none was made"}),
+          self.error_estimate);
+  }
+};
+
+struct HeardLiquidRecord {
+  std::string file = "sound.wav";
+  double duration_s = 0.0, sample_rate_hz = 0.0, peak_pressure_pa = 0.0, gain = 1.0;
+  int n_channels = 0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"file", "beside run.json"}, self.file);
+    visit({"duration_s", "its length"}, self.duration_s);
+    visit({"sample_rate_hz", "its rate"}, self.sample_rate_hz);
+    visit({"n_channels", "1, or 2 ears"}, self.n_channels);
+    visit({"peak_pressure_pa", "largest at the listener; 0: silent"}, self.peak_pressure_pa);
+    visit({"gain", "full scale of the file per Pa"}, self.gain);
+  }
+};
+
+struct RunDocument {
+  ResultHeader header;
+  std::string name, run;
+  double end_s = 0.0;
+  std::int64_t n_frames = 0;
+  StagesRecord stages;
+  VolumeRecord volume;
+  std::int64_t n_particles = 0, n_cells = 0;
+  PressureRecord pressure;
+  std::int64_t n_bubbles = 0, n_solves = 0;
+  double births_per_s = 0.0;
+  std::optional<TransferRecord> transfer;
+  std::optional<HeardLiquidRecord> sound;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    ResultHeader::describe(self.header, visit);
+    visit({"name", "of the scene"}, self.name);
+    visit({"run", "SHA-256 of the program's version, the scene and its files: whose folder this is"}, self.run);
+    visit({"end_s", "how far the flow has come"}, self.end_s);
+    visit({"n_frames", "that are written"}, self.n_frames);
+    visit({"stages", "what is done"}, self.stages);
+    visit({"volume", "of the liquid"}, self.volume);
+    visit({"n_particles", "now"}, self.n_particles);
+    visit({"n_cells", "of the box"}, self.n_cells);
+    visit({"pressure", "what its solver left"}, self.pressure);
+    visit({"n_bubbles", "born"}, self.n_bubbles);
+    visit({"n_solves", "of the transfer"}, self.n_solves);
+    visit({"births_per_s", "n_bubbles over the length"}, self.births_per_s);
+    visit(null_if_empty({"transfer", "how bubbles are heard; null: not done"}), self.transfer);
+    visit(null_if_empty({"sound", "what was heard; null: not done"}), self.sound);
+  }
+};
+
+/// A row of flow.csv, one per step.
+struct FlowRow {
+  double time_s = 0.0, volume_m3 = 0.0, inflow_m3 = 0.0, outflow_m3 = 0.0, max_speed_m_s = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"time_s", "end of the step"}, self.time_s);
+    visit({"volume_m3", "of the liquid"}, self.volume_m3);
+    visit({"inflow_m3", "since the start"}, self.inflow_m3);
+    visit({"outflow_m3", "since the start"}, self.outflow_m3);
+    visit({"max_speed_m_s", "of the liquid"}, self.max_speed_m_s);
+  }
+};
+
+}  // namespace klang::liquid_scene

@@ -1,0 +1,91 @@
+#include "core/sound/liquid_scene/flow_stage.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/sound/dual_domain/boundary_file.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+const std::string kScene =
+    "[domain]\nsize_m = [0.06, 0.06, 0.08]\ncell_m = 0.005\nduration_s = 0.05\nframe_rate_hz = 100\n"
+    "[[pool]]\ndepth_m = 0.041\n"
+    "[[drop]]\nradius_m = 0.01\nposition_m = [0.03, 0.03, 0.06]\nvelocity_m_s = [0, 0, -1]\n"
+    "[[solid]]\nshape = { kind = \"sphere\", radius_m = 0.012 }\nposition_m = [0.045, 0.03, 0.035]\n";
+
+class Folder {
+ public:
+  explicit Folder(const char* name) : path(std::filesystem::temp_directory_path() / name) {
+    std::filesystem::remove_all(path);
+    std::filesystem::create_directories(path);
+    write_file(path / "scene.toml", kScene);
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  std::filesystem::path path;
+};
+
+/// Stops after so many calls.
+class Impatient : public Monitor {
+ public:
+  explicit Impatient(int calls) : left_(calls) {}
+  bool stop_requested() const override { return left_-- <= 0; }
+
+ private:
+  mutable int left_;
+};
+
+FlowResult flow(const Folder& folder, Monitor& monitor, bool resume) {
+  const LiquidScene scene = read_liquid_scene(folder.path / "scene.toml");
+  const RunFolder run(folder.path);
+  RunDocument document;
+  StageRun stage{scene, run, document, 1, scene.duration_s, 60.0, resume, monitor, {}};
+  return run_flow(stage);
+}
+
+TEST(FlowStage, StoppedAndResumedItHasTheSameBits) {
+  const Folder whole("klang-flow-whole"), cut("klang-flow-cut");
+  EXPECT_EQ(flow(whole, silent_monitor(), false), FlowResult::kDone);
+  Impatient impatient(23);
+  EXPECT_THROW(flow(cut, impatient, false), Interrupted);
+  EXPECT_EQ(RunFolder(cut.path).read_document().stages.flow->status, StageStatus::kInterrupted);
+  EXPECT_EQ(flow(cut, silent_monitor(), true), FlowResult::kDone);
+  for (const char* file : {"flow.csv", "frames.pvd", "frames/boundary_000005.vtp", "fields/000005.klf"})
+    EXPECT_TRUE(read_file(whole.path / file) == read_file(cut.path / file)) << file;
+}
+
+TEST(FlowStage, LeavesFramesThatTheDualDomainSolverTakesAndFieldsThatAgree) {
+  const Folder folder("klang-flow-frames");
+  EXPECT_EQ(flow(folder, silent_monitor(), false), FlowResult::kDone);
+  const LiquidScene scene = read_liquid_scene(folder.path / "scene.toml");
+  const bubble::BoundaryFrames files = bubble::find_frames((folder.path / "frames.pvd").string(), 1.0);
+  ASSERT_EQ(files.files.size(), 6U);
+  const auto frames = folder_frames(scene, RunFolder(folder.path), 6);
+  const RunDocument document = RunFolder(folder.path).read_document();
+  for (std::size_t f = 0; f < 6; ++f) {
+    EXPECT_LE(std::abs(files.time_s[f] - 0.01 * static_cast<double>(f)), 1e-12);
+    const bubble::LiquidBoundary boundary(bubble::read_boundary(files.files[f]));
+    EXPECT_LE(std::abs(boundary.volume_m3() / document.volume.start_m3 - 1.0), 0.02) << f;
+  }
+  EXPECT_LE(std::abs(frames->phi_m(0, {0.01, 0.01, 0.02}) + 0.021), 1e-5);
+  EXPECT_LE(std::abs(frames->velocity_m_s(5, {0.01, 0.01, 0.02})->norm()), 1.0);
+  EXPECT_EQ(frames->cell_m(), 0.005);
+}
+
+TEST(FlowStage, FieldsThatAreCutOffAreRefused) {
+  const Folder folder("klang-flow-fields");
+  const liquid::GridShape shape{4, 5, 6, 0.1};
+  liquid::Field phi(4, 5, 6, -0.3);
+  phi(1, 2, 3) = 0.7;
+  write_fields(folder.path / "a.klf", shape, phi, liquid::MacGrid(shape));
+  EXPECT_LE(std::abs(read_fields_file(folder.path / "a.klf").phi_m(1, 2, 3) - 0.7), 1e-4);
+  const std::string bytes = read_file(folder.path / "a.klf");
+  write_file(folder.path / "b.klf", bytes.substr(0, bytes.size() - 3));
+  EXPECT_THROW(read_fields_file(folder.path / "b.klf"), InputError);
+  write_file(folder.path / "c.klf", "no fields");
+  EXPECT_THROW(read_fields_file(folder.path / "c.klf"), InputError);
+}
+
+}  // namespace
+}  // namespace klang::liquid_scene

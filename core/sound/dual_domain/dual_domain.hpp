@@ -56,7 +56,8 @@ struct DualDomainOptions {
   bool images = true;         ///< pass 1 starts from the bubble and its images in surfaces that are close
   bool wall_slopes = false;   ///< dP/dn of the liquid on rigid walls too, where it should be 0: to look at
   std::optional<double>
-      wall_length_m;  ///< the length in alpha = length * rigid area / free area; default radius / sqrt(unknowns)
+      wall_length_m;     ///< the length in alpha = length * rigid area / free area; default radius / sqrt(unknowns)
+  int most_samples = 0;  ///< pass 1 and B take every nth sample so that no more remain; 0: all
   /// Pressure on the free surface for a unit source, one per sample (others count 0); empty: none, the one-way answer. With the
   /// air's own pressure there, found in turn, pass 1 is the two-way one.
   Eigen::VectorXcd surface_pressure;

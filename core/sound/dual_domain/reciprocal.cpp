@@ -53,80 +53,6 @@ mesh::SurfaceMesh with_triangles(const mesh::SurfaceMesh& surface, Index n_trian
   return mesh::coarsened(surface, options);
 }
 
-struct Elements {
-  mesh::SurfaceMesh surface;
-  std::vector<int> vertex_of;
-  acoustics::HelmholtzBem solver;
-};
-
-Elements elements_of(mesh::SurfaceMesh surface) {
-  std::vector<int> vertex_of;
-  acoustics::RadiatingSurface radiating = acoustics::radiating_surface(surface, &vertex_of);
-  return {std::move(surface), std::move(vertex_of), acoustics::HelmholtzBem(std::move(radiating))};
-}
-
-/// q at the elements' own vertices: the ear's field and what the rigid surface throws back.
-acoustics::BemResult scattered(const Elements& elements, double frequency_hz, const Eigen::Matrix3Xd& ears,
-                               const acoustics::Medium& air, MatrixXcd& q, Monitor& monitor) {
-  const acoustics::RadiatingSurface& s = elements.solver.surface();
-  const double k = air.wavenumber_per_m(frequency_hz);
-  const Complex to_velocity(0.0, 1.0 / (2.0 * kPi * frequency_hz * air.density_kg_m3));  // dp/dn = -i omega rho v
-  MatrixXcd velocity(3 * static_cast<Index>(s.n_triangles()), ears.cols());
-  for (Index e = 0; e < ears.cols(); ++e)
-    for (int t = 0; t < s.n_triangles(); ++t)
-      for (int c = 0; c < 3; ++c)
-        velocity(3 * t + c, e) =
-            -to_velocity * detail::monopole_slope(k, s.corner(t, c) - ears.col(e), s.normals.col(t));
-  acoustics::BemOptions options;
-  options.medium = air;
-  options.allow_coarse = true;
-  options.n_blas_threads = 1;  // the same bits on any number of threads
-  const acoustics::BemResult result = elements.solver.solve(frequency_hz, velocity, options, monitor);
-  if (!result.usable()) throw NumericalError("ear's field: " + result.message);
-  q = result.pressure_pa;
-  for (Index e = 0; e < ears.cols(); ++e)
-    for (Index v = 0; v < q.rows(); ++v) q(v, e) += detail::monopole(k, s.vertices_m.col(v) - ears.col(e));
-  return result;
-}
-
-/// Values at the elements' vertices carried to the boundary's: linear on the nearest element.
-MatrixXcd carried(const Elements& elements, const MatrixXcd& q, const LiquidBoundary& boundary, bool same) {
-  const Index n = boundary.surface().vertices_m.rows();
-  MatrixXcd result = MatrixXcd::Zero(n, q.cols());
-  if (same) {
-    for (std::size_t i = 0; i < elements.vertex_of.size(); ++i)
-      result.row(elements.vertex_of[i]) = q.row(static_cast<Index>(i));
-    return result;
-  }
-  const acoustics::RadiatingSurface& s = elements.solver.surface();
-  parallel_for(static_cast<std::size_t>(n), 16, [&](std::size_t begin, std::size_t end) {
-    for (auto v = static_cast<Index>(begin); v < static_cast<Index>(end); ++v) {
-      const Vector3d x = boundary.surface().vertices_m.row(v).transpose();
-      double best = HUGE_VAL;
-      int nearest = 0;
-      Vector3d at = x;
-      for (int t = 0; t < s.n_triangles(); ++t) {
-        const double reach = (x - s.centroids_m.col(t)).norm() - s.radii_m[t];
-        if (reach > 0.0 && reach * reach >= best) continue;
-        const Vector3d point = detail::closest_point(x, s.corner(t, 0), s.corner(t, 1), s.corner(t, 2));
-        const double distance_sq = (point - x).squaredNorm();
-        if (distance_sq < best) {
-          best = distance_sq;
-          nearest = t;
-          at = point;
-        }
-      }
-      const Vector3d a = s.corner(nearest, 0), b = s.corner(nearest, 1), c = s.corner(nearest, 2);
-      const Vector3d normal = (b - a).cross(c - a);
-      const double size = normal.squaredNorm(), u = (b - at).cross(c - at).dot(normal) / size,
-                   w = (c - at).cross(a - at).dot(normal) / size;
-      result.row(v) = u * q.row(s.triangles(0, nearest)) + w * q.row(s.triangles(1, nearest)) +
-                      (1.0 - u - w) * q.row(s.triangles(2, nearest));
-    }
-  });
-  return result;
-}
-
 Eigen::Matrix3Xd columns(const std::vector<Vector3d>& points) {
   Eigen::Matrix3Xd result(3, static_cast<Index>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) result.col(static_cast<Index>(i)) = points[i];
@@ -148,6 +74,87 @@ MatrixXcd ear_data(const LiquidBoundary& boundary, const EarField& air, const Ei
 
 void ReciprocalOptions::validate() const { validate_fields("reciprocal transfer", *this); }
 
+struct EarElements::Data {
+  acoustics::HelmholtzBem solver;
+};
+
+EarElements::EarElements(const LiquidBoundary& boundary, int most_vertices) {
+  const mesh::SurfaceMesh surface = with_triangles(air_surface(boundary), 2 * static_cast<Index>(most_vertices) - 4);
+  data_ = std::make_unique<const Data>(Data{acoustics::HelmholtzBem(acoustics::radiating_surface(surface))});
+}
+EarElements::~EarElements() = default;
+EarElements::EarElements(EarElements&&) noexcept = default;
+
+int EarElements::n_elements() const { return data_->solver.surface().n_triangles(); }
+
+double EarElements::elements_per_wavelength(double frequency_hz, const acoustics::Medium& air) const {
+  return air.sound_speed_m_s / (frequency_hz * data_->solver.surface().largest_edge_m);
+}
+
+MatrixXcd EarElements::field(double frequency_hz, const std::vector<Vector3d>& ears_m, const acoustics::Medium& air,
+                             Monitor& monitor) const {
+  const acoustics::RadiatingSurface& s = data_->solver.surface();
+  const Eigen::Matrix3Xd ears = columns(ears_m);
+  const double k = air.wavenumber_per_m(frequency_hz);
+  const Complex to_velocity(0.0, 1.0 / (2.0 * kPi * frequency_hz * air.density_kg_m3));  // dp/dn = -i omega rho v
+  MatrixXcd velocity(3 * static_cast<Index>(s.n_triangles()), ears.cols());
+  for (Index e = 0; e < ears.cols(); ++e)
+    for (int t = 0; t < s.n_triangles(); ++t)
+      for (int c = 0; c < 3; ++c)
+        velocity(3 * t + c, e) =
+            -to_velocity * detail::monopole_slope(k, s.corner(t, c) - ears.col(e), s.normals.col(t));
+  acoustics::BemOptions options;
+  options.medium = air;
+  options.allow_coarse = true;
+  options.n_blas_threads = 1;  // the same bits on any number of threads
+  const acoustics::BemResult result = data_->solver.solve(frequency_hz, velocity, options, monitor);
+  if (!result.usable()) throw NumericalError("ear's field: " + result.message);
+  MatrixXcd q = result.pressure_pa;
+  for (Index e = 0; e < ears.cols(); ++e)
+    for (Index v = 0; v < q.rows(); ++v) q(v, e) += detail::monopole(k, s.vertices_m.col(v) - ears.col(e));
+  return q;
+}
+
+MatrixXcd EarElements::Carrier::operator()(const MatrixXcd& q) const {
+  MatrixXcd result(static_cast<Index>(vertex.size()), q.cols());
+  for (std::size_t v = 0; v < vertex.size(); ++v)
+    result.row(static_cast<Index>(v)) =
+        weight[v][0] * q.row(vertex[v][0]) + weight[v][1] * q.row(vertex[v][1]) + weight[v][2] * q.row(vertex[v][2]);
+  return result;
+}
+
+EarElements::Carrier EarElements::carrier(const LiquidBoundary& boundary) const {
+  const auto n = static_cast<std::size_t>(boundary.surface().vertices_m.rows());
+  Carrier result{std::vector<std::array<int, 3>>(n, {0, 0, 0}), std::vector<std::array<double, 3>>(n, {1.0, 0.0, 0.0})};
+  const acoustics::RadiatingSurface& s = data_->solver.surface();
+  parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const Vector3d x = boundary.surface().vertices_m.row(static_cast<Index>(v)).transpose();
+      double best = HUGE_VAL;
+      int nearest = 0;
+      Vector3d at = x;
+      for (int t = 0; t < s.n_triangles(); ++t) {
+        const double reach = (x - s.centroids_m.col(t)).norm() - s.radii_m[t];
+        if (reach > 0.0 && reach * reach >= best) continue;
+        const Vector3d point = detail::closest_point(x, s.corner(t, 0), s.corner(t, 1), s.corner(t, 2));
+        const double distance_sq = (point - x).squaredNorm();
+        if (distance_sq < best) {
+          best = distance_sq;
+          nearest = t;
+          at = point;
+        }
+      }
+      const Vector3d a = s.corner(nearest, 0), b = s.corner(nearest, 1), c = s.corner(nearest, 2);
+      const Vector3d normal = (b - a).cross(c - a);
+      const double size = normal.squaredNorm(), u = (b - at).cross(c - at).dot(normal) / size,
+                   w = (c - at).cross(a - at).dot(normal) / size;
+      result.vertex[v] = {s.triangles(0, nearest), s.triangles(1, nearest), s.triangles(2, nearest)};
+      result.weight[v] = {u, w, 1.0 - u - w};
+    }
+  });
+  return result;
+}
+
 EarField ear_field(const LiquidBoundary& boundary, double frequency_hz, const std::vector<Vector3d>& ears_m,
                    const ReciprocalOptions& options, Monitor& monitor) {
   options.validate();
@@ -156,22 +163,16 @@ EarField ear_field(const LiquidBoundary& boundary, double frequency_hz, const st
   for (std::size_t i = 0; i < ears_m.size(); ++i)
     if (!ears_m[i].allFinite() || boundary.inside_air_boundary(ears_m[i]))
       throw InputError("listener " + std::to_string(i), "is not in the air around " + boundary.name());
-  const Eigen::Matrix3Xd ears = columns(ears_m);
-  mesh::SurfaceMesh whole = air_surface(boundary);
-  const Index n_whole = whole.triangles.rows(), n_most = 2 * static_cast<Index>(options.air_vertices) - 4;
   EarField result;
   result.frequency_hz = frequency_hz;
-  const Elements fine = elements_of(with_triangles(whole, n_most));
-  MatrixXcd q;
-  const acoustics::BemResult solved = scattered(fine, frequency_hz, ears, options.pass.air, q, monitor);
-  result.n_elements = solved.n_elements;
-  result.elements_per_wavelength = solved.elements_per_wavelength;
-  result.q = carried(fine, q, boundary, n_whole <= n_most);
+  const EarElements fine(boundary, options.air_vertices);
+  result.n_elements = fine.n_elements();
+  result.elements_per_wavelength = fine.elements_per_wavelength(frequency_hz, options.pass.air);
+  result.q = fine.carrier(boundary)(fine.field(frequency_hz, ears_m, options.pass.air, monitor));
   if (options.estimate_air) {
     monitor.throw_if_stopped();
-    const Elements coarse = elements_of(with_triangles(whole, std::max<Index>(solved.n_elements / 4, 40)));
-    scattered(coarse, frequency_hz, ears, options.pass.air, q, monitor);
-    result.q_coarse = carried(coarse, q, boundary, coarse.surface.triangles.rows() == n_whole);
+    const EarElements coarse(boundary, std::max(fine.n_elements() / 8, 22));
+    result.q_coarse = coarse.carrier(boundary)(coarse.field(frequency_hz, ears_m, options.pass.air, monitor));
   }
   result.wall_time_s = lap.seconds();
   return result;

@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <complex>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +25,31 @@ struct ReciprocalOptions {
           self.air_vertices);
     visit({"estimate_air", "Solve the air on a coarser surface, too, for its error"}, self.estimate_air);
   }
+};
+
+/// Boundary elements of the air around one surface, for any number of frequencies and for surfaces that have changed little since.
+class EarElements {
+ public:
+  EarElements(const LiquidBoundary& boundary, int most_vertices);
+  ~EarElements();
+  EarElements(EarElements&&) noexcept;
+  /// q of the ears at the elements' own vertices, n_vertices x n_ears.
+  /// @throws NumericalError where the system was not solved
+  Eigen::MatrixXcd field(double frequency_hz, const std::vector<Eigen::Vector3d>& ears_m, const acoustics::Medium& air,
+                         Monitor& monitor = silent_monitor()) const;
+  /// That, carried to the vertices of a boundary: linear on the nearest element.
+  struct Carrier {
+    std::vector<std::array<int, 3>> vertex;  ///< of the elements, for each vertex of the boundary
+    std::vector<std::array<double, 3>> weight;
+    Eigen::MatrixXcd operator()(const Eigen::MatrixXcd& q) const;
+  };
+  Carrier carrier(const LiquidBoundary& boundary) const;
+  int n_elements() const;
+  double elements_per_wavelength(double frequency_hz, const acoustics::Medium& air) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<const Data> data_;
 };
 
 /// Pass A of reciprocity: (nabla^2 + k_a^2) q = delta(x - ear) in the air around the liquid, dq/dn = 0 on free surface, walls

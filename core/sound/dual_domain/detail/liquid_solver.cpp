@@ -58,6 +58,10 @@ LiquidSolver::LiquidSolver(const LiquidBoundary& boundary, double frequency_hz, 
                                           : s.region == BoundaryRegion::kDrySolid  ? 0.0
                                                                                    : alpha_);
   }
+  const Index stride =
+      options.most_samples > 0 ? (weights_.size() + options.most_samples - 1) / options.most_samples : 1;
+  for (Index i = 0; i < weights_.size() && stride > 1; ++i)
+    weights_[i] *= i % stride == 0 ? std::sqrt(static_cast<double>(stride)) : 0.0;
 }
 
 double LiquidSolver::wall_weight_m() const {
@@ -102,7 +106,7 @@ LiquidSolver::Solution LiquidSolver::solve_as(const Eigen::MatrixXcd& data) cons
                          auto scratch = functions_.scratch();
                          for (Index i = begin; i < end; ++i) {
                            const BoundarySample& s = samples[static_cast<std::size_t>(i)];
-                           if (s.region == BoundaryRegion::kDrySolid) {
+                           if (weights_[i] == 0.0) {
                              adjoint.col(i).setZero();
                              continue;
                            }

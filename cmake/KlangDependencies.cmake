@@ -14,6 +14,7 @@ pkg_check_modules(RSVG REQUIRED IMPORTED_TARGET librsvg-2.0>=2.54 cairo>=1.16)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus>=3.3)
 pkg_check_modules(BULLET REQUIRED bullet-float64>=3.24)  # float64: the other build's collision tolerances are 1e-3 m
 find_package(PNG 1.6 REQUIRED)
+find_package(LibLZMA 5.2 REQUIRED)
 find_package(ZLIB 1.2 REQUIRED)
 find_package(pugixml 1.12 REQUIRED)
 find_package(OpenCL REQUIRED)

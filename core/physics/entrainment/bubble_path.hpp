@@ -4,8 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/base/monitor.hpp"
 #include "core/foundation/config/fields.hpp"
 #include "core/physics/bubble/bubble_medium.hpp"
+#include "core/physics/bubble/rise_formulas.hpp"
 #include "core/physics/liquid/frames.hpp"
 
 namespace klang::entrainment {
@@ -22,13 +24,19 @@ constexpr auto words_of(Drag) {
                     Word{Drag::kPaper, "paper"}};
 }
 
+struct RiseSettings {
+  Drag drag = Drag::kContaminated;
+  bubble::BubbleMedium medium;
+  double gravity_m_s2 = bubble::kGravityMS2;
+};
+
 /// Drag coefficient on pi r^2 at a speed through the liquid. Tomiyama, Kataoka, Zun and Sakaguchi 1998 (JSME Int. J. B 41, 472), with
 /// Re = 2 r v rho / mu, Eo = 4 g (rho - rho_g) r^2 / sigma:
 ///   max{ min[ a/Re (1 + 0.15 Re^0.687), b/Re ], 8/3 Eo / (Eo + 4) },  a, b = 16, 48 (clean), 24, 72 (slightly contaminated),
 ///   24 and no limit (dirty)
-double drag_coefficient(Drag drag, double radius_m, double speed_m_s, const bubble::BubbleMedium& medium);
+double drag_coefficient(const RiseSettings& settings, double radius_m, double speed_m_s);
 /// The speed at which drag and buoyancy balance.
-double terminal_speed_m_s(Drag drag, double radius_m, const bubble::BubbleMedium& medium);
+double terminal_speed_m_s(const RiseSettings& settings, double radius_m);
 
 enum class EndKind {
   kSurface,  ///< phi > -r
@@ -73,7 +81,10 @@ struct Birth {
 /// gas and half the displaced liquid as inertia (erratum 28), pressure gradient and added mass of the flow, drag implicit
 /// (small bubbles relax in microseconds: erratum 80). Neutral in free fall; u = 0 where frames have no velocity.
 /// Steps of at most half a millisecond, the same for every bubble of a run.
-BubblePath bubble_path(const liquid::LiquidFrames& frames, const Birth& birth, Drag drag,
-                       const bubble::BubbleMedium& medium);
+BubblePath bubble_path(const liquid::LiquidFrames& frames, const Birth& birth, const RiseSettings& settings);
+
+/// The paths of births, in their order, numbered from 1; frame by frame, so that frames are asked for in rising order.
+std::vector<BubblePath> paths_of(const liquid::LiquidFrames& frames, const std::vector<Birth>& births,
+                                 const RiseSettings& settings, Monitor& monitor = silent_monitor());
 
 }  // namespace klang::entrainment

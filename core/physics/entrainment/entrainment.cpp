@@ -275,19 +275,6 @@ Births find_births(const liquid::LiquidFrames& frames, const EntrainmentOptions&
   return BirthFinder(frames, options, seed).find(monitor);
 }
 
-std::vector<BubblePath> paths_of(const liquid::LiquidFrames& frames, const std::vector<Birth>& births, Drag drag,
-                                 const bubble::BubbleMedium& medium, Monitor& monitor) {
-  std::vector<BubblePath> paths(births.size());
-  parallel_for(births.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end && !monitor.stop_requested(); ++i) {
-      paths[i] = bubble_path(frames, births[i], drag, medium);
-      paths[i].id = static_cast<std::int64_t>(i) + 1;
-    }
-  });
-  monitor.throw_if_stopped();
-  return paths;
-}
-
 std::vector<BubbleRow> bubble_rows(const std::vector<BubblePath>& paths, const bubble::BubbleMedium& medium,
                                    bubble::BubbleTheory theory, const bubble::PitchModel& pitch) {
   std::vector<BubbleRow> rows;

@@ -51,10 +51,6 @@ struct Births {
 Births find_births(const liquid::LiquidFrames& frames, const EntrainmentOptions& options, std::uint64_t seed,
                    Monitor& monitor = silent_monitor());
 
-/// The paths of births, in their order, numbered from 1.
-std::vector<BubblePath> paths_of(const liquid::LiquidFrames& frames, const std::vector<Birth>& births, Drag drag,
-                                 const bubble::BubbleMedium& medium, Monitor& monitor = silent_monitor());
-
 /// A row of bubbles.csv.
 struct BubbleRow {
   std::int64_t id = 0;

@@ -223,13 +223,10 @@ TEST(Births, AreThoseOfTheSeedOnAnyNumberOfThreads) {
   options.consume = true;
   const PoolFrames frames = plunging(0.02, 0.004, 0.2, 2.0);
   set_thread_count(1);
-  const auto one = bubbles_csv(
-      bubble_rows(paths_of(frames, find_births(frames, options, 5).births, Drag::kContaminated, {}), {}, {}, {}));
+  const auto one = bubbles_csv(bubble_rows(paths_of(frames, find_births(frames, options, 5).births, {}), {}, {}, {}));
   set_thread_count(2);
-  const auto two = bubbles_csv(
-      bubble_rows(paths_of(frames, find_births(frames, options, 5).births, Drag::kContaminated, {}), {}, {}, {}));
-  const auto other = bubbles_csv(
-      bubble_rows(paths_of(frames, find_births(frames, options, 6).births, Drag::kContaminated, {}), {}, {}, {}));
+  const auto two = bubbles_csv(bubble_rows(paths_of(frames, find_births(frames, options, 5).births, {}), {}, {}, {}));
+  const auto other = bubbles_csv(bubble_rows(paths_of(frames, find_births(frames, options, 6).births, {}), {}, {}, {}));
   set_thread_count(0);
   EXPECT_EQ(one, two);
   EXPECT_NE(one, other);
@@ -240,8 +237,8 @@ TEST(BubblesCsv, HasItsColumnsAlsoWithoutBubbles) {
       "id,birth_s,end_s,end_kind,radius_m,x_m,y_m,z_m,depth_m,frequency_start_hz,frequency_end_hz\n";
   EXPECT_EQ(bubbles_csv({}), head);
   const PoolFrames pool = PoolFrames::at_rest(0.5);
-  const std::vector<BubbleRow> rows = bubble_rows(
-      paths_of(pool, {{1e-3, 0.1, {0.5, 0.5, 0.49}, Vector3d::Zero()}}, Drag::kContaminated, {}), {}, {}, {});
+  const std::vector<BubbleRow> rows =
+      bubble_rows(paths_of(pool, {{1e-3, 0.1, {0.5, 0.5, 0.49}, Vector3d::Zero()}}, {}), {}, {}, {});
   EXPECT_EQ(bubbles_csv(rows).substr(0, head.size()), head);
   EXPECT_EQ(rows[0].id, 1);
   EXPECT_LE(std::abs(rows[0].depth_m - 0.01), 1e-12);

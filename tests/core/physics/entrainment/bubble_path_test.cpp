@@ -43,7 +43,7 @@ TEST(BubbleRise, TerminalSpeedsAreTomiyamasWithin1Percent) {
                                              {Drag::kDirty, row.dirty},
                                              {Drag::kPaper, row.paper}};
     for (const auto& [drag, speed] : kinds)
-      EXPECT_LE(std::abs(terminal_speed_m_s(drag, row.radius_m, water_20()) / speed - 1.0), 0.01)
+      EXPECT_LE(std::abs(terminal_speed_m_s({drag, water_20()}, row.radius_m) / speed - 1.0), 0.01)
           << row.radius_m << " " << to_text(drag);
   }
 }
@@ -53,7 +53,7 @@ TEST(BubbleRise, PathReachesTheTerminalSpeedOfEveryRadius) {
   for (const Row& row : kTerminal)
     for (const Drag drag : {Drag::kContaminated, Drag::kPaper}) {
       const BubblePath path =
-          bubble_path(pool, {row.radius_m, 0.0, {0.5, 0.5, 0.05}, Vector3d::Zero()}, drag, water_20());
+          bubble_path(pool, {row.radius_m, 0.0, {0.5, 0.5, 0.05}, Vector3d::Zero()}, {drag, water_20()});
       ASSERT_EQ(path.end, EndKind::kEnd);
       const std::size_t n = path.time_s.size();
       const double speed =
@@ -67,7 +67,7 @@ TEST(BubbleRise, PaperDragFollowsTheClosedFormFromRest) {
   const BubbleMedium medium;
   const PoolFrames pool = PoolFrames::at_rest(0.4);
   const double radius = 2e-3;
-  const BubblePath path = bubble_path(pool, {radius, 0.0, {0.5, 0.5, 0.1}, Vector3d::Zero()}, Drag::kPaper, medium);
+  const BubblePath path = bubble_path(pool, {radius, 0.0, {0.5, 0.5, 0.1}, Vector3d::Zero()}, {Drag::kPaper, medium});
   const auto law = bubble::rise_law(medium, radius, 0.2);
   for (std::size_t i = 20; i < path.time_s.size(); i += 40) {
     const double risen = path.position_m[i].z() - 0.1;
@@ -78,7 +78,7 @@ TEST(BubbleRise, PaperDragFollowsTheClosedFormFromRest) {
 TEST(BubbleRise, EndsWhereItTouchesTheSurface) {
   const PoolFrames pool = PoolFrames::at_rest(1.0);
   const BubblePath path =
-      bubble_path(pool, {2e-3, 0.1, {0.5, 0.5, 0.45}, Vector3d::Zero()}, Drag::kContaminated, BubbleMedium());
+      bubble_path(pool, {2e-3, 0.1, {0.5, 0.5, 0.45}, Vector3d::Zero()}, {Drag::kContaminated, BubbleMedium()});
   EXPECT_EQ(path.end, EndKind::kSurface);
   EXPECT_EQ(path.birth_s(), 0.1);
   EXPECT_GE(path.phi_m.back(), -2e-3);
@@ -88,7 +88,7 @@ TEST(BubbleRise, EndsWhereItTouchesTheSurface) {
 
 TEST(BubbleRise, OneBornAtTheSurfaceEndsAtOnce) {
   const BubblePath path = bubble_path(PoolFrames::at_rest(0.1), {2e-3, 0.02, {0.5, 0.5, 0.499}, Vector3d::Zero()},
-                                      Drag::kContaminated, BubbleMedium());
+                                      {Drag::kContaminated, BubbleMedium()});
   EXPECT_EQ(path.end, EndKind::kSurface);
   EXPECT_EQ(path.time_s, std::vector<double>{0.02});
 }
@@ -99,7 +99,7 @@ TEST(BubbleRise, UniformFlowCarriesItToTheOutlet) {
       [](double, const Vector3d&) { return Vector3d(0.5, 0.0, 0.0); });
   stream.outlet_ = 0.4;
   const BubblePath path =
-      bubble_path(stream, {1e-3, 0.0, {0.2, 1.0, 1.0}, {0.5, 0.0, 0.0}}, Drag::kContaminated, BubbleMedium());
+      bubble_path(stream, {1e-3, 0.0, {0.2, 1.0, 1.0}, {0.5, 0.0, 0.0}}, {Drag::kContaminated, BubbleMedium()});
   EXPECT_EQ(path.end, EndKind::kOutlet);
   EXPECT_LE(std::abs(path.end_s() - 0.4), 0.0021);  // 0.2 m at 0.5 m/s
   for (std::size_t i = 0; i < path.time_s.size(); i += 20)
@@ -112,7 +112,7 @@ TEST(BubbleRise, IsNeutralInFreeFall) {
       1.0, 0.01, 0.004, 101, [=](double t) { return 5.0 - 0.5 * g * t * t; },
       [=](double t, const Vector3d&) { return Vector3d(0.0, 0.0, -g * t); });
   const BubblePath path =
-      bubble_path(falling, {1e-3, 0.0, {0.5, 0.5, 4.9}, Vector3d::Zero()}, Drag::kContaminated, BubbleMedium());
+      bubble_path(falling, {1e-3, 0.0, {0.5, 0.5, 4.9}, Vector3d::Zero()}, {Drag::kContaminated, BubbleMedium()});
   EXPECT_EQ(path.end, EndKind::kEnd);
   EXPECT_LE(std::abs(path.phi_m.back() + 0.1), 1e-3);
 }

@@ -10,8 +10,10 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/sound/liquid_scene/bubbles_stage.hpp"
 #include "core/sound/liquid_scene/flow_stage.hpp"
 #include "core/sound/liquid_scene/sound_stage.hpp"
+#include "core/sound/liquid_scene/transfer_stage.hpp"
 
 namespace klang::apps {
 namespace {
@@ -42,8 +44,10 @@ struct Stage {
   std::optional<StageRecord> StagesRecord::*record;
   void (*run)(StageRun& run);
 };
-constexpr std::array<Stage, 2> kStages{
-    {{"flow", &StagesRecord::flow, flow}, {"sound", &StagesRecord::sound, liquid_scene::run_sound}}};
+constexpr std::array<Stage, 4> kStages{{{"flow", &StagesRecord::flow, flow},
+                                        {"bubbles", &StagesRecord::bubbles, liquid_scene::run_bubbles},
+                                        {"transfer", &StagesRecord::transfer, liquid_scene::run_transfer},
+                                        {"sound", &StagesRecord::sound, liquid_scene::run_sound}}};
 
 bool is_done(const RunDocument& document, const Stage& stage) {
   const std::optional<StageRecord>& record = document.stages.*stage.record;

@@ -1,0 +1,106 @@
+#include "core/sound/liquid_scene/bubbles_stage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/parse_json.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/physics/bubble/bubble_physics.hpp"
+#include "core/physics/entrainment/entrainment.hpp"
+#include "core/physics/entrainment/tracked_bubbles.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+using entrainment::Birth;
+using entrainment::BubblePath;
+using entrainment::EntrainmentOptions;
+using entrainment::RadiusDistribution;
+
+/// Radii that `klang bubble fit` found in a recording.
+std::vector<double> recorded_radii(const std::filesystem::path& file) {
+  const nlohmann::json json = parse_json(read_file(file), file.string());
+  std::vector<double> radii;
+  const auto list = json.is_object() ? json.find("bubbles") : json.end();
+  if (!json.is_object() || list == json.end() || !list->is_array())
+    throw InputError(file.string(), "has no list \"bubbles\"", "", "a result of klang bubble fit");
+  for (const auto& bubble : *list)
+    if (bubble.is_object() && bubble.contains("radius_m") && bubble["radius_m"].is_number())
+      radii.push_back(bubble["radius_m"].get<double>());
+  return radii;
+}
+
+EntrainmentOptions options_of(const EntrainmentTable& table) {
+  EntrainmentOptions options;
+  options.attempts_per_m2_s = table.given ? table.attempts_per_m2_s : 0.0;
+  options.seeds = {
+      table.window_s, table.threshold_m_s, table.seed_life_s,
+      table.criterion == "velocity" ? entrainment::SeedCriterion::kVelocity : entrainment::SeedCriterion::kSlope};
+  options.coverage = table.coverage;
+  options.consume = table.consume;
+  options.form =
+      table.literature == "paper" ? entrainment::EntrainmentForm::kPaper : entrainment::EntrainmentForm::kMended;
+  RadiusDistribution& radii = options.radii;
+  radii.smallest_m = table.smallest_m;
+  radii.largest_m = table.largest_m;
+  if (table.radii == RadiusKind::kGaussian) {
+    radii.kind = RadiusDistribution::Kind::kGaussian;
+    radii.mean_m = table.mean_m.value_or(radii.mean_m);
+    radii.std_m = table.std_m.value_or(radii.std_m);
+  } else if (table.radii == RadiusKind::kRecording) {
+    radii.kind = RadiusDistribution::Kind::kRecorded;
+    radii.recorded_m = recorded_radii(table.recording);
+  }
+  for (const SeedPatch& patch : table.patches)
+    options.patches.push_back({patch.low_m, patch.high_m, patch.start_s, patch.end_s});
+  return options;
+}
+
+/// The pitch along a path, by the scene's law from phi.
+void give_pitch(BubblePath& path, const stage::BubbleScene& sound) {
+  const double free_hz = bubble::bubble_oscillation(path.radius_m, sound.medium, sound.theory).undamped_frequency_hz;
+  const auto below = [](double phi) { return std::min(phi, -1e-6); };  // the law holds below the surface
+  for (const double phi : path.phi_m)
+    path.frequency_hz.push_back(
+        free_hz * bubble::pitch_factor(sound.pitch, path.radius_m, below(phi), below(path.phi_m.front())));
+}
+
+}  // namespace
+
+void run_bubbles(StageRun& run) {
+  const Stopwatch watch;
+  const auto n_frames = static_cast<std::size_t>(std::max<std::int64_t>(run.document.n_frames, 1));
+  const std::unique_ptr<liquid::LiquidFrames> frames = folder_frames(run.scene, run.folder, n_frames);
+  const EntrainmentOptions options = options_of(run.scene.entrainment);
+  std::vector<Birth> births;
+  if (options.attempts_per_m2_s > 0.0) births = find_births(*frames, options, run.seed, run.monitor).births;
+  const double end_s = frames->time_s().back();
+  for (const ScriptedBubble& scripted : run.scene.bubbles)
+    if (scripted.birth_s <= end_s)
+      births.push_back(
+          {scripted.radius_m, scripted.birth_s, scripted.position_m,
+           liquid::velocity_m_s(*frames, scripted.birth_s, scripted.position_m).value_or(Eigen::Vector3d::Zero())});
+  std::stable_sort(births.begin(), births.end(), [](const Birth& a, const Birth& b) { return a.time_s < b.time_s; });
+  entrainment::RiseSettings rise;
+  const std::string& drag = run.scene.entrainment.drag;
+  rise.drag = drag == "clean"   ? entrainment::Drag::kClean
+              : drag == "paper" ? entrainment::Drag::kPaper
+                                : entrainment::Drag::kContaminated;
+  rise.medium = run.scene.sound.medium;
+  rise.gravity_m_s2 = run.scene.setup.options.gravity_m_s2;
+  std::vector<BubblePath> paths = paths_of(*frames, births, rise, run.monitor);
+  for (BubblePath& path : paths) give_pitch(path, run.scene.sound);
+  write_file(run.folder.file("bubbles.csv"), entrainment::bubbles_csv(entrainment::bubble_rows(
+                                                 paths, rise.medium, run.scene.sound.theory, run.scene.sound.pitch)));
+  entrainment::write_tracked_bubbles(run.folder.file("bubbles.trk"), paths);
+  run.document.n_bubbles = static_cast<std::int64_t>(paths.size());
+  run.document.births_per_s = end_s > 0.0 ? static_cast<double>(paths.size()) / end_s : 0.0;
+  run.document.stages.bubbles =
+      StageRecord{StageStatus::kDone, watch.seconds(), watch.seconds(), static_cast<std::int64_t>(n_frames)};
+  run.folder.write_document(run.document);
+}
+
+}  // namespace klang::liquid_scene

@@ -1,0 +1,297 @@
+#include "core/sound/liquid_scene/liquid_transfer.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "core/foundation/base/check.hpp"
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/bubble/bubble_physics.hpp"
+#include "core/sound/dual_domain/reciprocal.hpp"
+#include "core/sound/dual_domain/tank_modes.hpp"
+#include "core/sound/dual_domain/transfer_series.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+using bubble::LiquidBoundary;
+using Complex = std::complex<double>;
+using Eigen::Index;
+using Eigen::Vector3d;
+using entrainment::BubblePath;
+using Row = bubble::TransferSeries::Row;
+
+constexpr double kLowestBin_hz = 20.0, kEarStep_s = 0.04, kHalfSpaceStep_s = 0.004;
+constexpr int kAirVertices = 500, kFluidSources = 40, kAirSources = 60, kMostSamples = 2600;
+constexpr std::int64_t kSolvesPerCheck = 64;
+
+/// Share and the later sample of a time.
+std::pair<std::size_t, double> between(const std::vector<double>& times, double time_s) {
+  const auto after = static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), time_s) - times.begin());
+  if (after == 0) return {0, 0.0};
+  if (after == times.size()) return {times.size() - 1, 0.0};
+  return {after - 1, (time_s - times[after - 1]) / (times[after] - times[after - 1])};
+}
+
+double bin_hz(int bin, int per_octave) { return kLowestBin_hz * std::exp2(static_cast<double>(bin) / per_octave); }
+int bin_below(double frequency_hz, int per_octave) {
+  return static_cast<int>(std::floor(per_octave * std::log2(frequency_hz / kLowestBin_hz)));
+}
+
+/// All that one call needs.
+class TransferFinder {
+ public:
+  TransferFinder(const liquid::LiquidFrames* frames, const std::vector<BubblePath>& paths, const LiquidScene& scene,
+                 std::uint64_t seed, Monitor& monitor);
+  LiquidTransfer find();
+
+ private:
+  void frame(std::size_t k);
+  void reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
+  void forward(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
+  void half_space(std::size_t i);
+  void check(const LiquidBoundary& boundary, const bubble::EarField& air, const bubble::EarInLiquid& liquid,
+             std::size_t i, double time_s);
+  bool in_body(const LiquidBoundary& boundary, std::size_t i, double time_s) const;
+  bubble::SwingingBubble swinging(std::size_t i, double time_s) const {
+    return {place_at(paths_[i], time_s), heard_[i]->radius_m};
+  }
+
+  const liquid::LiquidFrames* frames_;
+  const std::vector<BubblePath>& paths_;
+  const LiquidScene& scene_;
+  const std::uint64_t seed_;
+  Monitor& monitor_;
+  std::vector<std::optional<HeardBubble>> heard_;
+  bubble::ReciprocalOptions options_;
+  std::optional<bubble::EarElements> elements_;
+  double elements_from_s_ = -1e300;
+  Vector3d ear_m_ = Vector3d::Zero();
+  std::map<int, Eigen::MatrixXcd> ear_of_bin_;
+  std::vector<double> errors_;
+  LiquidTransfer result_;
+};
+
+TransferFinder::TransferFinder(const liquid::LiquidFrames* frames, const std::vector<BubblePath>& paths,
+                               const LiquidScene& scene, std::uint64_t seed, Monitor& monitor)
+    : frames_(frames), paths_(paths), scene_(scene), seed_(seed), monitor_(monitor) {
+  for (const BubblePath& path : paths) heard_.push_back(heard(path, scene.sound));
+  options_.pass.liquid = {scene.sound.medium.liquid_density_kg_m3, scene.sound.medium.liquid_sound_speed_m_s};
+  options_.pass.air = {scene.sound.air_density_kg_m3, scene.sound.air_sound_speed_m_s};
+  options_.pass.liquid_loss_factor = scene.transfer.liquid_loss_factor;
+  options_.pass.most_samples = kMostSamples;
+  options_.air_vertices = kAirVertices;
+  options_.estimate_air = false;
+  result_.rows.resize(paths.size());
+}
+
+bool TransferFinder::in_body(const LiquidBoundary& boundary, std::size_t i, double time_s) const {
+  const Vector3d x = place_at(paths_[i], time_s);
+  return boundary.inside_liquid(x) && boundary.distance_m(x) > 0.1 * heard_[i]->radius_m;
+}
+
+void TransferFinder::check(const LiquidBoundary& boundary, const bubble::EarField& air,
+                           const bubble::EarInLiquid& liquid, std::size_t i, double time_s) {
+  bubble::EarField both = air;
+  const bubble::EarElements coarse(boundary, std::max(elements_->n_elements() / 8, 22));
+  both.q_coarse = coarse.carrier(boundary)(coarse.field(air.frequency_hz, {ear_m_}, options_.pass.air, monitor_));
+  const bubble::SourcePoints points = bubble::random_source_points(boundary, kFluidSources, 1, seed_);
+  const bubble::ReciprocalTransfer found =
+      bubble::checked_transfer(boundary, both, liquid, points, swinging(i, time_s), options_)[0];
+  errors_.push_back(bubble::error_estimate(found.plain, found));
+}
+
+void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive) {
+  const int per_octave = scene_.transfer.bins_per_octave;
+  std::map<int, std::vector<std::size_t>> of_bin;
+  for (const std::size_t i : alive) {
+    const int below = bin_below(pitch_at(paths_[i], time_s), per_octave);
+    of_bin[below].push_back(i);
+    of_bin[below + 1].push_back(i);
+  }
+  if (time_s - elements_from_s_ >= kEarStep_s * (1.0 - 1e-9)) {
+    elements_.emplace(boundary, kAirVertices);
+    elements_from_s_ = time_s;
+    ear_m_ = scene_.sound.listener.centre_m(time_s);
+    ear_of_bin_.clear();
+  }
+  const bubble::EarElements::Carrier carried = elements_->carrier(boundary);
+  const bubble::SourcePoints points = bubble::random_source_points(boundary, kFluidSources, 1, seed_);
+  for (const auto& [bin, bubbles] : of_bin) {
+    monitor_.throw_if_stopped();
+    const double frequency = bin_hz(bin, per_octave);
+    Eigen::MatrixXcd& q = ear_of_bin_[bin];
+    if (q.size() == 0) q = elements_->field(frequency, {ear_m_}, options_.pass.air, monitor_);
+    bubble::EarField air;
+    air.frequency_hz = frequency;
+    air.q = carried(q);
+    const bubble::EarInLiquid liquid = bubble::ear_in_liquid(boundary, air, points, options_, monitor_);
+    for (const std::size_t i : bubbles)
+      result_.rows[i].push_back({time_s, frequency, liquid.pressure(swinging(i, time_s), 0)});
+    if (result_.n_solves++ % kSolvesPerCheck == 0) check(boundary, air, liquid, bubbles.front(), time_s);
+  }
+}
+
+void TransferFinder::forward(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive) {
+  const bubble::SourcePoints points = bubble::random_source_points(boundary, kFluidSources, kAirSources, seed_);
+  const Vector3d ear = scene_.sound.listener.centre_m(time_s);
+  for (const std::size_t i : alive) {
+    monitor_.throw_if_stopped();
+    const double frequency = pitch_at(paths_[i], time_s);
+    const bubble::SwingingBubble one = swinging(i, time_s);
+    const bubble::DualDomainResult solved =
+        bubble::solve_dual_domain(boundary, frequency, points, {one}, options_.pass, monitor_)[0];
+    if (!solved.usable()) throw NumericalError("transfer: " + solved.message);
+    const Complex pressure = bubble::air_pressure(solved, ear);
+    result_.rows[i].push_back({time_s, frequency, pressure});
+    if (result_.n_solves++ % kSolvesPerCheck != 0) continue;
+    bubble::ReciprocalOptions both = options_;
+    both.estimate_air = true;
+    errors_.push_back(bubble::error_estimate(
+        pressure, bubble::reciprocal_transfer(boundary, frequency, points, {one}, {ear}, both, monitor_)[0][0]));
+  }
+}
+
+void TransferFinder::half_space(std::size_t i) {
+  const BubblePath& path = paths_[i];
+  const HeardBubble& bubble = *heard_[i];
+  const int per_octave = scene_.transfer.bins_per_octave;
+  const double end_s = std::min(bubble.faded_s, path.end_s());
+  for (double time = bubble.birth_s;; time = std::min(time + kHalfSpaceStep_s, end_s)) {
+    const auto [sample, share] = between(path.time_s, time);
+    double phi = path.phi_m[sample];
+    if (share > 0.0) phi += share * (path.phi_m[sample + 1] - phi);
+    const double depth = std::isfinite(phi) ? std::max(0.0, -phi) : 0.0;
+    Vector3d place = place_at(path, time), ear = scene_.sound.listener.centre_m(time);
+    ear.z() = std::max(ear.z() - (place.z() + depth), 1e-3);  // over the surface above the bubble
+    place.z() = -depth;
+    const int below = bin_below(pitch_at(path, time), per_octave);
+    for (const int bin : {below, below + 1}) {
+      const double frequency = bin_hz(bin, per_octave);
+      result_.rows[i].push_back(
+          {time, frequency,
+           stage::half_space_transfer(scene_.sound, bubble.radius_m, place, ear, Complex(0.0, 2.0 * kPi * frequency))});
+    }
+    if (!(time < end_s)) break;
+  }
+}
+
+void TransferFinder::frame(std::size_t k) {
+  const std::span<const double> times = frames_->time_s();
+  const double time = times[k], step = times.size() > 1 ? times[1] - times[0] : 0.0;
+  std::vector<std::size_t> alive;
+  for (std::size_t i = 0; i < paths_.size(); ++i)
+    if (heard_[i] && time > heard_[i]->birth_s - step && time < heard_[i]->faded_s + step) alive.push_back(i);
+  if (alive.empty()) return;
+  const LiquidBoundary boundary(main_body(frames_->boundary(k), frames_->cell_m()));
+  std::erase_if(alive, [&](std::size_t i) { return !in_body(boundary, i, time); });
+  if (alive.empty()) return;
+  if (boundary.inside_air_boundary(scene_.sound.listener.centre_m(time)))
+    throw InputError("listener", "is in the liquid at " + to_text(time) + " s");
+  if (!result_.lowest_mode_hz) {
+    const auto modes = bubble::tank_modes(boundary, options_.pass.liquid.sound_speed_m_s, 0.0, 2e4);
+    if (!modes.empty()) result_.lowest_mode_hz = modes.front().frequency_hz;
+  }
+  if (scene_.transfer.method == TransferMethod::kForward) {
+    forward(boundary, time, alive);
+  } else {
+    reciprocal(boundary, time, alive);
+  }
+}
+
+LiquidTransfer TransferFinder::find() {
+  const bool solved =
+      scene_.transfer.method == TransferMethod::kReciprocal || scene_.transfer.method == TransferMethod::kForward;
+  if (solved) {
+    KLANG_CHECK(frames_ != nullptr, "the transfer needs frames");
+    const std::size_t n = frames_->time_s().size();
+    for (std::size_t k = 0; k < n; ++k) {
+      monitor_.throw_if_stopped();
+      monitor_.progress("transfer", static_cast<double>(k) / static_cast<double>(n));
+      frame(k);
+    }
+  }
+  for (std::size_t i = 0; i < paths_.size(); ++i) {
+    if (!heard_[i] || !result_.rows[i].empty() || scene_.transfer.method == TransferMethod::kUnit) continue;
+    half_space(i);
+    if (solved) ++result_.n_half_space;
+  }
+  if (!errors_.empty()) {
+    std::nth_element(errors_.begin(), errors_.begin() + static_cast<std::ptrdiff_t>(errors_.size() / 2), errors_.end());
+    result_.error_estimate = errors_[errors_.size() / 2];
+  }
+  return std::move(result_);
+}
+
+}  // namespace
+
+std::optional<HeardBubble> heard(const BubblePath& path, const stage::BubbleScene& sound) {
+  try {
+    HeardBubble bubble{path.id, bubble::bubble_radius_m(path.frequency_hz.front(), sound.medium, sound.theory),
+                       path.birth_s(), 0.0};
+    bubble.faded_s =
+        bubble.birth_s +
+        std::log(1000.0) / bubble::bubble_oscillation(bubble.radius_m, sound.medium, sound.theory).decay_per_s;
+    return bubble;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+double pitch_at(const BubblePath& path, double time_s) {
+  const auto [sample, share] = between(path.time_s, time_s);
+  const double here = path.frequency_hz[sample];
+  return share == 0.0 ? here : here + share * (path.frequency_hz[sample + 1] - here);
+}
+
+Vector3d place_at(const BubblePath& path, double time_s) {
+  const auto [sample, share] = between(path.time_s, time_s);
+  const Vector3d here = path.position_m[sample];
+  return share == 0.0 ? here : Vector3d(here + share * (path.position_m[sample + 1] - here));
+}
+
+bubble::BoundaryMesh main_body(const liquid::LiquidSurface& surface, double cell_m) {
+  const mesh::IndexRows& triangles = surface.surface.triangles;
+  const mesh::Points& x = surface.surface.vertices_m;
+  std::vector<int> root(static_cast<std::size_t>(x.rows()));
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int v) {
+    while (root[static_cast<std::size_t>(v)] != v)
+      v = root[static_cast<std::size_t>(v)] = root[static_cast<std::size_t>(root[static_cast<std::size_t>(v)])];
+    return v;
+  };
+  for (Index t = 0; t < triangles.rows(); ++t)
+    for (int c = 1; c < 3; ++c) root[static_cast<std::size_t>(find(triangles(t, c)))] = find(triangles(t, 0));
+  std::map<int, double> volume;  // of the liquid; 0: a dry solid alone
+  for (Index t = 0; t < triangles.rows(); ++t) {
+    const Vector3d a = x.row(triangles(t, 0)), b = x.row(triangles(t, 1)), c = x.row(triangles(t, 2));
+    volume[find(triangles(t, 0))] += surface.region[static_cast<std::size_t>(t)] == 3 ? 0.0 : a.dot(b.cross(c)) / 6.0;
+  }
+  const auto main =
+      std::max_element(volume.begin(), volume.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  const double least = 27.0 * cell_m * cell_m * cell_m;
+  bubble::BoundaryMesh body;
+  body.name = "liquid";
+  body.surface.vertices_m = x;
+  std::vector<Index> kept;
+  for (Index t = 0; t < triangles.rows(); ++t) {
+    const int part = find(triangles(t, 0));
+    if (part == main->first || volume[part] == 0.0 || volume[part] < -least) kept.push_back(t);
+  }
+  body.surface.triangles.resize(static_cast<Index>(kept.size()), 3);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    body.surface.triangles.row(static_cast<Index>(i)) = triangles.row(kept[i]);
+    body.region.push_back(surface.region[static_cast<std::size_t>(kept[i])]);
+  }
+  return body;
+}
+
+LiquidTransfer find_transfer(const liquid::LiquidFrames* frames, const std::vector<BubblePath>& paths,
+                             const LiquidScene& scene, std::uint64_t seed, Monitor& monitor) {
+  return TransferFinder(frames, paths, scene, seed, monitor).find();
+}
+
+}  // namespace klang::liquid_scene

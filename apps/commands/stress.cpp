@@ -11,6 +11,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/physics/fracture/dynamic/strain_history.hpp"
 #include "core/physics/fracture/quasistatic/stress_document.hpp"
 #include "core/physics/fracture/quasistatic/stress_file.hpp"
 
@@ -25,12 +26,24 @@ struct StressOptions {
   std::string literature = "right";
   bool lumped_mass = false;
   std::string output;
+  std::string history;
+  std::optional<double> gamma1, gamma2, yield_stress_pa, plastic_strain_limit;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"tensile_strength_pa", "Say whether it would break: largest principal stress at least this (Rankine)",
            above(0.0)},
           self.tensile_strength_pa);
+    visit({"gamma1", "With --history: D02's threshold of flow, norm of the deviator of the doubled strain",
+           at_least(0.0)},
+          self.gamma1);
+    visit({"gamma2", "With --history: D02's limit of plastic strain, doubled; below 1.2247", at_least(0.0)},
+          self.gamma2);
+    visit({"yield_stress_pa", "With --history: instead of gamma1, von Mises' yield stress", at_least(0.0)},
+          self.yield_stress_pa);
+    visit({"plastic_strain_limit", "With --history: instead of gamma2, norm of Green's plastic strain, below 0.6123",
+           at_least(0.0)},
+          self.plastic_strain_limit);
   }
 };
 
@@ -78,10 +91,50 @@ void say_stress(const fracture::StressDocument& d, const CommonOptions& common) 
                                                          : "would hold");
 }
 
+nlohmann::json used_material(const solid::Material& material) {
+  return {{"lame_lambda_pa", material.lame_lambda_pa},
+          {"lame_mu_pa", material.lame_mu_pa},
+          {"density_kg_m3", material.density_kg_m3}};
+}
+
+/// One element through the deformations of a file.
+int run_history(const StressOptions& options, const CommonOptions& common) {
+  const Stopwatch watch;
+  if (!options.forces.empty() || !options.body.shape.empty() || !options.body.mesh_file.empty() ||
+      !options.output.empty() || options.tensile_strength_pa)
+    throw InputError("--history", "drives one element and takes no body, force, strength or --output", options.history);
+  const solid::Material material = parse_material(options.material);
+  const fracture::Plasticity plasticity =
+      fracture::read_plasticity({options.gamma1, options.gamma2, options.yield_stress_pa, options.plastic_strain_limit},
+                                material, {"--gamma1", "--gamma2", "--yield-stress-pa", "--plastic-strain-limit"});
+  fracture::HistoryDocument document =
+      fracture::strain_history(fracture::read_gradients(options.history), material, plasticity);
+  const nlohmann::json used = {
+      {"material", used_material(material)}, {"gamma1", plasticity.gamma1}, {"gamma2", plasticity.gamma2}};
+  document.header = make_header("history", "done", common, used, {options.history});
+  if (plasticity.gamma2 > fracture::kDoubtfulGamma2) {
+    document.header.warnings.push_back("gamma2 = " + to_text(plasticity.gamma2) +
+                                       ": traceless plastic strain keeps volume to first order only, the rest shape "
+                                       "shrinks by about " +
+                                       to_text(25.0 * plasticity.gamma2 * plasticity.gamma2) + " % (erratum 68)");
+    warn(document.header.warnings.back());
+  }
+  document.header.wall_time_s = {{"total", watch.seconds()}};
+  write_json(common, json_of(document));
+  const fracture::HistoryState& last = document.states.back();
+  say(common, "%zu states; at the end %.6g J/m3 elastic, %.6g J/m3 dissipated; largest plastic strain %.4g\n",
+      document.states.size(), last.elastic_energy_j_m3, last.dissipated_j_m3, document.max_plastic_strain);
+  return kDone;
+}
+
 int run_stress(const StressOptions& options, const CommonOptions& common) {
   const Stopwatch watch;
   TerminalMonitor monitor(common.quiet);
   validate_fields("command line", options);
+  if (!options.history.empty()) return run_history(options, common);
+  if (options.forces.empty()) throw InputError("--force", "is required", "", "at least one, or --history");
+  if (options.gamma1 || options.gamma2 || options.yield_stress_pa || options.plastic_strain_limit)
+    throw InputError("--history", "is missing: only a history flows", "", "a CSV file of deformation gradients");
   const solid::Material material = parse_material(options.material);
   std::vector<fracture::PointForce> forces;
   for (const std::string& text : options.forces) forces.push_back(parse_force(text));
@@ -106,10 +159,7 @@ int run_stress(const StressOptions& options, const CommonOptions& common) {
   const fracture::BodyStress stress = fracture::body_stress(solver, material, forces);
   if (!stress.usable()) throw NumericalError("stress: " + stress.message);
 
-  const nlohmann::json used = {{"material",
-                                {{"lame_lambda_pa", material.lame_lambda_pa},
-                                 {"lame_mu_pa", material.lame_mu_pa},
-                                 {"density_kg_m3", material.density_kg_m3}}},
+  const nlohmann::json used = {{"material", used_material(material)},
                                {"element", options.body.element},
                                {"forces", options.forces},
                                {"literature", options.literature},
@@ -147,10 +197,9 @@ Subcommand add_stress(CLI::App& program, CommonOptions& common) {
   options->body.add_to(*app, common);
   app->add_option("--material", options->material, "As in klang modes")->capture_default_str();
   app->add_option(
-         "--force", options->forces,
-         "x,y,z:fx,fy,fz in m and N, may be repeated: a force at the nearest point of the surface, at most 1 % of the "
-         "body's diagonal away")
-      ->required();
+      "--force", options->forces,
+      "x,y,z:fx,fy,fz in m and N, may be repeated: a force at the nearest point of the surface, at most 1 % of the "
+      "body's diagonal away");
   add_fields(*app, common, *options, {{"tensile_strength_pa"}});
   app->add_flag("--lumped-mass", options->lumped_mass, "Balance the load by the diagonal mass matrix");
   app->add_option("--literature", options->literature,
@@ -159,15 +208,22 @@ Subcommand add_stress(CLI::App& program, CommonOptions& common) {
       ->capture_default_str();
   app->add_option("-o,--output", options->output,
                   "Write displacement, stress and energy density (.vtu, opens in ParaView)");
+  app->add_option("--history", options->history,
+                  "CSV with columns f11,f12,f13,f21,...,f33: drives one element through these deformation gradients "
+                  "instead of a body under forces");
+  add_fields(*app, common, *options, {{"gamma1"}, {"gamma2"}, {"yield_stress_pa"}, {"plastic_strain_limit"}});
   app->footer(
       "Examples:\n"
       "  klang stress --shape box --dims length_m=0.2,width_m=0.02,height_m=0.01 --material glass --force "
       "0,0,0.005:0,0,-100 --tensile-strength-pa 45e6\n"
       "  klang stress --mesh bowl.msh --material youngs_modulus_pa=72e9,poissons_ratio=0.19,density_kg_m3=2700 --force "
-      "0.06,0,0.04:-200,0,0 --force -0.06,0,0.04:200,0,0 -o bowl-stress.vtu --json s.json");
+      "0.06,0,0.04:-200,0,0 --force -0.06,0,0.04:200,0,0 -o bowl-stress.vtu --json s.json\n"
+      "  klang stress --history h.csv --material lame_lambda_pa=6e8,lame_mu_pa=4e8,density_kg_m3=1000 --gamma1 0.02 "
+      "--gamma2 0.15 --json o.json");
   return {app,
           [options, &common] { return run_stress(*options, common); },
-          {result_kind<fracture::StressDocument>("stress", "the result of `klang stress`")}};
+          {result_kind<fracture::StressDocument>("stress", "the result of `klang stress`"),
+           result_kind<fracture::HistoryDocument>("history", "the result of `klang stress --history`")}};
 }
 
 }  // namespace klang::apps

@@ -150,3 +150,52 @@ TEST(KlangStress, BadInputIsRefusedInOneLine) {
       "7 0 0 -1\n$EndNodes\n$Elements\n2\n1 4 2 1 1 1 2 3 4\n2 4 2 1 1 1 6 5 7\n$EndElements\n");
   expect_refused(scratch, "stress --mesh hinge.msh --force 1,0,0:0,0,1" + kGlass + out, {"2 pieces"});
 }
+
+namespace {
+
+const std::string kSoft = " --material lame_lambda_pa=6e8,lame_mu_pa=4e8,density_kg_m3=1000 ";
+const std::string kHead = "f11,f12,f13,f21,f22,f23,f31,f32,f33\n";
+
+}  // namespace
+
+TEST(KlangStressHistory, StretchesGiveTheReferenceStates) {
+  const Scratch scratch;
+  const json rows = read_json(KLANG_SOURCE_DIR "/tests/reference/plastic.json")["uniaxial_volume_preserving"]["rows"];
+  std::string csv = kHead;
+  for (const json& row : rows) {
+    const double a = row["stretch"];
+    const std::string side = json(1.0 / std::sqrt(a)).dump();
+    csv += json(a).dump() + ",0,0,0," + side + ",0,0,0," + side + "\n";
+  }
+  scratch.write("h.csv", csv);
+  const auto engineering = [](double gamma1, double gamma2) {
+    return "--yield-stress-pa " + json(std::sqrt(1.5) * 4e8 * gamma1).dump() + " --plastic-strain-limit " +
+           json(gamma2 / 2).dump();
+  };
+  for (const std::string& options : {std::string("--gamma1 0.02 --gamma2 0.15"), engineering(0.02, 0.15)}) {
+    const auto run = run_klang("stress --history h.csv --json o.json " + options + kSoft, scratch.path());
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const json states = read_json(scratch.path() / "o.json")["states"];
+    ASSERT_EQ(states.size(), rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const double stress = states[i]["pk2_pa"][0], energy = states[i]["dissipated_j_m3"];
+      EXPECT_LE(std::abs(stress / rows[i]["PK2_xx"].get<double>() - 1.0), 1e-12) << i;
+      EXPECT_LE(std::abs(energy / rows[i]["dissipated_density"].get<double>() - 1.0), 1e-12) << i;
+    }
+  }
+}
+
+TEST(KlangStressHistory, WhatItCannotDriveIsRefused) {
+  const Scratch scratch;
+  scratch.write("h.csv", kHead + "1.1,0,0,0,1,0,0,0,1\n");
+  scratch.write("inverted.csv", kHead + "1,0,0,0,1,0,0,0,1\n-1.1,0,0,0,1,0,0,0,1\n");
+  scratch.write("short.csv", "f11,f12\n1,0\n");
+  expect_refused(scratch, "stress --history h.csv --gamma1 0.1 --gamma2 1.2248" + kSoft, {"1.2247"});
+  expect_refused(scratch, "stress --history h.csv --yield-stress-pa 1e6 --plastic-strain-limit 0.6124" + kSoft,
+                 {"plastic"});
+  expect_refused(scratch, "stress --history h.csv --gamma2 0.1" + kSoft, {"--gamma1"});
+  expect_refused(scratch, "stress --history inverted.csv" + kSoft, {"line 3"});
+  expect_refused(scratch, "stress --history short.csv" + kSoft, {"f13"});
+  expect_refused(scratch, "stress --history h.csv --force 0,0,0:1,0,0" + kSoft, {"--history"});
+  expect_refused(scratch, "stress --shape box --dims length_m=1,width_m=1,height_m=1" + kSoft, {"--force"});
+}

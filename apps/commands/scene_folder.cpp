@@ -11,6 +11,7 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/fields_csv.hpp"
 #include "core/geometry/files/surface_file.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "core/sound/audio/sound_file.hpp"
@@ -49,6 +50,25 @@ scene::BodyRecord body_record(const scene::Scene& scene, const scene::SceneMotio
                   list(end.angular_velocity_rad_s),
                   {end.orientation_wxyz[0], end.orientation_wxyz[1], end.orientation_wxyz[2], end.orientation_wxyz[3]}};
   return record;
+}
+
+void add_cracks(const scene::Scene& scene, const scene::CrackSummary& cracks, scene::SceneDocument& document) {
+  document.cracks = {cracks.n_splits, cracks.n_elements_start, cracks.n_elements_end, 0.0};
+  for (const fracture::PartedFace& face : cracks.faces) document.cracks->new_area_m2 += face.area_m2;
+  document.plastic = {cracks.dissipation_j, cracks.max_strain};
+  for (const scene::CrackSummary::Split& split : cracks.splits) {
+    scene::SceneEventRecord event;
+    event.time_s = split.time_s;
+    event.kind = "split";
+    event.body = scene.bodies[static_cast<std::size_t>(split.body)].name;
+    event.pieces = split.pieces;
+    event.crack_area_m2 = split.crack_area_m2;
+    event.largest_stress_pa = split.largest_stress_pa;
+    document.events.push_back(event);
+  }
+  std::stable_sort(document.events.begin(), document.events.end(),
+                   [](const auto& a, const auto& b) { return a.time_s < b.time_s; });
+  document.header.warnings.insert(document.header.warnings.end(), cracks.warnings.begin(), cracks.warnings.end());
 }
 
 void add_impulses(const events::EventLog& log, scene::SceneDocument& document) {
@@ -108,7 +128,8 @@ void SceneFolder::begin(const std::string& key) const {
   for (const char* sub : {"modes", "pieces"})
     if (!error) std::filesystem::create_directories(folder_ / sub, error);
   if (error) throw InputError("--output", "cannot be made: " + error.message(), folder_.string());
-  for (const char* old : {"scene.json", "motion.json", kRunFile, "events.h5", "ledger.csv", "sound.wav", "report.html"})
+  for (const char* old : {"scene.json", "motion.json", kRunFile, "events.h5", "ledger.csv", "crack_faces.csv",
+                          "sound.wav", "report.html"})
     std::filesystem::remove(file(old), error);
   for (const char* sub : {"modes", "pieces"})
     for (const auto& entry : std::filesystem::directory_iterator(folder_ / sub, error))
@@ -224,12 +245,13 @@ scene::SceneDocument scene_document(const scene::Scene& scene, const scene::Scen
                                event.energies.kinetic_j, event.energies.vibration_j + event.energies.residual_j,
                                event.crack_area_m2, event.largest_stress_pa});
   document.n_stress_solves = static_cast<int>(motion.n_stress_solves);
+  if (motion.cracks) add_cracks(scene, *motion.cracks, document);
   add_impulses(motion.log, document);
   add_hardest(motion.log, document.impulses_summary);
   const rigid::EnergyLedger& end = motion.ledger.back();
   document.ledger.residual_relative = motion.residual_relative;
   document.ledger.energy_scale_j = motion.energy_scale_j;
-  document.ledger.limit = scene::kLedgerLimit;
+  document.ledger.limit = motion.cracks ? scene::kCrackingLedgerLimit : scene::kLedgerLimit;
   document.ledger.contact_j = end.contact_j;
   document.ledger.friction_j = end.friction_j;
   document.ledger.fracture_j = end.fracture_j;
@@ -237,6 +259,14 @@ scene::SceneDocument scene_document(const scene::Scene& scene, const scene::Scen
   document.solver_residual_m_s = motion.solver_residual_m_s;
   document.deepest_overlap_m = motion.deepest_m;
   return document;
+}
+
+std::string crack_faces_csv(const scene::CrackSummary& cracks) {
+  std::vector<scene::CrackFaceRow> rows;
+  for (const fracture::PartedFace& face : cracks.faces)
+    rows.push_back({face.centre_m.x(), face.centre_m.y(), face.centre_m.z(), face.normal.x(), face.normal.y(),
+                    face.normal.z(), face.area_m2, face.time_s});
+  return csv_table(rows);
 }
 
 scene::HeardRecord write_scene_sound(const std::filesystem::path& path, audio::Signal sound,

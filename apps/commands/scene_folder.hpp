@@ -50,6 +50,9 @@ void write_pieces(const SceneFolder& folder, const std::vector<scene::ScenePiece
 /// scene.json's header, bodies and sums of a motion.
 scene::SceneDocument scene_document(const scene::Scene& scene, const scene::SceneMotion& motion, ResultHeader header);
 
+/// crack_faces.csv of `klang scene run`: a row per pair of faces that parted.
+std::string crack_faces_csv(const scene::CrackSummary& cracks);
+
 /// Writes a sound with its peak at the level asked for and says what it is.
 scene::HeardRecord write_scene_sound(const std::filesystem::path& path, audio::Signal sound,
                                      const scene::SceneSoundOptions& options);

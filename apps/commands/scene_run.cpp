@@ -49,6 +49,7 @@ Moved moved(const RunOptions& options, const CommonOptions& common, const scene:
   events::write_event_log(folder.file("events.h5"), motion.log);
   write_pieces(folder, motion.pieces);
   write_file(folder.file("ledger.csv"), csv_table(motion.ledger));
+  if (motion.cracks) write_file(folder.file("crack_faces.csv"), crack_faces_csv(*motion.cracks));
   write_file(folder.file("motion.json"), json_text(json_of(result.document)));
   return result;
 }
@@ -80,13 +81,23 @@ void add_sound(const scene::Scene& scene, const SceneFolder& folder, const scene
 
 void say_scene(const scene::SceneDocument& document, const CommonOptions& common) {
   say(common, "%-24s %10s %8s %9s %14s\n", "body", "mass_kg", "modes", "impacts", "hardest_n_s");
-  for (const scene::BodyRecord& body : document.bodies)
+  constexpr std::size_t kMostLines = 40;
+  for (std::size_t i = 0; i < std::min(kMostLines, document.bodies.size()); ++i) {
+    const scene::BodyRecord& body = document.bodies[i];
     say(common, "%-24s %10.4g %8d %9d %14s\n", body.name.c_str(), body.mass_kg, body.n_modes, body.n_impacts,
         body.hardest_impact_n_s ? to_text(*body.hardest_impact_n_s).substr(0, 10).c_str() : "-");
-  for (const scene::SceneEventRecord& event : document.events)
+  }
+  if (document.bodies.size() > kMostLines) say(common, "and %zu more\n", document.bodies.size() - kMostLines);
+  for (const scene::SceneEventRecord& event : document.events) {
+    if (event.kind == "split") continue;
     say(common, "%.6f s: %s broke into %d pieces: %.4g J of strain, %.4g J in %.4g cm2 of cracks, %.4g J of motion\n",
         event.time_s, event.body.c_str(), event.pieces, event.strain_energy_j, event.fracture_energy_j,
         1e4 * event.crack_area_m2, event.kinetic_energy_j);
+  }
+  if (document.cracks)
+    say(common, "cracks: %d splits, %d elements from %d, %.4g cm2; plastic flow took %.4g J\n",
+        document.cracks->n_splits, document.cracks->n_elements_end, document.cracks->n_elements_start,
+        1e4 * document.cracks->new_area_m2, document.plastic->dissipation_j);
   say(common, "%.4f s of motion in %d steps; energy accounted for to %.1e of %.4g J\n", document.end_s,
       document.n_steps, document.ledger.residual_relative, document.ledger.energy_scale_j);
   if (document.sound)
@@ -142,7 +153,7 @@ Subcommand add_scene_run(CLI::App& group, CommonOptions& common) {
       group.add_subcommand("run", "Moves the bodies or the liquid of a scene and makes sound, tables and page");
   app->add_option("scene", options->scene, "Scene (TOML, docs/scenes.md; with [domain] docs/liquid.md)")->required();
   app->add_option("-o,--output", options->output,
-                  "Folder for scene.json, sound.wav, events.h5, ledger.csv, modes/, report.html")
+                  "Folder for scene.json, sound.wav, events.h5, ledger.csv, crack_faces.csv, modes/, report.html")
       ->required();
   app->add_option("--until-s", options->until_s, "Ends the motion earlier");
   app->add_option("--checkpoint-s", options->checkpoint_s, "Of a liquid: wall time between states to go on from (60)");

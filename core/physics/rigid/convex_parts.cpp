@@ -142,4 +142,6 @@ std::vector<ConvexPart> convex_parts_of(const mesh::TetMesh& mesh, const std::st
   return parts;
 }
 
+mesh::SurfaceMesh hull_of(const ConvexPart& part) { return detail::convex_hull(part.corners_m); }
+
 }  // namespace klang::rigid

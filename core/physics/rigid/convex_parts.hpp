@@ -7,6 +7,9 @@
 
 namespace klang::rigid {
 
+/// Outward triangles of a part's hull.
+mesh::SurfaceMesh hull_of(const ConvexPart& part);
+
 struct ConvexPartsOptions {
   double bulge = 0.01;  ///< a part's hull may exceed what it fills by this share of its volume, 0 to 1
   int most_parts = 500;

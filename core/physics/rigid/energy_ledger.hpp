@@ -5,7 +5,7 @@ namespace klang::rigid {
 
 /// Where the energy is and where it went [J]. Losses are sums since the start and never fall. What is there and what was lost,
 /// less what was put in from outside, is constant:
-///   kinetic + potential + strain + contact + friction + fracture + vibration + correction - work = const,
+///   kinetic + potential + strain + contact + friction + fracture + vibration + viscous + plastic + correction - work = const,
 /// of which residual_j is the part that does not close, by round-off.
 struct EnergyLedger {
   double time_s = 0.0;
@@ -16,14 +16,16 @@ struct EnergyLedger {
   double friction_j = 0.0;   ///< lost across them
   double fracture_j = 0.0;   ///< in new surfaces
   double vibration_j = 0.0;  ///< left to ring in pieces of broken bodies
+  double viscous_j = 0.0;    ///< lost to viscous stress in deforming bodies
+  double plastic_j = 0.0;    ///< lost to plastic flow in them
   double correction_j =
       0.0;              ///< less what the solver itself put in: pushing penetrating bodies apart, contacts that gain
   double work_j = 0.0;  ///< put in from outside: bodies added, velocities changed
   double residual_j = 0.0;
 
   double sum_j() const {
-    return kinetic_j + potential_j + strain_j + contact_j + friction_j + fracture_j + vibration_j + correction_j -
-           work_j;
+    return kinetic_j + potential_j + strain_j + contact_j + friction_j + fracture_j + vibration_j + viscous_j +
+           plastic_j + correction_j - work_j;
   }
 
   template <class Self, class Visitor>
@@ -36,6 +38,8 @@ struct EnergyLedger {
     visit({"friction_j", "lost across them since the start"}, self.friction_j);
     visit({"fracture_j", "in new surfaces since the start"}, self.fracture_j);
     visit({"vibration_j", "left to ring in pieces of broken bodies"}, self.vibration_j);
+    visit({"viscous_j", "lost to viscous stress in deforming bodies since the start"}, self.viscous_j);
+    visit({"plastic_j", "lost to plastic flow in them since the start"}, self.plastic_j);
     visit({"correction_j", "less what the solver itself put in: penetrating bodies pushed apart, contacts that gain"},
           self.correction_j);
     visit({"work_j", "put in from outside since the start"}, self.work_j);

@@ -17,7 +17,12 @@ std::vector<std::filesystem::path> Scene::inputs() const {
     add(body.mesh);
     if (body.shape) add(body.shape->profile_csv);
   }
+  for (const SceneHold& hold : holds) add(hold.csv);
   return files;
+}
+
+bool Scene::has_deforming_bodies() const {
+  return std::any_of(bodies.begin(), bodies.end(), [](const SceneBody& b) { return b.model == BodyModel::kCracking; });
 }
 
 Eigen::Quaterniond orientation_of(const Eigen::Vector3d& rotation_deg) {

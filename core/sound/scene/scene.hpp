@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/geometry/shapes/shape.hpp"
+#include "core/physics/fracture/dynamic/cracker.hpp"
 #include "core/physics/fracture/event/fracture_body.hpp"
 #include "core/physics/modal/damping/damping_reader.hpp"
 #include "core/physics/rigid/rigid_world.hpp"
@@ -37,11 +38,31 @@ constexpr auto words_of(BodySound) {
 
 enum class BodyModel {
   kRigid,
-  kBreakable  ///< breaks where an impact strains it enough (SB section 3)
+  kBreakable,  ///< breaks where an impact strains it enough (SB section 3)
+  kCracking    ///< deforms, flows and cracks (B99, D02)
 };
 constexpr auto words_of(BodyModel) {
-  return std::array{Word{BodyModel::kRigid, "rigid"}, Word{BodyModel::kBreakable, "breakable"}};
+  return std::array{Word{BodyModel::kRigid, "rigid"}, Word{BodyModel::kBreakable, "breakable"},
+                    Word{BodyModel::kCracking, "cracking"}};
 }
+
+/// How a cracking body flows and cracks.
+struct CrackSettings {
+  fracture::CrackOptions crack;
+  fracture::PlasticityInput plasticity;
+  fracture::Integrator integrator = fracture::Integrator::kLeapfrog;
+  double viscosity_lambda_pa_s = 0.0, viscosity_mu_pa_s = 0.0;
+};
+
+/// A place of a body that is moved from outside.
+struct SceneHold {
+  int body = 0;
+  std::string place;                    ///< in the file
+  std::string where;                    ///< as of supports, in the body's frame; "": at_m
+  std::optional<Eigen::Vector3d> at_m;  ///< the nearest node
+  fracture::HoldPath path;
+  std::filesystem::path csv;
+};
 
 struct SceneBody {
   std::string name;
@@ -53,6 +74,7 @@ struct SceneBody {
   BodyModel model = BodyModel::kRigid;
   double stress_edge_m = 0.0;  ///< of a breakable body's mesh for stress; 0: the shape's default
   std::optional<fracture::ScoredPlane> score;
+  CrackSettings crack;  ///< of a cracking body
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();  ///< about the world's x, then y, then z
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
@@ -90,7 +112,9 @@ struct Scene {
   std::vector<SceneBody> bodies;
   SceneSoundOptions sound;
   fracture::FractureOptions fracture;
+  std::vector<SceneHold> holds;
 
+  bool has_deforming_bodies() const;
   const SceneMaterial& material_of(const SceneBody& body) const {
     return materials[static_cast<std::size_t>(body.material)];
   }

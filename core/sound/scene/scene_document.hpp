@@ -77,9 +77,9 @@ struct SceneEventRecord {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"time_s", "when"}, self.time_s);
-    visit({"kind", "fracture"}, self.kind);
+    visit({"kind", "fracture; split: a step in which a cracking body parted at nodes"}, self.kind);
     visit({"body", "that broke"}, self.body);
-    visit({"pieces", "into how many"}, self.pieces);
+    visit({"pieces", "into how many; split: of how many the body consists then"}, self.pieces);
     visit({"strain_energy_j", "that was in it"}, self.strain_energy_j);
     visit({"fracture_energy_j", "spent on cracks"}, self.fracture_energy_j);
     visit({"kinetic_energy_j", "given to the pieces"}, self.kinetic_energy_j);
@@ -169,6 +169,47 @@ struct SceneFiles {
   }
 };
 
+struct CracksRecord {
+  int n_splits = 0, n_elements_start = 0, n_elements_end = 0;
+  double new_area_m2 = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n_splits", "nodes that were parted"}, self.n_splits);
+    visit({"n_elements_start", "tetrahedra of all cracking bodies"}, self.n_elements_start);
+    visit({"n_elements_end", "at the end, cut by cracks"}, self.n_elements_end);
+    visit({"new_area_m2", "of cracks, one side, in the rest shape: the sum of crack_faces.csv"}, self.new_area_m2);
+  }
+};
+
+struct PlasticRecord {
+  double dissipation_j = 0.0, max_strain = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"dissipation_j", "by plastic flow"}, self.dissipation_j);
+    visit({"max_strain", "largest norm of Green's plastic strain at the end, the measure of plastic_strain_limit"},
+          self.max_strain);
+  }
+};
+
+/// A row of crack_faces.csv.
+struct CrackFaceRow {
+  double x_m = 0.0, y_m = 0.0, z_m = 0.0, nx = 0.0, ny = 0.0, nz = 0.0, area_m2 = 0.0, time_s = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"x_m", "centre in the rest shape, the body's frame"}, self.x_m);
+    visit({"y_m", "centre"}, self.y_m);
+    visit({"z_m", "centre"}, self.z_m);
+    visit({"nx", "unit normal"}, self.nx);
+    visit({"ny", "unit normal"}, self.ny);
+    visit({"nz", "unit normal"}, self.nz);
+    visit({"area_m2", "of one side"}, self.area_m2);
+    visit({"time_s", "when it opened"}, self.time_s);
+  }
+};
+
 struct SceneDocument {
   ResultHeader header;
   std::string name;
@@ -180,6 +221,8 @@ struct SceneDocument {
   ImpulsesRecord impulses_summary;
   double solver_residual_m_s = 0.0, deepest_overlap_m = 0.0;
   int n_stress_solves = 0;
+  std::optional<CracksRecord> cracks;
+  std::optional<PlasticRecord> plastic;
   std::optional<HeardRecord> sound;
   SceneFiles files;
 
@@ -198,6 +241,8 @@ struct SceneDocument {
           self.solver_residual_m_s);
     visit({"n_stress_solves", "nodes whose stress responses were solved"}, self.n_stress_solves);
     visit({"deepest_overlap_m", "of two bodies in any step"}, self.deepest_overlap_m);
+    visit({"cracks", "of cracking bodies; null: none"}, self.cracks);
+    visit({"plastic", "of cracking bodies; null: none"}, self.plastic);
     visit({"sound", "null: not asked for"}, self.sound);
     visit({"files", "beside scene.json"}, self.files);
   }
@@ -205,5 +250,7 @@ struct SceneDocument {
 
 /// Above this the run's exit code is 1.
 inline constexpr double kLedgerLimit = 1e-9;
+/// The same with cracking bodies, whose steps are of order two.
+inline constexpr double kCrackingLedgerLimit = 1e-3;
 
 }  // namespace klang::scene

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/sound/scene/scene_cracking.hpp"
 
 namespace klang::scene {
 namespace {
@@ -16,6 +17,12 @@ void judge_ledger(SceneMotion& motion) {
   }
   const rigid::EnergyLedger& start = motion.ledger.front();
   motion.energy_scale_j = start.kinetic_j + start.potential_j - lowest_j;
+  if (motion.cracks) {  // also what holds put in, and what was in the bodies
+    double most_j = 0.0;
+    for (const rigid::EnergyLedger& row : motion.ledger)
+      most_j = std::max({most_j, row.strain_j, std::abs(row.work_j - start.work_j)});
+    motion.energy_scale_j += most_j;
+  }
   motion.residual_relative = worst_j > 0.0 ? worst_j / motion.energy_scale_j : 0.0;
 }
 
@@ -35,14 +42,19 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_
   rigid::RigidWorld world = world_of(scene, notes, monitor);
   rigid::RecordingOptions recording_options;
   recording_options.pose_rate_hz = scene.pose_rate_hz;
+  CrackingBodies cracking(scene, world, seed, notes, monitor);
   rigid::Recording recording(world, recording_options);
   rigid::RunOptions options;
   options.end_s = scene.duration_s;
   if (until_s) options.end_s = std::min(*until_s, scene.duration_s.value_or(*until_s));
   options.longest_s = scene.longest_s;
   Breaking breaking(scene, seed);
-  if (breaking.has_bodies())
-    options.after_step = [&](rigid::RigidWorld& w, rigid::StepRecord& step) { return breaking.after_step(w, step); };
+  if (breaking.has_bodies() || cracking.any())
+    options.after_step = [&](rigid::RigidWorld& w, rigid::StepRecord& step) {
+      monitor.throw_if_stopped();
+      cracking.after_step(w);
+      return breaking.has_bodies() ? breaking.after_step(w, step) : std::vector<rigid::Breakage>();
+    };
   SceneMotion motion;
   located(scene.file.filename().string(), [&] {
     rigid::run(world, recording, options, monitor);
@@ -61,6 +73,7 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_
   motion.breaks = breaking.events();
   motion.pieces = breaking.take_pieces();
   motion.n_stress_solves = breaking.n_stress_solves();
+  if (cracking.any()) cracking.add_to(motion);
   judge_ledger(motion);
   motion.status = MotionStatus::kDone;
   return motion;

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,20 @@ struct FinalState {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero(), angular_velocity_rad_s = Eigen::Vector3d::Zero();
 };
 
+/// What cracking bodies did.
+struct CrackSummary {
+  int n_splits = 0, n_elements_start = 0, n_elements_end = 0;
+  double dissipation_j = 0.0, max_strain = 0.0;  ///< by plastic flow; Green's measure
+  std::vector<fracture::PartedFace> faces;       ///< of all bodies, in their rest shapes
+  /// Steps with splits, body by body and in time.
+  struct Split {
+    double time_s = 0.0, crack_area_m2 = 0.0, largest_stress_pa = 0.0;
+    int body = 0, n = 0, pieces = 1;
+  };
+  std::vector<Split> splits;
+  std::vector<std::string> warnings;
+};
+
 struct SceneMotion {
   MotionStatus status = MotionStatus::kNotRun;
   events::EventLog log;                     ///< bodies in the scene's order, then pieces
@@ -34,6 +49,7 @@ struct SceneMotion {
   std::vector<BreakEvent> breaks;
   std::vector<ScenePiece> pieces;
   std::int64_t n_stress_solves = 0;
+  std::optional<CrackSummary> cracks;  ///< of a scene with cracking bodies
 };
 
 /// Moves the bodies of a scene until its duration, or until all rest.

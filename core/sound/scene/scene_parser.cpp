@@ -9,6 +9,7 @@
 #include "core/foundation/config/toml_table.hpp"
 #include "core/geometry/shapes/shape_reader.hpp"
 #include "core/physics/solid/material_reader.hpp"
+#include "core/sound/scene/detail/deform_reader.hpp"
 #include "core/sound/scene/scene.hpp"
 
 namespace klang::scene {
@@ -26,6 +27,9 @@ const TomlField kSchema[] = {
     {"", "world", kTable, "the defaults below", -kInf, kInf, "gravity and floor"},
     {"", "material", kTables, "required", -kInf, kInf, "one `[[material]]` each"},
     {"", "body", kTables, "required", -kInf, kInf, "one `[[body]]` each, up to 10000"},
+    {"", "hold", kTables, "none", -kInf, kInf,
+     "one `[[hold]]` each: places of cracking bodies that are moved from outside"},
+    {"", "crack", kTable, "the defaults below", -kInf, kInf, "how cracking bodies flow and crack"},
     {"", "fracture", kTable, "the defaults below", -kInf, kInf, "how breakable bodies break"},
     {"", "sound", kTable, "the defaults below", -kInf, kInf, "what is heard, and where"},
 
@@ -57,7 +61,9 @@ const TomlField kSchema[] = {
     {"body", "unit_m", kNumber, "1", 1e-9, 1e9, "length of the mesh's unit"},
     {"body", "material", kText, "required", -kInf, kInf, "a material of the scene"},
     {"body", "model", kText, "`rigid`", -kInf, kInf,
-     "`rigid`, or `breakable`: an impact that strains it enough breaks it; its pieces do not break again"},
+     "`rigid`, `breakable`: an impact that strains it enough breaks it; its pieces do not break again; or `cracking`: "
+     "it deforms, "
+     "flows and cracks, step by step"},
     {"body", "stress_edge_m", kNumber, "the shape's default", 0, 1e4, "of a breakable body's mesh for stress", true},
     {"body", "score", kTable, "none", -kInf, kInf, "a plane along which a breakable body is scored"},
     {"body", "position_m", kVector, "[0, 0, 0]", -1e4, 1e4, "of the origin of the shape or file"},
@@ -65,7 +71,9 @@ const TomlField kSchema[] = {
     {"body", "velocity_m_s", kVector, "[0, 0, 0]", -1e4, 1e4, "of the centre of mass"},
     {"body", "angular_velocity_rad_s", kVector, "[0, 0, 0]", -1e5, 1e5, "about the world's axes"},
     {"body", "fixed", kBoolean, "false", -kInf, kInf, "it does not move, whatever pushes it"},
-    {"body", "max_edge_m", kNumber, "as `klang modes`", 0, 1e4, "of the mesh for its modes", true},
+    {"body", "crack", kTable, "the scene's", -kInf, kInf, "of a cracking body: what stands here wins"},
+    {"body", "max_edge_m", kNumber, "as `klang modes`", 0, 1e4, "of the mesh for its modes, and of a cracking body's",
+     true},
     {"body", "sound", kText, "`auto`", -kInf, kInf,
      "`modes`: its own modes and their radiation; `none`; `auto`: modes unless it is fixed"},
 
@@ -107,6 +115,9 @@ const std::vector<TomlField>& schema() {
     };
     insert("body", solid::material_fields("material", "the preset's or the fit's"));
     insert("body", damping::damping_fields("material.damping"));
+    insert("fracture", detail::hold_fields());
+    insert("fracture", detail::crack_fields("crack"));
+    insert("fracture", detail::crack_fields("body.crack"));
     insert("body.score", mesh::shape_fields("body.shape"));
     return all;
   }();
@@ -256,7 +267,7 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
     body.unit_m = table.number("unit_m", 1.0);
   }
   body.material = material_named(scene, table.text("material"), table.place("material"));
-  body.model = *enum_from_text<BodyModel>(table.choice("model", {"rigid", "breakable"}));
+  body.model = *enum_from_text<BodyModel>(table.choice("model", {"rigid", "breakable", "cracking"}));
   body.position_m = table.vector("position_m", body.position_m);
   body.rotation_deg = table.vector("rotation_deg", body.rotation_deg);
   body.velocity_m_s = table.vector("velocity_m_s", body.velocity_m_s);
@@ -264,6 +275,11 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
   body.fixed = table.boolean("fixed", false);
   body.max_edge_m = table.number("max_edge_m", 0.0);
   read_breaking(table, scene, body);
+  if (table.has("crack") && body.model != BodyModel::kCracking)
+    throw InputError(table.place("crack"), "belongs to a cracking body", body.name, "model = \"cracking\"");
+  if (body.model == BodyModel::kCracking && body.fixed)
+    throw InputError(table.place("fixed"), "a cracking body is held by holds", body.name,
+                     "[[hold]] where = ..., kind = \"position\"");
   body.sound = *enum_from_text<BodySound>(table.choice("sound", {"auto", "modes", "none"}));
   if (body.sounds() && !scene.material_of(body).damping)
     throw InputError(table.place("material"), "has no damping, and the body sounds", scene.material_of(body).name,
@@ -328,8 +344,16 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
     scene.materials.push_back(std::move(material));
   }
   read_solver(root, scene);
-  for (const TomlTable& table : root.tables("body", 1, kMostBodies))
+  for (const TomlTable& table : root.tables("body", 1, kMostBodies)) {
     scene.bodies.push_back(read_body(table, folder, scene));
+    SceneBody& body = scene.bodies.back();
+    if (body.model == BodyModel::kCracking)
+      body.crack =
+          detail::read_crack(root.table("crack"), table.table("crack"), scene.material_of(body), table.place());
+  }
+  scene.holds = detail::read_holds(root, scene, folder);
+  if (scene.has_deforming_bodies() && !scene.duration_s)
+    throw InputError(root.place("duration_s"), "is missing", "", "a scene with cracking bodies says how long it lasts");
   read_sound(root.table("sound"), scene.sound);
   read_fracture(root.table("fracture"), scene.fracture);
   return scene;

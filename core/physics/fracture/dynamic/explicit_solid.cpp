@@ -1,0 +1,216 @@
+#include "core/physics/fracture/dynamic/explicit_solid.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/check.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/fracture/dynamic/detail/at.hpp"
+#include "core/physics/fracture/dynamic/detail/element_kernel.hpp"
+
+namespace klang::fracture {
+namespace {
+
+using Eigen::Vector3d;
+
+using detail::at;
+Vector3d row(const std::vector<double>& values, std::size_t node) {
+  return {values[3 * node], values[3 * node + 1], values[3 * node + 2]};
+}
+
+void validate(const SolidOptions& options) {
+  solid::validate(options.material);
+  options.plasticity.validate();
+  const double phi = options.viscosity_lambda_pa_s, psi = options.viscosity_mu_pa_s;
+  if (!(psi >= 0.0 && 3.0 * phi + 2.0 * psi >= 0.0 && std::isfinite(phi + psi)))
+    throw InputError("viscosity", "gives energy back", to_text(phi) + ", " + to_text(psi),
+                     "viscosity_mu_pa_s >= 0 and viscosity_lambda_pa_s + 2/3 of it >= 0");
+  if (options.integrator != Integrator::kLeapfrog && !(psi > 0.0))
+    throw InputError("integrator", "grows at any step without viscosity (erratum 63)", to_text(options.integrator),
+                     "leapfrog, or a viscosity_mu_pa_s above 0");
+}
+
+}  // namespace
+
+ExplicitSolid::ExplicitSolid(CrackMesh mesh, const SolidOptions& options, std::vector<HoldPath> holds, Pushes pushes)
+    : mesh_(std::move(mesh)), options_(options), holds_(std::move(holds)), make_pushes_(std::move(pushes)) {
+  validate(options_);
+  for (std::size_t i = 0; i < mesh_.held.size(); ++i) {
+    if (mesh_.held[i] < 0) continue;
+    KLANG_CHECK(at(mesh_.held[i]) < holds_.size(), "a node is held by nothing");
+    mesh_.velocity_m_s[i] = holds_[at(mesh_.held[i])].velocity_m_s(0.0);
+  }
+  mean_mass_kg_ = mesh_.mass_kg() / static_cast<double>(mesh_.n_nodes());
+  refresh();
+}
+
+void ExplicitSolid::refresh() {
+  const std::size_t n = mesh_.rest_m.size();
+  for (std::size_t i = hold_origin_m_.size(); i < n; ++i) {
+    const int hold = mesh_.held[i];
+    hold_origin_m_.push_back(hold < 0 ? Vector3d::Zero()
+                                      : Vector3d(mesh_.place_m[i] - holds_[at(hold)].displacement_m(time_s_)));
+  }
+  acceleration_.resize(n, Vector3d::Zero());
+  const double term_before = acceleration_term_;
+  update_limits();
+  compute_forces();
+  stepping_lost_j_ += (acceleration_term_ - term_before) * last_dt_s_ * last_dt_s_;
+}
+
+void ExplicitSolid::update_limits() {
+  if (changes_seen_ == mesh_.n_changes()) return;
+  changes_seen_ = mesh_.n_changes();
+  const std::size_t n = at(mesh_.n_elements());
+  limit_of_.resize(2 * n, 0.0);  // limit and the volume it belongs to
+  rest_limit_s_ = HUGE_VAL;
+  const double rho = options_.material.density_kg_m3;
+  for (std::size_t e = 0; e < n; ++e) {
+    const double volume = mesh_.volume_m3(static_cast<int>(e));
+    if (limit_of_[2 * e + 1] != volume) {
+      const Eigen::Matrix3d beta = mesh_.beta_of(static_cast<int>(e));
+      const double omega =
+          std::sqrt(element_omega_sq(beta, options_.material.lame_lambda_pa, options_.material.lame_mu_pa, rho));
+      const double rate = element_omega_sq(beta, options_.viscosity_lambda_pa_s, options_.viscosity_mu_pa_s, rho);
+      limit_of_[2 * e] = largest_step_s(options_.integrator, omega, 0.5 * rate / omega);
+      limit_of_[2 * e + 1] = volume;
+    }
+    rest_limit_s_ = std::min(rest_limit_s_, limit_of_[2 * e]);
+  }
+}
+
+double ExplicitSolid::step_limit_s() const { return options_.safety * rest_limit_s_ / stretch_; }
+
+void ExplicitSolid::compute_forces() {
+  const std::size_t n = mesh_.rest_m.size();
+  elastic_.assign(3 * n, 0.0);
+  const bool damped = options_.viscosity_mu_pa_s > 0.0 || options_.viscosity_lambda_pa_s > 0.0;
+  if (damped) viscous_.assign(3 * n, 0.0);
+  stress_sq_.resize(mesh_.blocks.size() * kLanes);
+  const detail::KernelConstants constants = {options_.material.lame_lambda_pa, options_.material.lame_mu_pa,
+                                             options_.viscosity_lambda_pa_s,   options_.viscosity_mu_pa_s,
+                                             options_.plasticity.gamma1,       options_.plasticity.gamma2};
+  const detail::KernelSums sums =
+      detail::element_forces(mesh_.blocks, mesh_.place_m.front().data(), mesh_.velocity_m_s.front().data(), constants,
+                             elastic_.data(), damped ? viscous_.data() : nullptr, stress_sq_.data());
+  if (!(sums.least_det > 0.0)) {
+    int element = 0;
+    while (element + 1 < mesh_.n_elements() && mesh_.gradient_of(element).determinant() > 0.0) ++element;
+    throw NumericalError("element " + std::to_string(element) + " is inverted at " + to_text(time_s_) +
+                         " s (St Venant-Kirchhoff gives way below 58 % of its length, erratum 20)");
+  }
+  energies_.elastic_j = sums.elastic_j;
+  energies_.plastic_j += sums.dissipated_j;
+  stretch_ = std::sqrt(1.0 + 1.5 * std::sqrt(sums.largest_strain_sq));
+  pushes_now_.clear();
+  if (make_pushes_) make_pushes_(mesh_, time_s_, pushes_now_);
+  for (std::size_t i = 0; i < n; ++i) {
+    Vector3d force = row(elastic_, i);
+    if (damped) force += row(viscous_, i);
+    acceleration_[i] = force;
+  }
+  for (const NodePush& push : pushes_now_) acceleration_[at(push.node)] += push.normal_n + push.friction_n;
+  acceleration_term_ = 0.0;
+  const double share = options_.integrator == Integrator::kLeapfrog ? 0.125 : 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    acceleration_[i] = acceleration_[i] / mesh_.mass_kg_of[i] + options_.gravity_m_s2;
+    if (mesh_.held[i] < 0) acceleration_term_ += share * mesh_.mass_kg_of[i] * acceleration_[i].squaredNorm();
+  }
+}
+
+void ExplicitSolid::move_held(double dt_s, bool places) {
+  for (std::size_t i = 0; i < mesh_.held.size(); ++i) {
+    if (mesh_.held[i] < 0) continue;
+    const HoldPath& hold = holds_[at(mesh_.held[i])];
+    if (places) {
+      mesh_.place_m[i] = hold_origin_m_[i] + hold.displacement_m(time_s_ + dt_s);
+      mesh_.velocity_m_s[i] = (mesh_.place_m[i] - place_before_[i]) / dt_s;
+    } else {
+      mesh_.velocity_m_s[i] = hold.velocity_m_s(time_s_);
+    }
+  }
+}
+
+void ExplicitSolid::step(double dt_s) {
+  const std::size_t n = mesh_.rest_m.size();
+  stepping_lost_j_ += acceleration_term_ * (dt_s * dt_s - last_dt_s_ * last_dt_s_);
+  last_dt_s_ = dt_s;
+  place_before_ = mesh_.place_m;
+  velocity_before_ = mesh_.velocity_m_s;
+  viscous_before_ = viscous_;
+  pushes_before_ = pushes_now_;
+  total_before_.assign(n, Vector3d::Zero());
+  for (std::size_t i = 0; i < n; ++i)
+    if (mesh_.held[i] >= 0) total_before_[i] = mesh_.mass_kg_of[i] * acceleration_[i];
+  const bool leapfrog = options_.integrator == Integrator::kLeapfrog;
+  const double drift = options_.integrator == Integrator::kTaylor ? 0.5 * dt_s * dt_s : 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (leapfrog) {
+      mesh_.velocity_m_s[i] += 0.5 * dt_s * acceleration_[i];
+      mesh_.place_m[i] += dt_s * mesh_.velocity_m_s[i];
+    } else {
+      mesh_.place_m[i] += dt_s * mesh_.velocity_m_s[i] + drift * acceleration_[i];
+      mesh_.velocity_m_s[i] += dt_s * acceleration_[i];
+    }
+  }
+  move_held(dt_s, true);
+  time_s_ += dt_s;
+  compute_forces();
+  if (leapfrog)
+    for (std::size_t i = 0; i < n; ++i) mesh_.velocity_m_s[i] += 0.5 * dt_s * acceleration_[i];
+  move_held(dt_s, false);
+  book(dt_s);
+}
+
+/// Work of the mean force over what each node moved (Euler and Taylor: of the first force over the mean velocity): what they do to the
+/// kinetic energy as energies() has it, exactly.
+void ExplicitSolid::book(double dt_s) {
+  const bool leapfrog = options_.integrator == Integrator::kLeapfrog;
+  const double before = leapfrog ? 0.5 : 1.0, after = leapfrog ? 0.5 : 0.0;
+  const auto moved = [&](std::size_t i) -> Vector3d {
+    if (leapfrog || mesh_.held[i] >= 0) return mesh_.place_m[i] - place_before_[i];
+    return 0.5 * dt_s * (velocity_before_[i] + mesh_.velocity_m_s[i]);
+  };
+  for (std::size_t i = 0; i < mesh_.rest_m.size(); ++i) {
+    const bool is_held = mesh_.held[i] >= 0;
+    if (viscous_.empty() && !is_held) continue;
+    const Vector3d d = moved(i);
+    if (!viscous_.empty()) energies_.viscous_j -= (before * row(viscous_before_, i) + after * row(viscous_, i)).dot(d);
+    if (is_held) {
+      const double mass = mesh_.mass_kg_of[i];
+      energies_.work_j += 0.5 * mass * (mesh_.velocity_m_s[i].squaredNorm() - velocity_before_[i].squaredNorm()) -
+                          (before * total_before_[i] + after * mass * acceleration_[i]).dot(d);
+    }
+  }
+  for (const bool now : {false, true}) {
+    const double share = now ? after : before;
+    for (const NodePush& push : now ? pushes_now_ : pushes_before_) {
+      const Vector3d d = moved(at(push.node));
+      energies_.contact_j -= share * push.normal_n.dot(d);
+      energies_.friction_j -= share * push.friction_n.dot(d);
+    }
+  }
+}
+
+SolidEnergies ExplicitSolid::energies() const {
+  SolidEnergies now = energies_;
+  for (std::size_t i = 0; i < mesh_.rest_m.size(); ++i) {
+    now.kinetic_j += 0.5 * mesh_.mass_kg_of[i] * mesh_.velocity_m_s[i].squaredNorm();
+    now.potential_j -= mesh_.mass_kg_of[i] * options_.gravity_m_s2.dot(mesh_.place_m[i]);
+  }
+  now.kinetic_j -= acceleration_term_ * last_dt_s_ * last_dt_s_;
+  now.lost_j = mesh_.lost_j() + stepping_lost_j_;
+  return now;
+}
+
+double ExplicitSolid::largest_plastic_strain() const {
+  double largest = 0.0;
+  for (int e = 0; e < mesh_.n_elements(); ++e) {
+    const Sym strain = mesh_.plastic_of(e);
+    largest = std::max(largest, inner(strain, strain));
+  }
+  return 0.5 * std::sqrt(largest);
+}
+
+}  // namespace klang::fracture

@@ -1,0 +1,93 @@
+#pragma once
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/physics/fracture/dynamic/crack_mesh.hpp"
+#include "core/physics/fracture/dynamic/hold_path.hpp"
+#include "core/physics/fracture/dynamic/step_limit.hpp"
+
+namespace klang::fracture {
+
+struct SolidOptions {
+  solid::Material material;
+  double viscosity_lambda_pa_s = 0.0, viscosity_mu_pa_s = 0.0;  ///< phi, psi of B99
+  Plasticity plasticity;
+  Integrator integrator = Integrator::kLeapfrog;
+  Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
+  double safety = 0.7;  ///< share of the step limit that is used
+};
+
+/// What presses on a node.
+struct NodePush {
+  int node = 0;
+  Eigen::Vector3d normal_n = Eigen::Vector3d::Zero(), friction_n = Eigen::Vector3d::Zero();
+};
+
+/// Where the solid's energy is and where it went since the start [J]: kinetic + potential + elastic + viscous + plastic + contact +
+/// friction + lost - work = const but for what the steps' size costs in large strains and in contact, of order dt^2 (the work of
+/// conservative forces is taken from their potentials, that of all others from the mean force times the way over each step).
+/// The kinetic energy of the leapfrog is m v- . v+ / 2, of the velocities half a step before and after: with it a linear solid's energy is
+/// constant to round-off at any step. Where a cut or another step changes v+ alone the difference, of order dt^2, is booked as lost.
+struct SolidEnergies {
+  double kinetic_j = 0.0, potential_j = 0.0, elastic_j = 0.0;
+  double viscous_j = 0.0, plastic_j = 0.0;
+  double contact_j = 0.0, friction_j = 0.0;  ///< given to what presses on it, by normal forces and by friction
+  double lost_j = 0.0;  ///< by lumped masses of cut elements (CrackMesh::lost_j()) and by changes of the step
+  double work_j = 0.0;  ///< by what holds it
+  double sum_j() const {
+    return kinetic_j + potential_j + elastic_j + viscous_j + plastic_j + contact_j + friction_j + lost_j - work_j;
+  }
+};
+
+/// A solid of linear tetrahedra that is stepped explicitly (B99 section 3): St Venant-Kirchhoff, viscous stress, additive plasticity,
+/// nodes that are held.
+class ExplicitSolid {
+ public:
+  /// Pushes at a time, from places and velocities.
+  using Pushes = std::function<void(const CrackMesh& mesh, double time_s, std::vector<NodePush>& pushes)>;
+
+  /// @param holds  paths that mesh.held refers to
+  /// @throws InputError: a material or viscosity without positive energy, an integrator that grows at any step without damping
+  ExplicitSolid(CrackMesh mesh, const SolidOptions& options, std::vector<HoldPath> holds = {}, Pushes pushes = {});
+
+  /// One step of dt, at most step_limit_s(). @throws NumericalError where an element inverts, with its number and the time
+  void step(double dt_s);
+  /// Largest step now: of all elements, less where they are stretched.
+  double step_limit_s() const;
+  double time_s() const { return time_s_; }
+
+  CrackMesh& mesh() { return mesh_; }
+  const CrackMesh& mesh() const { return mesh_; }
+  /// After places, velocities or elements were changed from outside.
+  void refresh();
+  SolidEnergies energies() const;
+  double largest_plastic_strain() const;  ///< norm, Green's measure
+  const SolidOptions& options() const { return options_; }
+  const std::vector<NodePush>& pushes() const { return pushes_now_; }
+  /// Squared Frobenius norm of the elastic second Piola-Kirchhoff stress of each element.
+  const std::vector<double>& stress_sq() const { return stress_sq_; }
+  double mean_step_mass_kg() const { return mean_mass_kg_; }
+
+ private:
+  void compute_forces();
+  void move_held(double dt_s, bool places);
+  void book(double dt_s);
+  void update_limits();
+
+  CrackMesh mesh_;
+  SolidOptions options_;
+  std::vector<HoldPath> holds_;
+  Pushes make_pushes_;
+  double time_s_ = 0.0, stretch_ = 1.0, rest_limit_s_ = 0.0, mean_mass_kg_ = 0.0;
+  double last_dt_s_ = 0.0, acceleration_term_ = 0.0, stepping_lost_j_ = 0.0;  ///< term: sum m a^2/8 of free nodes
+  int changes_seen_ = -1;
+  std::size_t elements_seen_ = 0;
+  std::vector<double> limit_of_;  ///< of elements
+  std::vector<double> elastic_, viscous_, viscous_before_, stress_sq_;
+  std::vector<NodePush> pushes_now_, pushes_before_;
+  std::vector<Eigen::Vector3d> acceleration_, velocity_before_, hold_origin_m_, place_before_, total_before_;
+  SolidEnergies energies_;
+};
+
+}  // namespace klang::fracture

@@ -1,0 +1,44 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "core/foundation/config/fields.hpp"
+#include "core/physics/fracture/dynamic/crack_mesh.hpp"
+
+namespace klang::fracture {
+
+enum class CrackCriterion {
+  kSeparation,  ///< B99's separation tensor, of the forces of tension and compression at a node
+  kRankine      ///< largest principal stress, mean over the node's elements by volume
+};
+constexpr auto words_of(CrackCriterion) {
+  return std::array{Word{CrackCriterion::kSeparation, "separation"}, Word{CrackCriterion::kRankine, "rankine"}};
+}
+
+/// What would part a node.
+struct Separation {
+  double force_n = 0.0;  ///< largest eigenvalue of the separation tensor [N]; 0: none is positive
+  double stress_pa =
+      0.0;  ///< force_n over a third of the area that the star shows along the normal; Rankine: the stress
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of the plane, in the world
+};
+
+/// Eigenvalues of B99 (32), which the force formula (31) builds from the stress sigma = 2 PK2 split by its principal values (29)(30):
+/// m(f+ sum) etc. with m(a) = a a^T/|a|. As printed the eigenvalue is a force (erratum 19), and a node on a face, whose star is
+/// half a one, sees half of it, on an edge a quarter: it is divided by A/3 with A = sum |a . n| / 2 over the star's far faces, which in
+/// uniaxial tension gives the stress itself, to round-off, at every node of any mesh (erratum 61). It is not Rankine's: an isotropic star
+/// counts equibiaxial tension as pi/4, hydrostatic as 2/3 of uniaxial (erratum 62).
+/// @param extra  viscous stress is counted too, of these constants [Pa s] (B99: total stress); nullptr: elastic stress alone
+struct Viscosity {
+  double phi_pa_s = 0.0, psi_pa_s = 0.0;
+};
+Separation separation_at(const CrackMesh& mesh, int node, const solid::Material& material, CrackCriterion criterion,
+                         const Viscosity* extra = nullptr);
+
+/// The tensor (32) itself.
+Eigen::Matrix3d separation_tensor(const CrackMesh& mesh, int node, const solid::Material& material,
+                                  const Viscosity* extra = nullptr);
+
+/// A = sum |a . n| / 2 over the faces of the star that lie opposite to the node, as they are now.
+double shown_area_m2(const CrackMesh& mesh, int node, const Eigen::Vector3d& normal);
+
+}  // namespace klang::fracture

@@ -1,0 +1,28 @@
+#pragma once
+#include <Eigen/Core>
+
+namespace klang::modal {
+
+/// What contacts exert.
+struct ContactForces {
+  Eigen::VectorXd forces;
+  double residual =
+      0.0;  ///< worst violation of 0 <= f, 0 <= A f + b, f (A f + b) = 0 and of the cone, over the largest |b| and |f|
+  int iterations = 0;
+};
+
+/// Linear complementarity: f >= 0, A f + b >= 0, f . (A f + b) = 0; A symmetric, positive semidefinite: least of f.A f/2 + b.f over
+/// f >= 0, by active sets. @throws NumericalError where it does not end
+ContactForces solve_lcp(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+/// H03's linear program: least sum of f with A f + b >= 0, f >= 0. It is not the contact problem: a contact may be pushed while it separates
+/// (erratum 71). @throws NumericalError where nothing satisfies it
+ContactForces solve_contact_lp(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+/// Coulomb's friction: three rows per contact (normal, two tangents), |f_t| <= mu f_n, normal complementarity, and tangential forces against the
+/// sliding (De Saxce's associated form at velocity level): block Gauss-Seidel with the exact projection on the cone.
+/// @param friction  per contact
+ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, const Eigen::VectorXd& friction,
+                             int most_sweeps = 10000, double tolerance = 1e-10);
+
+}  // namespace klang::modal

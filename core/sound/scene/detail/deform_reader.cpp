@@ -1,0 +1,126 @@
+#include "core/sound/scene/detail/deform_reader.hpp"
+
+#include <limits>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/solid/support.hpp"
+
+namespace klang::scene::detail {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::size_t kMostHolds = 1000;
+
+}  // namespace
+
+std::vector<TomlField> crack_fields(const char* table) {
+  using enum TomlType;
+  return {
+      {table, "strength_pa", kNumber, "the material's tensile_strength_pa", 0, 1e15,
+       "normalised separation, or principal stress, at which a node parts", true},
+      {table, "toughness_n", kNumber, "none", 0, 1e15,
+       "instead: B99's tau, an eigenvalue in newtons; what it means depends on the mesh", true},
+      {table, "criterion", kText, "`separation`", -kInf, kInf, "`separation` (B99's tensor) or `rankine`"},
+      {table, "yield_stress_pa", kNumber, "none: it does not flow", 0, 1e13, "von Mises' yield stress"},
+      {table, "plastic_strain_limit", kNumber, "0.243 with a yield stress", 0, 10,
+       "largest norm of Green's plastic strain, below 0.6123"},
+      {table, "gamma1", kNumber, "none", 0, 10, "instead of yield_stress_pa: D02's threshold"},
+      {table, "gamma2", kNumber, "0.486 with gamma1", 0, 10,
+       "instead of plastic_strain_limit: D02's limit, below 1.2247"},
+      {table, "viscosity_lambda_pa_s", kNumber, "0", -1e9, 1e9, "B99's phi"},
+      {table, "viscosity_mu_pa_s", kNumber, "0", 0, 1e9, "B99's psi"},
+      {table, "integrator", kText, "`leapfrog`", -kInf, kInf,
+       "`leapfrog`, or B99's `euler` and `taylor`, which need viscosity"},
+      {table, "literature", kText, "`mended`", -kInf, kInf,
+       "`mended`, or `paper`: total stress decides, cracks run at any speed and start anywhere at once"},
+  };
+}
+
+std::vector<TomlField> hold_fields() {
+  using enum TomlType;
+  return {
+      {"hold", "body", kText, "required", -kInf, kInf, "a cracking body"},
+      {"hold", "where", kText, "this or at_m", -kInf, kInf,
+       "nodes in the body's frame, as of supports: `x=min`, `z<0.01`, `box:...`"},
+      {"hold", "at_m", kVector, "this or where", -1e4, 1e4, "the nearest node, in the body's frame"},
+      {"hold", "kind", kText, "`position`", -kInf, kInf, "`position` (displacement), `velocity` or `acceleration`"},
+      {"hold", "csv", kText, "required", -kInf, kInf,
+       "columns time_s, x, y, z in the world's axes, linear between rows; relative to the scene"},
+  };
+}
+
+CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const SceneMaterial& material,
+                         const std::string& place) {
+  const auto number = [&](const char* key) {
+    return own.has(key) ? own.optional_number(key) : scene.optional_number(key);
+  };
+  const auto table_of = [&](const char* key) -> const TomlTable& { return own.has(key) ? own : scene; };
+  CrackSettings settings;
+  fracture::CrackOptions& crack = settings.crack;
+  // A body's own strength or toughness goes before either of the scene's; so do its thresholds of flow.
+  const TomlTable& limits = own.has("strength_pa") || own.has("toughness_n") ? own : scene;
+  crack.strength_pa = limits.optional_number("strength_pa");
+  crack.toughness_n = limits.optional_number("toughness_n");
+  if (!crack.strength_pa && !crack.toughness_n) crack.strength_pa = material.tensile_strength_pa;
+  crack.criterion =
+      *enum_from_text<fracture::CrackCriterion>(table_of("criterion").choice("criterion", {"separation", "rankine"}));
+  const bool own_flow =
+      own.has("gamma1") || own.has("gamma2") || own.has("yield_stress_pa") || own.has("plastic_strain_limit");
+  const TomlTable& flow = own_flow ? own : scene;
+  settings.plasticity = {flow.optional_number("gamma1"), flow.optional_number("gamma2"),
+                         flow.optional_number("yield_stress_pa"), flow.optional_number("plastic_strain_limit")};
+  settings.viscosity_lambda_pa_s = number("viscosity_lambda_pa_s").value_or(0.0);
+  settings.viscosity_mu_pa_s = number("viscosity_mu_pa_s").value_or(0.0);
+  settings.integrator = *enum_from_text<fracture::Integrator>(
+      table_of("integrator").choice("integrator", {"leapfrog", "euler", "taylor"}));
+  if (table_of("literature").choice("literature", {"mended", "paper"}) == "paper") {
+    crack.total_stress = true;
+    crack.speed_limit = 0.0;
+    crack.new_crack_factor = 1.0;
+  }
+  located(place, [&] {
+    crack.validate();
+    fracture::read_plasticity(settings.plasticity, material.elastic,
+                              {"gamma1", "gamma2", "yield_stress_pa", "plastic_strain_limit"});
+    return 0;
+  });
+  return settings;
+}
+
+std::vector<SceneHold> read_holds(const TomlTable& root, const Scene& scene, const std::filesystem::path& folder) {
+  std::vector<SceneHold> holds;
+  for (const TomlTable& table : root.tables("hold", kMostHolds)) {
+    SceneHold hold;
+    hold.place = table.place();
+    const std::string name = table.text("body");
+    hold.body = -1;
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+      if (scene.bodies[i].name == name) hold.body = static_cast<int>(i);
+    if (hold.body < 0) throw InputError(table.place("body"), "unknown body", name);
+    if (scene.bodies[static_cast<std::size_t>(hold.body)].model != BodyModel::kCracking)
+      throw InputError(table.place("body"), "is no body that can be held", name, "model = \"cracking\"");
+    if (table.has("where") == table.has("at_m"))
+      throw InputError(table.place(), table.has("where") ? "has where and at_m" : "says not where", name,
+                       "where, or at_m");
+    if (table.has("where")) {
+      hold.where = table.text("where");
+      located(table.place("where"), [&] {
+        solid::parse_support("clamped:" + hold.where);
+        return 0;
+      });
+    } else {
+      hold.at_m = table.vector("at_m");
+    }
+    const auto kind =
+        *enum_from_text<fracture::HoldKind>(table.choice("kind", {"position", "velocity", "acceleration"}));
+    hold.csv = existing_file(table.text("csv"), table.place("csv"), folder);
+    hold.path = fracture::HoldPath(kind, fracture::read_hold_rows(hold.csv), table.place("csv"));
+    if (kind == fracture::HoldKind::kPosition && hold.path.displacement_m(0.0).norm() > 1e-9)
+      throw InputError(table.place("csv"), "jumps at the start",
+                       to_text(hold.path.displacement_m(0.0).norm()) + " m at 0 s", "a displacement of 0 at 0 s");
+    holds.push_back(std::move(hold));
+  }
+  return holds;
+}
+
+}  // namespace klang::scene::detail

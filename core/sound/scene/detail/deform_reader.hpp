@@ -1,0 +1,21 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "core/foundation/config/toml_table.hpp"
+#include "core/sound/scene/scene.hpp"
+
+namespace klang::scene::detail {
+
+/// The keys of [crack], which may stand in a [[body]] too, and of [[hold]]. @param table  lives as long as the program
+std::vector<TomlField> crack_fields(const char* table);
+std::vector<TomlField> hold_fields();
+
+/// @param own  of the body: goes before the scene's. @throws InputError
+CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const SceneMaterial& material,
+                         const std::string& place);
+
+/// @throws InputError, also where a file is missing or a body is not a cracking one
+std::vector<SceneHold> read_holds(const TomlTable& root, const Scene& scene, const std::filesystem::path& folder);
+
+}  // namespace klang::scene::detail

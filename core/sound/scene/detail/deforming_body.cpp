@@ -1,0 +1,439 @@
+#include "core/sound/scene/detail/deforming_body.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/mass_properties.hpp"
+#include "core/physics/solid/support.hpp"
+
+namespace klang::scene::detail {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr int kMostElements = 2'000'000;
+constexpr double kSmallestStepS = 1e-10;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+std::vector<int> all_nodes(const fracture::CrackMesh& mesh) {
+  std::vector<int> nodes(at(mesh.n_nodes()));
+  for (std::size_t i = 0; i < nodes.size(); ++i) nodes[i] = static_cast<int>(i);
+  return nodes;
+}
+
+/// Nodes that holds move, with the number of the hold. @throws InputError where two holds have a node
+void hold_nodes(const Scene& scene, int row, const mesh::TetMesh& mesh, std::vector<int>& held,
+                std::vector<fracture::HoldPath>& paths, const std::vector<Vector3d>& velocities) {
+  for (const SceneHold& hold : scene.holds) {
+    if (hold.body != row) continue;
+    located(hold.place, [&] {
+      std::vector<int> nodes;
+      if (hold.at_m) {
+        const Eigen::VectorXd far = (mesh.nodes_m.rowwise() - hold.at_m->transpose()).rowwise().norm();
+        Eigen::Index nearest = 0;
+        const double size = (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).norm();
+        if (!(far.minCoeff(&nearest) <= 0.1 * size))
+          throw InputError("at_m", "is away from the body", to_text(far.minCoeff()) + " m", "a place of the body");
+        nodes = {static_cast<int>(nearest)};
+      } else {
+        nodes = solid::held_nodes(solid::parse_support("clamped:" + hold.where), mesh);
+      }
+      fracture::HoldPath path = hold.path;
+      path.set_start_velocity(velocities[at(nodes.front())]);
+      for (const int node : nodes) {
+        if (held[at(node)] >= 0)
+          throw InputError(hold.where.empty() ? "at_m" : "where", "contradicts another hold of the same nodes",
+                           scene.bodies[at(row)].name, "places that only one hold moves");
+        held[at(node)] = static_cast<int>(paths.size());
+      }
+      paths.push_back(std::move(path));
+      return 0;
+    });
+  }
+}
+
+}  // namespace
+
+FittedFrame fitted_frame(const fracture::CrackMesh& mesh, const std::vector<int>& nodes) {
+  FittedFrame frame;
+  Vector3d rest = Vector3d::Zero(), place = Vector3d::Zero(), momentum = Vector3d::Zero(), spin = Vector3d::Zero();
+  for (const int i : nodes) {
+    const double mass = mesh.mass_kg_of[at(i)];
+    frame.mass_kg += mass;
+    rest += mass * mesh.rest_m[at(i)];
+    place += mass * mesh.place_m[at(i)];
+    momentum += mass * mesh.velocity_m_s[at(i)];
+  }
+  rest /= frame.mass_kg;
+  place /= frame.mass_kg;
+  Matrix3d moment = Matrix3d::Zero(), inertia = Matrix3d::Zero();
+  for (const int i : nodes) {
+    const double mass = mesh.mass_kg_of[at(i)];
+    const Vector3d arm = mesh.place_m[at(i)] - place;
+    moment += mass * arm * (mesh.rest_m[at(i)] - rest).transpose();
+    inertia += mass * (arm.squaredNorm() * Matrix3d::Identity() - arm * arm.transpose());
+    spin += mass * arm.cross(mesh.velocity_m_s[at(i)] - momentum / frame.mass_kg);
+  }
+  const Eigen::JacobiSVD<Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d flip = Matrix3d::Identity();
+  flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+  const Matrix3d turn = svd.matrixU() * flip * svd.matrixV().transpose();
+  const Eigen::Quaterniond q(turn);
+  frame.pose.position_m = place - turn * rest;
+  frame.pose.orientation_wxyz = {q.w(), q.x(), q.y(), q.z()};
+  frame.state.position_m = place;
+  frame.state.orientation_wxyz = frame.pose.orientation_wxyz;
+  frame.state.velocity_m_s = momentum / frame.mass_kg;
+  frame.state.angular_velocity_rad_s =
+      inertia.determinant() > 0.0 ? Vector3d(inertia.ldlt().solve(spin)) : Vector3d::Zero();
+  return frame;
+}
+
+mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor) {
+  mesh::TetMesh mesh = mesh::to_linear(mesh_of(body, notes, monitor));
+  const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
+  std::vector<bool> inside(at(mesh.n_nodes()), true);
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) inside[at(surface.triangles(t, c))] = false;
+  std::vector<double> shortest(at(mesh.n_nodes()), HUGE_VAL);
+  std::vector<std::vector<int>> star(at(mesh.n_nodes()));
+  for (int e = 0; e < mesh.n_elements(); ++e)
+    for (int a = 0; a < 4; ++a) {
+      star[at(mesh.elements(e, a))].push_back(e);
+      for (int b = 0; b < 4; ++b)
+        if (a != b)
+          shortest[at(mesh.elements(e, a))] =
+              std::min(shortest[at(mesh.elements(e, a))],
+                       (mesh.nodes_m.row(mesh.elements(e, a)) - mesh.nodes_m.row(mesh.elements(e, b))).norm());
+    }
+  const auto volume = [&](int e) {
+    Matrix3d edges;
+    for (int k = 0; k < 3; ++k)
+      edges.col(k) = (mesh.nodes_m.row(mesh.elements(e, k + 1)) - mesh.nodes_m.row(mesh.elements(e, 0))).transpose();
+    return edges.determinant();
+  };
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < mesh.n_nodes(); ++i) {
+    Eigen::RowVector3d move;
+    for (int axis = 0; axis < 3; ++axis)
+      move[axis] = 0.2 * (static_cast<double>(random() >> 11) * 0x1.0p-53 - 0.5) * shortest[at(i)];
+    if (!inside[at(i)]) continue;
+    std::vector<double> before;
+    for (const int e : star[at(i)]) before.push_back(volume(e));
+    mesh.nodes_m.row(i) += move;
+    for (std::size_t k = 0; k < before.size(); ++k)
+      if (!(volume(star[at(i)][k]) >= 0.5 * before[k])) {
+        mesh.nodes_m.row(i) -= move;
+        break;
+      }
+  }
+  return mesh;
+}
+
+/// Springs against the floor and rigid bodies, for the solid to ask for.
+struct DeformingBody::Pressing {
+  const Scene& scene;
+  rigid::Skin skin;
+  double rate_sq = 0.0;  ///< stiffness over mass
+  double step_s = 0.0;
+  std::vector<PressedBody>* bodies = nullptr;
+  /// Depth at which a node is not pushed yet: that at which a cut put it into a body between nodes that were outside. A spring that is
+  /// tight from the start would make energy. It shrinks as the node comes out.
+  std::vector<double> spared_m;
+  std::vector<int> targets;  ///< of the pushes that were made last: number in bodies, or -1: floor
+
+  void add(const fracture::CrackMesh& mesh, int node, int target, double depth_m, const Vector3d& out,
+           const Vector3d& speed, double friction, double mass, std::vector<fracture::NodePush>& pushes) {
+    fracture::NodePush push;
+    push.node = node;
+    const double normal_n = rate_sq * mass * depth_m;
+    push.normal_n = normal_n * out;
+    const Vector3d along = speed - speed.dot(out) * out;
+    // At most what stops the node in a step.
+    const double slow = friction * normal_n * step_s / mesh.mass_kg_of[at(node)];
+    push.friction_n = -friction * normal_n / std::max({along.norm(), slow, 1e-300}) * along;
+    pushes.push_back(push);
+    targets.push_back(target);
+  }
+
+  void spare_new_nodes(const fracture::CrackMesh& mesh) {
+    while (spared_m.size() < at(mesh.n_nodes())) {
+      const auto node = spared_m.size();
+      const std::size_t old = at(mesh.made_of(static_cast<int>(node)));
+      double spared = 0.0;
+      if (old != node && mesh.place_m[old] == mesh.place_m[node]) {
+        spared = spared_m[old];
+      } else if (old != node) {
+        for (const PressedBody& body : *bodies)
+          if (const auto depth = body.depth_of(mesh.place_m[node])) spared = std::max(spared, depth->depth_m);
+      }
+      spared_m.push_back(spared);
+    }
+  }
+
+  void operator()(const fracture::CrackMesh& mesh, std::vector<fracture::NodePush>& pushes) {
+    targets.clear();
+    if (scene.solver.floor) {
+      const double friction = rigid::pair_friction(skin, *scene.solver.floor);
+      for (int i = 0; i < mesh.n_nodes(); ++i)
+        if (mesh.place_m[at(i)].z() < 0.0 && mesh.held[at(i)] < 0)
+          add(mesh, i, -1, -mesh.place_m[at(i)].z(), Vector3d::UnitZ(), mesh.velocity_m_s[at(i)], friction,
+              mesh.mass_kg_of[at(i)], pushes);
+    }
+    if (bodies == nullptr || bodies->empty()) return;
+    spare_new_nodes(mesh);
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& x : mesh.place_m) box.extend(x);
+    for (std::size_t b = 0; b < bodies->size(); ++b) {
+      PressedBody& body = (*bodies)[b];
+      if (!body.is_near(box.min(), box.max())) continue;
+      const double friction = rigid::pair_friction(skin, body.skin());
+      for (int i = 0; i < mesh.n_nodes(); ++i) {
+        if (mesh.held[at(i)] >= 0) continue;
+        const Vector3d& x = mesh.place_m[at(i)];
+        auto depth = body.depth_of(x);
+        if (!depth) continue;
+        double& spared = spared_m[at(i)];
+        spared = std::min(spared, depth->depth_m);
+        if (depth->depth_m -= spared; depth->depth_m > 0.0)
+          add(mesh, i, static_cast<int>(b), depth->depth_m, depth->out, mesh.velocity_m_s[at(i)] - body.velocity_at(x),
+              friction, std::min(mesh.mass_kg_of[at(i)], body.mass_kg()), pushes);
+      }
+    }
+  }
+};
+
+struct DeformingBody::Contact {
+  double time_s = 0.0, duration_s = 0.0;
+  int node = 0, other = -1;
+  bool is_new = false;
+  Vector3d impulse_n_s = Vector3d::Zero();
+};
+
+DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBodySpec& spec, std::uint64_t seed,
+                             const SceneNotes& notes, Monitor& monitor)
+    : row_(row) {
+  const SceneBody& body = scene.bodies[at(row)];
+  const SceneMaterial& material = scene.material_of(body);
+  const mesh::TetMesh mesh = crack_mesh_of(body, seed + at(row), notes, monitor);
+  located(body.place, [&] {
+    // The mass of the shape itself, which chords of round shapes do not fill.
+    fracture::SolidOptions options;
+    options.material = material.elastic;
+    options.material.density_kg_m3 = spec.mass_kg / mesh::mass_properties(mesh).volume_m3;
+    fracture::CrackMesh cracks(mesh, options.material.density_kg_m3);
+    n_elements_start_ = cracks.n_elements();
+    const Matrix3d turn = spec.orientation.toRotationMatrix();
+    const Vector3d centre = spec.position_m + turn * spec.centre_m;
+    for (std::size_t i = 0; i < cracks.rest_m.size(); ++i) {
+      cracks.place_m[i] = spec.position_m + turn * cracks.rest_m[i];
+      cracks.velocity_m_s[i] = spec.velocity_m_s + spec.angular_velocity_rad_s.cross(cracks.place_m[i] - centre);
+    }
+    std::vector<fracture::HoldPath> paths;
+    hold_nodes(scene, row, mesh, cracks.held, paths, cracks.velocity_m_s);
+    options.viscosity_lambda_pa_s = body.crack.viscosity_lambda_pa_s;
+    options.viscosity_mu_pa_s = body.crack.viscosity_mu_pa_s;
+    options.integrator = body.crack.integrator;
+    options.gravity_m_s2 = scene.solver.gravity_m_s2;
+    options.plasticity = fracture::read_plasticity(body.crack.plasticity, material.elastic,
+                                                   {"gamma1", "gamma2", "yield_stress_pa", "plastic_strain_limit"});
+    pressing_ = std::make_unique<Pressing>(Pressing{scene, spec.skin, 0.0, 0.0, nullptr, {}, {}});
+    solid_ = std::make_unique<fracture::ExplicitSolid>(
+        std::move(cracks), options, std::move(paths),
+        [pressing = pressing_.get()](const fracture::CrackMesh& m, double, std::vector<fracture::NodePush>& pushes) {
+          (*pressing)(m, pushes);
+        });
+    pressing_->step_s = solid_->step_limit_s();
+    pressing_->rate_sq = 0.1 / (pressing_->step_s * pressing_->step_s);
+    solid_->refresh();
+    cracker_ = std::make_unique<fracture::Cracker>(*solid_, body.crack.crack);
+    strength_ = body.crack.crack.strength_pa.value_or(0.0);
+    touched_.assign(at(solid_->mesh().n_nodes()), 0);
+    return 0;
+  });
+}
+DeformingBody::~DeformingBody() = default;
+
+Eigen::AlignedBox3d DeformingBody::box() const {
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& x : solid_->mesh().place_m) box.extend(x);
+  return box;
+}
+
+void DeformingBody::advance(double until_s, std::vector<PressedBody>& pressed) {
+  const double begin_s = solid_->time_s();
+  pressing_->bodies = &pressed;
+  std::map<std::pair<int, int>, Vector3d> impulses;  // of this step of the world, by node and other body
+  const auto press = [&](double dt_s) {
+    for (std::size_t k = 0; k < solid_->pushes().size(); ++k) {
+      const fracture::NodePush& push = solid_->pushes()[k];
+      const int target = pressing_->targets[k];
+      const Vector3d impulse = dt_s * (push.normal_n + push.friction_n);
+      if (target >= 0) pressed[at(target)].push(solid_->mesh().place_m[at(push.node)], -impulse);
+      impulses.try_emplace({push.node, target < 0 ? -1 : pressed[at(target)].body()}, Vector3d::Zero()).first->second +=
+          impulse;
+    }
+  };
+  while (until_s - solid_->time_s() > 1e-12 * std::max(1.0, until_s)) {
+    const double left = until_s - solid_->time_s(), limit = solid_->step_limit_s();
+    if (!(limit >= kSmallestStepS) || solid_->mesh().n_elements() > kMostElements)
+      throw NumericalError("body " + std::to_string(row_) + ": steps of " + to_text(limit) + " s, " +
+                           std::to_string(solid_->mesh().n_elements()) + " elements: the cracks have made it too fine");
+    const double dt = left <= limit ? left : left / std::ceil(left / limit);
+    pressing_->step_s = dt;
+    const bool leapfrog = solid_->options().integrator == fracture::Integrator::kLeapfrog;
+    press(leapfrog ? 0.5 * dt : dt);
+    for (PressedBody& body : pressed) body.advance(dt);
+    solid_->step(dt);
+    if (leapfrog) press(0.5 * dt);
+    const std::size_t faces_before = cracker_->faces().size();
+    if (const int n = cracker_->open(*solid_); n > 0) {
+      double area = 0.0;
+      for (std::size_t f = faces_before; f < cracker_->faces().size(); ++f) area += cracker_->faces()[f].area_m2;
+      note_splits(n, area);
+    }
+  }
+  std::vector<char> touched(at(solid_->mesh().n_nodes()), 0);
+  for (const auto& [key, impulse] : impulses) {
+    const bool before = at(key.first) < touched_.size() && touched_[at(key.first)] != 0;
+    contacts_.push_back({begin_s, until_s - begin_s, key.first, key.second, !before, impulse});
+    touched[at(key.first)] = 1;
+  }
+  touched_ = std::move(touched);
+  if (solid_->mesh().n_changes() == changes_seen_) return;
+  changes_seen_ = solid_->mesh().n_changes();
+  Version version;
+  version.time_s = until_s;
+  version.piece_of_node.assign(at(solid_->mesh().n_nodes()), 0);
+  const std::vector<int> piece = solid_->mesh().fragments(version.n_pieces);
+  for (int e = 0; e < solid_->mesh().n_elements(); ++e)
+    for (const int node : solid_->mesh().nodes_of(e)) version.piece_of_node[at(node)] = piece[at(e)];
+  n_pieces_ = version.n_pieces;
+  if (n_pieces_ > 1 && !broken_s_) broken_s_ = until_s;
+  if (!splits_.empty()) splits_.back().pieces = n_pieces_;
+  versions_.push_back(std::move(version));
+}
+
+void DeformingBody::note_splits(int n, double area_m2) {
+  const double now = solid_->time_s();
+  if (splits_.empty() || splits_.back().time_s != now) splits_.push_back({now, 0.0, 0.0, row_, 0, n_pieces_});
+  splits_.back().n += n;
+  splits_.back().crack_area_m2 += area_m2;
+  splits_.back().largest_stress_pa = cracker_->last_over() * strength_;
+}
+
+void DeformingBody::keep_frames(double pose_rate_hz) {
+  const double now = solid_->time_s();
+  const bool due = now >= next_pose_s_ - 1e-12, pressed = contacts_.size() > contacts_kept_;
+  contacts_kept_ = contacts_.size();
+  if (!due && !pressed) return;
+  if (due) next_pose_s_ = now + 1.0 / pose_rate_hz;
+  const fracture::CrackMesh& mesh = solid_->mesh();
+  std::vector<std::vector<int>> nodes(at(n_pieces_));
+  if (versions_.empty()) {
+    nodes[0] = all_nodes(mesh);
+  } else {
+    for (int i = 0; i < mesh.n_nodes(); ++i) nodes[at(versions_.back().piece_of_node[at(i)])].push_back(i);
+  }
+  for (int piece = 0; piece < n_pieces_; ++piece) {
+    Kept kept{versions_.empty() ? 0 : versions_.size() - 1, piece, fitted_frame(mesh, nodes[at(piece)]).pose};
+    kept.pose.time_s = now;
+    frames_.push_back(kept);
+  }
+}
+
+void DeformingBody::add_to(const Scene& scene, SceneMotion& motion) const {
+  const fracture::CrackMesh& mesh = solid_->mesh();
+  const FittedFrame whole = fitted_frame(mesh, all_nodes(mesh));
+  motion.final[at(row_)] = whole.state;
+  std::vector<std::vector<int>> nodes(at(n_pieces_));
+  std::vector<int> rows = {row_};
+  if (n_pieces_ > 1) {
+    rows.clear();
+    const std::vector<int>& piece_of = versions_.back().piece_of_node;
+    for (int i = 0; i < mesh.n_nodes(); ++i) nodes[at(piece_of[at(i)])].push_back(i);
+    int n_pieces = 0;
+    const std::vector<int> piece_of_element = mesh.fragments(n_pieces);
+    for (int p = 0; p < n_pieces_; ++p) {
+      const FittedFrame frame = fitted_frame(mesh, nodes[at(p)]);
+      rows.push_back(static_cast<int>(motion.log.bodies.size()));
+      motion.log.bodies.push_back({scene.bodies[at(row_)].name + "/" + std::to_string(p + 1), row_});
+      motion.mass_kg.push_back(frame.mass_kg);
+      motion.final.push_back(frame.state);
+      mesh::TetMesh part;
+      std::map<int, int> number;
+      std::vector<std::array<int, 4>> elements;
+      for (int e = 0; e < mesh.n_elements(); ++e)
+        if (piece_of_element[at(e)] == p) elements.push_back(mesh.nodes_of(e));
+      for (const auto& element : elements)
+        for (const int node : element) number.try_emplace(node, static_cast<int>(number.size()));
+      part.nodes_m.resize(static_cast<Eigen::Index>(number.size()), 3);
+      for (const auto& [node, k] : number) part.nodes_m.row(k) = mesh.rest_m[at(node)].transpose();
+      part.elements.resize(static_cast<Eigen::Index>(elements.size()), 4);
+      for (std::size_t e = 0; e < elements.size(); ++e)
+        for (int c = 0; c < 4; ++c) part.elements(static_cast<int>(e), c) = number.at(elements[e][at(c)]);
+      motion.pieces.push_back({rows.back(), row_, mesh::boundary_surface(part)});
+    }
+    motion.log.fractures.push_back({*broken_s_, row_});
+  }
+  // A piece's frames are those of the piece of then that held its oldest node.
+  const auto is_broken = [&](double time_s) { return broken_s_ && time_s >= *broken_s_; };
+  for (const Kept& kept : frames_) {
+    events::Pose pose = kept.pose;
+    pose.body = row_;
+    if (!is_broken(pose.time_s) || pose.time_s == *broken_s_) {
+      if (kept.piece == 0) motion.log.poses.push_back(pose);
+    }
+    if (!is_broken(pose.time_s)) continue;
+    for (std::size_t p = 0; p < rows.size(); ++p)
+      if (piece_then(versions_[kept.version], nodes[p].front()) == kept.piece) {
+        pose.body = rows[p];
+        motion.log.poses.push_back(pose);
+      }
+  }
+  const std::vector<int>* piece_of = versions_.empty() ? nullptr : &versions_.back().piece_of_node;
+  for (const Contact& contact : contacts_) {
+    events::Impulse impulse;
+    impulse.time_s = contact.time_s;
+    impulse.duration_s = contact.duration_s;
+    impulse.shape = events::PulseShape::kHeld;
+    impulse.kind = contact.is_new ? events::ImpulseKind::kImpact : events::ImpulseKind::kLasting;
+    impulse.body = is_broken(contact.time_s) && piece_of ? rows[at((*piece_of)[at(contact.node)])] : row_;
+    impulse.other = contact.other;
+    impulse.point_m = mesh.rest_m[at(contact.node)];
+    // Its direction in the body's frame: by the frame that is kept at the end of the step.
+    const double end_s = contact.time_s + contact.duration_s;
+    const auto frame = std::lower_bound(frames_.begin(), frames_.end(), end_s - 1e-9,
+                                        [](const Kept& k, double t) { return k.pose.time_s < t; });
+    if (frame == frames_.end()) continue;
+    auto used = frame;
+    if (!versions_.empty())
+      for (auto k = frame; k != frames_.end() && k->pose.time_s == frame->pose.time_s; ++k)
+        if (piece_then(versions_[k->version], contact.node) == k->piece) used = k;
+    impulse.impulse_n_s = used->pose.orientation().conjugate() * contact.impulse_n_s;
+    motion.log.impulses.push_back(impulse);
+    if (contact.other < 0) continue;
+    events::Impulse opposite = impulse;
+    opposite.body = contact.other;
+    opposite.other = impulse.body;
+    const events::Pose other = motion.log.motion_of(contact.other).at(end_s);
+    opposite.point_m = other.to_body(used->pose.to_world(impulse.point_m));
+    opposite.impulse_n_s = other.orientation().conjugate() * Vector3d(-contact.impulse_n_s);
+    motion.log.impulses.push_back(opposite);
+  }
+}
+
+/// Nodes that were made since have the piece of what they were made of: the oldest node of a piece stands for it.
+int DeformingBody::piece_then(const Version& version, int node) const {
+  int now = node;
+  while (at(now) >= version.piece_of_node.size()) now = solid_->mesh().made_of(now);
+  return version.piece_of_node[at(now)];
+}
+
+}  // namespace klang::scene::detail

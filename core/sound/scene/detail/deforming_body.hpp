@@ -1,0 +1,73 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/sound/scene/detail/rigid_push.hpp"
+#include "core/sound/scene/scene_motion.hpp"
+
+namespace klang::scene::detail {
+
+/// Frame of a set of nodes: x = position + R X, least squares weighted by mass, R proper.
+struct FittedFrame {
+  events::Pose pose;
+  FinalState state;  ///< of the centre of mass
+  double mass_kg = 0.0;
+};
+FittedFrame fitted_frame(const fracture::CrackMesh& mesh, const std::vector<int>& nodes);
+
+/// The linear mesh of a cracking body, its inner nodes moved by the seed's random numbers by up to a tenth of their shortest edge.
+mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor);
+
+/// One cracking body of a scene.
+class DeformingBody {
+ public:
+  DeformingBody(const Scene& scene, int row, const rigid::RigidBodySpec& spec, std::uint64_t seed,
+                const SceneNotes& notes, Monitor& monitor);
+  ~DeformingBody();
+  /// From the last time to that one, pressing on bodies.
+  void advance(double until_s, std::vector<PressedBody>& pressed);
+  const fracture::ExplicitSolid& solid() const { return *solid_; }
+  const fracture::Cracker& cracker() const { return *cracker_; }
+  int row() const { return row_; }
+  int n_elements_start() const { return n_elements_start_; }
+  int n_pieces() const { return n_pieces_; }
+  Eigen::AlignedBox3d box() const;
+  const std::vector<CrackSummary::Split>& splits() const { return splits_; }
+  /// Keeps the frames of all pieces at this time where it is due, or where something pressed since the last call.
+  void keep_frames(double pose_rate_hz);
+  /// Rows of impulses and poses, and its pieces, which become bodies of the motion.
+  void add_to(const Scene& scene, SceneMotion& motion) const;
+
+ private:
+  struct Pressing;
+  struct Contact;  ///< impulse on a node in a step of the world
+  struct Version {
+    double time_s = 0.0;
+    int n_pieces = 1;
+    std::vector<int> piece_of_node;
+  };
+  struct Kept {
+    std::size_t version = 0;
+    int piece = 0;
+    events::Pose pose;
+  };
+  void note_splits(int n, double area_before_m2);
+  int piece_then(const Version& version, int node) const;
+
+  int row_ = 0, n_elements_start_ = 0, n_pieces_ = 1, changes_seen_ = -1;
+  std::optional<double> broken_s_;
+  double next_pose_s_ = 0.0, strength_ = 0.0;
+  std::unique_ptr<Pressing> pressing_;
+  std::unique_ptr<fracture::ExplicitSolid> solid_;
+  std::unique_ptr<fracture::Cracker> cracker_;
+  std::vector<CrackSummary::Split> splits_;
+  std::vector<Contact> contacts_;
+  std::size_t contacts_kept_ = 0;
+  std::vector<char> touched_;
+  std::vector<Version> versions_;
+  std::vector<Kept> frames_;
+};
+
+}  // namespace klang::scene::detail

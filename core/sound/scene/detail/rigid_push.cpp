@@ -1,0 +1,100 @@
+#include "core/sound/scene/detail/rigid_push.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "core/physics/rigid/convex_parts.hpp"
+
+namespace klang::scene::detail {
+
+using Eigen::Vector3d;
+
+PressedBody::PressedBody(const rigid::RigidWorld& world, int body) : body_(body) {
+  const rigid::RigidBodySpec& spec = world.spec(body);
+  fixed_ = spec.fixed;
+  mass_kg_ = spec.mass_kg;
+  ball_radius_m_ = spec.ball_radius_m;
+  reach_m_ = 0.5 * spec.size_m();
+  skin_ = spec.skin;
+  inertia_ = spec.inertia_kg_m2;
+  body_centre_m_ = spec.centre_m;
+  for (const rigid::ConvexPart& part : spec.parts) {
+    const mesh::SurfaceMesh hull = rigid::hull_of(part);
+    std::vector<Plane> planes;
+    for (Eigen::Index t = 0; t < hull.triangles.rows(); ++t) {
+      const auto corner = [&](int c) -> Vector3d { return hull.vertices_m.row(hull.triangles(t, c)).transpose(); };
+      const Vector3d across = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      if (!(across.norm() > 0.0)) continue;
+      const Vector3d normal = across.normalized();
+      planes.push_back({normal, normal.dot(corner(0))});
+    }
+    parts_.push_back(std::move(planes));
+  }
+}
+
+void PressedBody::begin(const rigid::RigidWorld& world, double dt_s, const Vector3d& gravity_m_s2) {
+  turn_ = world.pose(body_).orientation().toRotationMatrix();
+  gravity_ = fixed_ ? Vector3d::Zero() : gravity_m_s2;
+  velocity_ = world.velocity_m_s(body_) - lead_ - dt_s * gravity_;
+  spin_ = world.angular_velocity_rad_s(body_) - lead_spin_;
+  centre_ = end_centre_.value_or(world.centre_m(body_) - dt_s * velocity_);
+  end_centre_ = world.centre_m(body_);
+  begin_centre_ = centre_;
+  begin_velocity_ = velocity_;
+  inverse_inertia_ = turn_ * inertia_.inverse() * turn_.transpose();
+  gained_ = gained_spin_ = Vector3d::Zero();
+}
+
+void PressedBody::rewind() {
+  centre_ = begin_centre_;
+  velocity_ = begin_velocity_ + gained_;
+}
+
+void PressedBody::advance(double dt_s) {
+  velocity_ += 0.5 * dt_s * gravity_;
+  centre_ += dt_s * velocity_;
+  velocity_ += 0.5 * dt_s * gravity_;
+}
+
+bool PressedBody::is_near(const Vector3d& low, const Vector3d& high) const {
+  return (centre_.array() + reach_m_ >= low.array()).all() && (centre_.array() - reach_m_ <= high.array()).all();
+}
+
+std::optional<Depth> PressedBody::depth_of(const Vector3d& x) const {
+  const Vector3d arm = x - centre_;
+  const double far = arm.norm();
+  if (!(far < reach_m_)) return {};
+  if (ball_radius_m_ > 0.0) return Depth{ball_radius_m_ - far, far > 0.0 ? Vector3d(arm / far) : Vector3d::UnitZ()};
+  const Vector3d own = turn_.transpose() * arm + body_centre_m_;
+  for (const std::vector<Plane>& planes : parts_) {
+    Depth nearest{HUGE_VAL, Vector3d::Zero()};
+    for (const Plane& plane : planes) {
+      const double depth = plane.offset_m - plane.normal.dot(own);
+      if (depth < nearest.depth_m) nearest = {depth, plane.normal};
+      if (depth <= 0.0) break;
+    }
+    if (nearest.depth_m > 0.0 && std::isfinite(nearest.depth_m)) return Depth{nearest.depth_m, turn_ * nearest.out};
+  }
+  return {};
+}
+
+void PressedBody::push(const Vector3d& x, const Vector3d& impulse_n_s) {
+  if (fixed_) return;
+  const Vector3d along = impulse_n_s / mass_kg_, turning = inverse_inertia_ * (x - centre_).cross(impulse_n_s);
+  velocity_ += along;
+  gained_ += along;
+  spin_ += turning;
+  gained_spin_ += turning;
+}
+
+double PressedBody::end(rigid::RigidWorld& world) {
+  if (gained_.isZero(0.0) && gained_spin_.isZero(0.0) && lead_.isZero(0.0) && lead_spin_.isZero(0.0)) return 0.0;
+  const double before_j = world.ledger().work_j;
+  lead_ = 0.5 * gained_;
+  lead_spin_ = 0.5 * gained_spin_;
+  world.set_velocity(body_, velocity_ + lead_, spin_ + lead_spin_);
+  return world.ledger().work_j - before_j;
+}
+
+}  // namespace klang::scene::detail

@@ -1,0 +1,57 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include "core/physics/rigid/rigid_world.hpp"
+
+namespace klang::scene::detail {
+
+/// Where a point is inside a body: how deep, and the way out.
+struct Depth {
+  double depth_m = 0.0;
+  Eigen::Vector3d out = Eigen::Vector3d::Zero();  ///< unit
+};
+
+/// A rigid body while deforming ones press on it within a step of the world: it goes on from where the step began, with their
+/// impulses, and gives the world its new velocity at the end, with half a step's more of the same push: the world then moves it over the next
+/// step to where the push takes it, to second order.
+class PressedBody {
+ public:
+  PressedBody(const rigid::RigidWorld& world, int body);
+  void begin(const rigid::RigidWorld& world, double dt_s, const Eigen::Vector3d& gravity_m_s2);
+  /// @param x  in the world
+  std::optional<Depth> depth_of(const Eigen::Vector3d& x) const;
+  Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const { return velocity_ + spin_.cross(x - centre_); }
+  void push(const Eigen::Vector3d& x, const Eigen::Vector3d& impulse_n_s);
+  void advance(double dt_s);
+  void rewind();  ///< to the place where the step began, with what was gained so far
+  /// Energy that it got in this step [J].
+  double end(rigid::RigidWorld& world);
+  int body() const { return body_; }
+  const rigid::Skin& skin() const { return skin_; }
+  double mass_kg() const { return fixed_ ? 1e300 : mass_kg_; }
+  /// Sphere about its centre that holds it.
+  bool is_near(const Eigen::Vector3d& low, const Eigen::Vector3d& high) const;
+
+ private:
+  struct Plane {
+    Eigen::Vector3d normal;
+    double offset_m = 0.0;
+  };
+  int body_ = 0;
+  bool fixed_ = false;
+  double mass_kg_ = 0.0, ball_radius_m_ = 0.0, reach_m_ = 0.0;
+  rigid::Skin skin_;
+  Eigen::Matrix3d inertia_ = Eigen::Matrix3d::Zero(), turn_ = Eigen::Matrix3d::Identity(),
+                  inverse_inertia_ = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d body_centre_m_, centre_, velocity_, spin_, begin_centre_, begin_velocity_,
+      gravity_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gained_ = Eigen::Vector3d::Zero(), gained_spin_ = Eigen::Vector3d::Zero();  ///< in this step
+  Eigen::Vector3d lead_ = Eigen::Vector3d::Zero(),
+                  lead_spin_ = Eigen::Vector3d::Zero();  ///< that the world has beside the velocity
+  std::optional<Eigen::Vector3d> end_centre_;            ///< of the last step
+  std::vector<std::vector<Plane>> parts_;
+};
+
+}  // namespace klang::scene::detail

@@ -1,0 +1,136 @@
+#include "core/sound/scene/scene_cracking.hpp"
+
+#include <algorithm>
+
+#include "core/sound/scene/detail/deforming_body.hpp"
+
+namespace klang::scene {
+
+struct CrackingBodies::State {
+  const Scene& scene;
+  const SceneNotes& notes;
+  std::vector<std::unique_ptr<detail::DeformingBody>> bodies;
+  std::vector<detail::PressedBody> pressed;
+  std::vector<rigid::EnergyLedger> rows;  ///< of all cracking bodies, one per step of the world, and the start
+  bool met = false;
+
+  void add_row(double time_s);
+  void warn(const std::string& text);
+  void look_for_meetings();
+};
+
+void CrackingBodies::State::add_row(double time_s) {
+  rigid::EnergyLedger row;
+  row.time_s = time_s;
+  for (const auto& body : bodies) {
+    const fracture::SolidEnergies e = body->solid().energies();
+    row.kinetic_j += e.kinetic_j;
+    row.potential_j += e.potential_j;
+    row.strain_j += e.elastic_j;
+    row.viscous_j += e.viscous_j;
+    row.plastic_j += e.plastic_j;
+    row.contact_j += e.contact_j;
+    row.friction_j += e.friction_j;
+    row.correction_j += e.lost_j;
+    row.work_j += e.work_j;
+  }
+  // Bodies were put in with what they had.
+  row.work_j += rows.empty() ? row.sum_j() : rows.front().work_j;
+  row.residual_j = row.sum_j();
+  rows.push_back(row);
+}
+
+void CrackingBodies::State::warn(const std::string& text) {
+  if (notes.warning) notes.warning(text);
+}
+
+void CrackingBodies::State::look_for_meetings() {
+  if (met) return;
+  for (std::size_t a = 0; a < bodies.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      if (bodies[a]->box().intersects(bodies[b]->box())) {
+        met = true;
+        warn("bodies " + scene.bodies[static_cast<std::size_t>(bodies[b]->row())].name + " and " +
+             scene.bodies[static_cast<std::size_t>(bodies[a]->row())].name +
+             " come near each other: cracking bodies do not feel one another");
+      }
+}
+
+CrackingBodies::CrackingBodies(const Scene& scene, rigid::RigidWorld& world, std::uint64_t seed,
+                               const SceneNotes& notes, Monitor& monitor)
+    : state_(std::make_unique<State>(State{scene, notes, {}, {}, {}, false})) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].model != BodyModel::kCracking) continue;
+    const int row = static_cast<int>(i);
+    state_->bodies.push_back(
+        std::make_unique<detail::DeformingBody>(scene, row, world.spec(row), seed, notes, monitor));
+    world.remove(row);
+  }
+  if (!any()) return;
+  for (int i = 0; i < world.n_bodies(); ++i)
+    if (world.is_there(i)) state_->pressed.emplace_back(world, i);
+  for (const auto& body : state_->bodies) body->keep_frames(scene.pose_rate_hz);
+  state_->add_row(world.time_s());
+  state_->look_for_meetings();
+}
+CrackingBodies::~CrackingBodies() = default;
+
+bool CrackingBodies::any() const { return !state_->bodies.empty(); }
+
+void CrackingBodies::after_step(rigid::RigidWorld& world) {
+  if (!any()) return;
+  const double end_s = world.time_s(), dt_s = end_s - state_->rows.back().time_s;
+  auto& pressed = state_->pressed;
+  pressed.erase(std::remove_if(pressed.begin(), pressed.end(),
+                               [&](const detail::PressedBody& body) { return !world.is_there(body.body()); }),
+                pressed.end());
+  for (int i = pressed.empty() ? 0 : pressed.back().body() + 1; i < world.n_bodies(); ++i)
+    if (world.is_there(i)) pressed.emplace_back(world, i);  // pieces that are new
+  for (detail::PressedBody& other : pressed) other.begin(world, dt_s, state_->scene.solver.gravity_m_s2);
+  for (std::size_t i = 0; i < state_->bodies.size(); ++i) {
+    if (i > 0)  // each presses over the whole step, on the velocity that those before it left
+      for (detail::PressedBody& other : pressed) other.rewind();
+    state_->bodies[i]->advance(end_s, pressed);
+  }
+  for (detail::PressedBody& other : pressed)
+    if (const double got_j = other.end(world); got_j != 0.0) world.book(&rigid::EnergyLedger::contact_j, -got_j);
+  for (const auto& body : state_->bodies) body->keep_frames(state_->scene.pose_rate_hz);
+  state_->add_row(end_s);
+  state_->look_for_meetings();
+}
+
+void CrackingBodies::add_to(SceneMotion& motion) const {
+  const std::size_t n = std::min(motion.ledger.size(), state_->rows.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    rigid::EnergyLedger& row = motion.ledger[i];
+    const rigid::EnergyLedger& add = state_->rows[i];
+    for (double rigid::EnergyLedger::*entry :
+         {&rigid::EnergyLedger::kinetic_j, &rigid::EnergyLedger::potential_j, &rigid::EnergyLedger::strain_j,
+          &rigid::EnergyLedger::viscous_j, &rigid::EnergyLedger::plastic_j, &rigid::EnergyLedger::contact_j,
+          &rigid::EnergyLedger::friction_j, &rigid::EnergyLedger::correction_j, &rigid::EnergyLedger::work_j,
+          &rigid::EnergyLedger::residual_j})
+      row.*entry += add.*entry;
+  }
+  CrackSummary summary;
+  bool apart = false;
+  for (const auto& body : state_->bodies) {
+    body->add_to(state_->scene, motion);
+    summary.n_splits += body->cracker().n_splits();
+    summary.n_elements_start += body->n_elements_start();
+    summary.n_elements_end += body->solid().mesh().n_elements();
+    summary.dissipation_j += body->solid().energies().plastic_j;
+    summary.max_strain = std::max(summary.max_strain, body->solid().largest_plastic_strain());
+    summary.faces.insert(summary.faces.end(), body->cracker().faces().begin(), body->cracker().faces().end());
+    summary.splits.insert(summary.splits.end(), body->splits().begin(), body->splits().end());
+    apart = apart || body->n_pieces() > 1;
+  }
+  if (apart)
+    summary.warnings.push_back("pieces of cracking bodies do not feel one another: they can pass through each other");
+  if (const double gamma2 = 2.0 * summary.max_strain; gamma2 > fracture::kDoubtfulGamma2)
+    summary.warnings.push_back("plastic strain of norm " + std::to_string(summary.max_strain) +
+                               ": its rest shape has lost some volume (erratum 68)");
+  motion.log.sort();
+  motion.cracks = std::move(summary);
+}
+
+}  // namespace klang::scene

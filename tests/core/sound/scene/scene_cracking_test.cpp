@@ -1,0 +1,112 @@
+// Cracking bodies in scenes: a bar that is drawn apart, a ball on a wall, what is refused.
+#include "core/sound/scene/scene_cracking.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "core/foundation/base/errors.hpp"
+
+namespace klang::scene {
+namespace {
+
+class SceneCracking : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(::testing::TempDir()) / ("cracking-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+    write("still.csv", "time_s,x,y,z\n0,0,0,0\n");
+    write("pull.csv", "time_s,x,y,z\n0,0,0,0\n0.01,0.1,0,0\n");
+    write("jump.csv", "time_s,x,y,z\n0,0.1,0,0\n");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+  Scene scene(const std::string& text) const { return parse_scene(text, folder_ / "scene.toml"); }
+
+  static std::string material() {
+    return "[[material]]\nname = \"soft\"\nlame_lambda_pa = 4e6\nlame_mu_pa = 4e6\ndensity_kg_m3 = 1000\n";
+  }
+  static std::string bar(const std::string& crack, const std::string& pull = "pull.csv") {
+    return "duration_s = 0.04\n[world]\ngravity_m_s2 = [0, 0, 0]\n" + material() +
+           "[[body]]\nname = \"bar\"\nmaterial = \"soft\"\nmodel = \"cracking\"\nsound = \"none\"\nmax_edge_m = 0.06\n"
+           "shape = { kind = \"box\", length_m = 0.3, width_m = 0.1, height_m = 0.1 }\n[crack]\n" +
+           crack + "\n[[hold]]\nbody = \"bar\"\nwhere = \"x=min\"\ncsv = \"still.csv\"\n" +
+           "[[hold]]\nbody = \"bar\"\nwhere = \"x=max\"\nkind = \"velocity\"\ncsv = \"" + pull + "\"\n";
+  }
+  std::filesystem::path folder_;
+};
+
+const char* const kCrack = "strength_pa = 5e4\nviscosity_mu_pa_s = 400\nviscosity_lambda_pa_s = 400";
+
+TEST_F(SceneCracking, ABarThatIsDrawnApartPartsAtItsStrengthAndEveryJouleIsAccountedFor) {
+  const SceneMotion motion = move(scene(bar(kCrack)));
+  ASSERT_TRUE(motion.cracks.has_value());
+  EXPECT_LE(motion.residual_relative, 1e-3);
+  EXPECT_GT(motion.ledger.back().work_j, 0.0);
+  EXPECT_GT(motion.ledger.back().viscous_j, 0.0);
+  ASSERT_FALSE(motion.cracks->splits.empty());
+  EXPECT_LE(std::abs(motion.cracks->splits.front().largest_stress_pa / 5e4 - 1.0), 0.05);
+  // Drawn at v from a ramp of 10 ms: strain v (t - 5 ms)/L, Young's modulus 1e7.
+  const double strain = 0.1 * (motion.cracks->splits.front().time_s - 0.005) / 0.3;
+  EXPECT_LE(std::abs(strain * 1e7 / 5e4 - 1.0), 0.1);
+  ASSERT_GE(motion.mass_kg.size(), 3u);
+  double pieces = 0.0;
+  for (std::size_t i = 1; i < motion.mass_kg.size(); ++i) {
+    pieces += motion.mass_kg[i];
+    EXPECT_EQ(motion.log.bodies[i].parent, 0);
+  }
+  EXPECT_LE(std::abs(pieces / motion.mass_kg[0] - 1.0), 1e-12);
+  EXPECT_LE(std::abs(motion.mass_kg[0] - 3.0), 1e-9);
+  EXPECT_NO_THROW(motion.log.validate());
+}
+
+TEST_F(SceneCracking, WithoutStressItStaysWholeAndABodyThatFlowsSaysHowMuch) {
+  const SceneMotion still = move(scene(bar(kCrack, "still.csv")));
+  EXPECT_EQ(still.cracks->n_splits, 0);
+  EXPECT_EQ(still.mass_kg.size(), 1u);
+  const SceneMotion flowing =
+      move(scene(bar("strength_pa = 1e9\nyield_stress_pa = 2e4\nplastic_strain_limit = 0.1\nviscosity_mu_pa_s = 400")));
+  EXPECT_EQ(flowing.cracks->n_splits, 0);
+  EXPECT_GT(flowing.cracks->dissipation_j, 0.0);
+  EXPECT_GT(flowing.cracks->max_strain, 0.0);
+  EXPECT_LE(flowing.cracks->max_strain, 0.1);
+  EXPECT_LE(flowing.residual_relative, 1e-3);
+}
+
+TEST_F(SceneCracking, ABallGivesItsMomentumToTheBlockThatItStrikes) {
+  const std::string text =
+      "duration_s = 0.02\n[world]\ngravity_m_s2 = [0, 0, 0]\n" + material() +
+      "[[body]]\nname = \"block\"\nmaterial = \"soft\"\nmodel = \"cracking\"\nsound = \"none\"\nmax_edge_m = 0.05\n"
+      "shape = { kind = \"box\", length_m = 0.1, width_m = 0.1, height_m = 0.1 }\n"
+      "[[body]]\nname = \"ball\"\nmaterial = \"soft\"\nsound = \"none\"\nposition_m = [-0.105, 0.003, 0.002]\n"
+      "velocity_m_s = [1, 0, 0]\nshape = { kind = \"sphere\", radius_m = 0.05 }\n[crack]\nstrength_pa = 1e9\n";
+  const SceneMotion motion = move(scene(text));
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < 2; ++i) momentum += motion.mass_kg[i] * motion.final[i].velocity_m_s;
+  EXPECT_LE((momentum - motion.mass_kg[1] * Eigen::Vector3d::UnitX()).norm(), 1e-9 * motion.mass_kg[1]);
+  EXPECT_GT(motion.final[0].velocity_m_s.x(), 0.1);
+  EXPECT_LE(motion.residual_relative, 1e-3);
+  EXPECT_FALSE(motion.log.impulses.empty());
+}
+
+TEST_F(SceneCracking, WhatItCannotDoIsRefused) {
+  EXPECT_THROW(scene(bar("strength_pa = 0")), InputError);
+  EXPECT_THROW(scene(bar("")), InputError);
+  EXPECT_THROW(scene(bar("strength_pa = 1\ntoughness_n = 1")), InputError);
+  EXPECT_THROW(scene(bar("strength_pa = 1\nyield_stress_pa = 1\nplastic_strain_limit = 0.6124")), InputError);
+  EXPECT_THROW(move(scene(bar("strength_pa = 1\nintegrator = \"euler\""))), InputError);
+  EXPECT_THROW(move(scene(bar(kCrack) + "[[hold]]\nbody = \"bar\"\nwhere = \"x=max\"\ncsv = \"still.csv\"\n")),
+               InputError);
+  std::string jumps = bar(kCrack, "jump.csv");
+  jumps.replace(jumps.find("velocity"), 8, "position");
+  EXPECT_THROW(scene(jumps), InputError);
+  std::string endless = bar(kCrack);
+  endless.erase(0, endless.find('\n') + 1);
+  EXPECT_THROW(scene(endless), InputError);
+}
+
+}  // namespace
+}  // namespace klang::scene

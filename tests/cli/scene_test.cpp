@@ -158,3 +158,62 @@ TEST_F(KlangScene, AnEarlierEndWithoutSoundIsMotionAlone) {
 }
 
 }  // namespace
+
+TEST_F(KlangScene, ACrackingBarWritesItsFacesAndSplits) {
+  scratch_.write("still.csv", "time_s,x,y,z\n0,0,0,0\n");
+  scratch_.write("pull.csv", "time_s,x,y,z\n0,0,0,0\n0.01,0.1,0,0\n");
+  const std::string scene = R"(
+duration_s = 0.035
+[world]
+gravity_m_s2 = [0, 0, 0]
+[[material]]
+name = "soft"
+lame_lambda_pa = 4e6
+lame_mu_pa = 4e6
+density_kg_m3 = 1000
+[[body]]
+name = "bar"
+shape = { kind = "box", length_m = 0.3, width_m = 0.1, height_m = 0.1 }
+material = "soft"
+model = "cracking"
+max_edge_m = 0.06
+sound = "none"
+[crack]
+strength_pa = 5e4
+viscosity_mu_pa_s = 400
+[[hold]]
+body = "bar"
+where = "x=min"
+csv = "still.csv"
+[[hold]]
+body = "bar"
+where = "x=max"
+kind = "velocity"
+csv = "pull.csv"
+)";
+  scratch_.write("crack.toml", scene);
+  const RunResult run = run_klang("scene run crack.toml -o out", scratch_.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json result = read_json(scratch_.path() / "out/scene.json");
+  const std::vector<std::string> faces = lines_of(read_file(scratch_.path() / "out/crack_faces.csv"));
+  EXPECT_EQ(faces[0], "x_m,y_m,z_m,nx,ny,nz,area_m2,time_s");
+  double area = 0.0;
+  for (std::size_t i = 1; i < faces.size(); ++i) {
+    std::istringstream cells(faces[i]);
+    std::string cell;
+    for (int k = 0; k < 7; ++k) std::getline(cells, cell, ',');
+    area += std::stod(cell);
+  }
+  EXPECT_NEAR(area / result["cracks"]["new_area_m2"].get<double>(), 1.0, 1e-12);
+  EXPECT_EQ(result["events"][0]["kind"], "split");
+  EXPECT_GT(result["cracks"]["n_splits"].get<int>(), 0);
+  EXPECT_LE(result["ledger"]["residual_relative"].get<double>(), 1e-3);
+  EXPECT_NE(read_file(scratch_.path() / "out/ledger.csv").find("viscous_j,plastic_j"), std::string::npos);
+  std::string zero = scene;
+  zero.replace(zero.find("5e4"), 3, "0.0");
+  scratch_.write("zero.toml", zero);
+  const RunResult refused = run_klang("scene run zero.toml -o no", scratch_.path());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(refused.err_lines(), 1);
+  EXPECT_NE(refused.err.find("strength_pa"), std::string::npos);
+}

@@ -102,7 +102,7 @@ TEST(SceneParser, DocumentationHoldsTheKeys) {
 TEST(SceneParser, EveryExampleSceneCanBeRun) {
   const std::filesystem::path scenes = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes";
   int n = 0;
-  for (const char* folder : {"s02", "sb"}) {
+  for (const char* folder : {"s02", "sb", "b99", "d02"}) {
     for (const auto& entry : std::filesystem::directory_iterator(scenes / folder)) {
       if (entry.path().extension() != ".toml") continue;
       ++n;

@@ -30,6 +30,8 @@ namespace klang::apps {
   MEMBER(scene, run) \
   MEMBER(scene, sound) \
   MEMBER(scene, info) \
+  MEMBER(scene, import) \
+  MEMBER(scene, export) \
   COMMAND(converge) \
   GROUP(regress, "Recordings and models against a reference spectrum") \
   MEMBER(regress, make) \

@@ -1,0 +1,146 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/physics/bubble/bubble_physics.hpp"
+#include "core/physics/entrainment/tracked_bubbles.hpp"
+#include "core/sound/audio/sound_file.hpp"
+#include "core/sound/bem/radiating_surface.hpp"
+#include "core/sound/liquid_scene/bubbles_stage.hpp"
+#include "core/sound/liquid_scene/liquid_transfer.hpp"
+#include "core/sound/liquid_scene/sound_stage.hpp"
+#include "core/sound/liquid_scene/transfer_stage.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A ball of liquid at rest, for a tenth of a second; drops beside it.
+class BallFrames : public liquid::LiquidFrames {
+ public:
+  explicit BallFrames(bool with_drop = false) {
+    for (int i = 0; i < 11; ++i) times_.push_back(0.01 * i);
+    surface_.surface = acoustics::geodesic_sphere(0.05, 6);
+    if (with_drop) {
+      const mesh::SurfaceMesh drop = acoustics::geodesic_sphere(0.01, 2);
+      const auto n = surface_.surface.vertices_m.rows(), m = surface_.surface.triangles.rows();
+      surface_.surface.vertices_m.conservativeResize(n + drop.vertices_m.rows(), 3);
+      surface_.surface.vertices_m.bottomRows(drop.vertices_m.rows()) =
+          drop.vertices_m.rowwise() + Eigen::RowVector3d(0.2, 0.0, 0.0);
+      surface_.surface.triangles.conservativeResize(m + drop.triangles.rows(), 3);
+      surface_.surface.triangles.bottomRows(drop.triangles.rows()) = drop.triangles.array() + static_cast<int>(n);
+    }
+    surface_.region.assign(static_cast<std::size_t>(surface_.surface.triangles.rows()), 0);
+  }
+  std::span<const double> time_s() const override { return times_; }
+  liquid::LiquidSurface boundary(std::size_t) const override { return surface_; }
+  double phi_m(std::size_t, const Vector3d& x) const override { return x.norm() - 0.05; }
+  std::optional<Vector3d> velocity_m_s(std::size_t, const Vector3d&) const override { return Vector3d(0, 0, 0); }
+  double cell_m() const override { return 0.01; }
+
+ private:
+  std::vector<double> times_;
+  liquid::LiquidSurface surface_;
+};
+
+LiquidScene scene_of(const std::string& method) {
+  return parse_liquid_scene(
+      "[domain]\nsize_m = [0.16, 0.16, 0.16]\ncell_m = 0.02\nduration_s = 0.1\n[[pool]]\ndepth_m = 0.1\n"
+      "[transfer]\nmethod = \"" +
+          method + "\"\nliquid_loss_factor = 0.0\n[listener]\nmode = \"mono\"\nposition_m = [0.3, 0.2, 0.4]\n",
+      "scene.toml", ".");
+}
+
+entrainment::BubblePath central(double frequency_hz) {
+  entrainment::BubblePath path;
+  path.id = 1;
+  path.radius_m = 2e-3;
+  path.time_s = {0.0, 0.1};
+  path.position_m = {Vector3d(0, 0, 0), Vector3d(0, 0, 0)};
+  path.phi_m = {-0.05, -0.05};
+  path.frequency_hz = {frequency_hz, frequency_hz};
+  return path;
+}
+
+TEST(LiquidTransfer, OfACentralBubbleIsTheClosedFormAtItsPitchByBothMethods) {
+  const BallFrames frames;
+  const double f = 1640.0, omega = 2.0 * kPi * f, kf = omega / 1497.0, ka = omega / 343.0, a = 0.05;
+  const double distance = Vector3d(0.3, 0.2, 0.4).norm();
+  for (const char* method : {"reciprocal", "forward"}) {
+    const LiquidScene scene = scene_of(method);
+    const LiquidTransfer found = find_transfer(&frames, {central(f)}, scene, 1, silent_monitor());
+    EXPECT_GE(found.n_solves, 5);
+    ASSERT_TRUE(found.error_estimate.has_value());
+    EXPECT_LE(*found.error_estimate, 0.05);
+    const bubble::TransferSeries series(found.rows[0], "rows");
+    const double radius = bubble::bubble_radius_m(f, scene.sound.medium),
+                 strength = 4.0 * kPi * 1000.0 * omega * omega * radius * radius;
+    const double exact = 1.2041e-3 * strength * kf / (4.0 * kPi * a * std::sin(kf * a)) * a * a /
+                         std::sqrt(1.0 + ka * ka * a * a) / distance;
+    for (const double t : {0.0, 0.015, 0.03})
+      EXPECT_LE(std::abs(std::abs(series.at(t, f)) / exact - 1.0), 0.03) << method << " " << t;
+  }
+}
+
+TEST(LiquidTransfer, HalfSpaceNeedsNoFramesAndUnitNoRows) {
+  const LiquidTransfer half = find_transfer(nullptr, {central(1640.0)}, scene_of("half_space"), 1, silent_monitor());
+  EXPECT_EQ(half.n_solves, 0);
+  EXPECT_FALSE(half.rows[0].empty());
+  EXPECT_TRUE(find_transfer(nullptr, {central(1640.0)}, scene_of("unit"), 1, silent_monitor()).rows[0].empty());
+}
+
+TEST(LiquidTransfer, ABubbleInADropBesideTheBodyFallsBackAndIsCounted) {
+  const BallFrames frames(true);
+  entrainment::BubblePath away = central(1640.0);
+  for (Vector3d& x : away.position_m) x.x() = 0.2;
+  const LiquidTransfer found = find_transfer(&frames, {away}, scene_of("reciprocal"), 1, silent_monitor());
+  EXPECT_EQ(found.n_half_space, 1U);
+  EXPECT_EQ(found.n_solves, 0);
+  EXPECT_FALSE(found.rows[0].empty());
+}
+
+TEST(MainBody, IsTheLargestWithItsHollowsAndWithoutDrops) {
+  const bubble::BoundaryMesh body = main_body(BallFrames(true).boundary(0), 0.01);
+  EXPECT_EQ(body.surface.triangles.rows(), 20 * 36);
+  EXPECT_LE(std::abs(bubble::LiquidBoundary(body).volume_m3() / (4.0 / 3.0 * kPi * 1.25e-4) - 1.0), 1e-6);
+}
+
+/// A folder as after the stage bubbles, of one bubble of this pitch, and the sound of it.
+TEST(SoundStage, RingsAtThePitchOfThePathAndIsTheSameTwice) {
+  const auto path = std::filesystem::temp_directory_path() / ("klang-heard-" + std::to_string(::getpid()));
+  std::filesystem::create_directories(path);
+  const RunFolder folder(path);
+  entrainment::BubblePath rising = central(1500.0);
+  rising.time_s = {0.0, 0.01, 0.02, 0.03, 0.1};
+  rising.position_m.assign(5, Vector3d(0, 0, 0));
+  rising.phi_m.assign(5, -0.05);
+  rising.frequency_hz = {1500.0, 1500.0, 1500.0, 1500.0, 1500.0};
+  entrainment::write_tracked_bubbles(folder.file("bubbles.trk"), {rising});
+  const LiquidScene scene = scene_of("unit");
+  std::string first;
+  for (int turn = 0; turn < 2; ++turn) {
+    RunDocument document;
+    document.n_bubbles = 1;
+    StageRun run{scene, folder, document, 1, 0.1, 60.0, false, silent_monitor(), [](const std::string&) {}};
+    run_transfer(run);
+    EXPECT_EQ(document.transfer->method, "unit");
+    run_sound(run);
+    EXPECT_GT(document.sound->peak_pressure_pa, 0.0);
+    const std::string bytes = read_file(folder.file("sound.wav"));
+    if (turn == 0) first = bytes;
+    EXPECT_EQ(bytes, first);
+  }
+  const audio::Signal sound = audio::read_sound(folder.file("sound.wav"));
+  int n_turns = 0;  // of sign, in 30 ms
+  const auto n = static_cast<Eigen::Index>(0.03 * sound.sample_rate_hz);
+  for (Eigen::Index i = 1; i < n; ++i) n_turns += sound.samples(i - 1, 0) * sound.samples(i, 0) < 0.0 ? 1 : 0;
+  EXPECT_LE(std::abs(n_turns - 90), 1);
+  std::filesystem::remove_all(path);
+}
+
+}  // namespace
+}  // namespace klang::liquid_scene

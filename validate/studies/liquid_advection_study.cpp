@@ -92,9 +92,9 @@ Level carry(const Case& c, Monitor& monitor) {
     liquid::advect_level_set(shape, u, step_s, 5.0 * h, phi);
     liquid::advect_particles(shape, u, everywhere, step_s, particles);
     particles.sort(shape);
-    liquid::correct_by_particles(shape, particles, open, 0.35 * h, 1.2 * h, phi);
+    liquid::correct_by_particles(shape, particles, open, {}, phi);
     liquid::redistance(shape, 3.0 * h, 10.0, phi);
-    liquid::shift_to_volume(shape, open, c.exact * h * shape.ny, 0.05 * h, phi);
+    liquid::shift_to_volume(shape, open, c.exact * h * shape.ny, 0.25 * h, phi);
   }
   Level level;
   level.h_m = h;

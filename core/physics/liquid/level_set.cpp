@@ -48,6 +48,16 @@ bool changes_sign(const Field& phi, int i, int j, int k) {
          (phi.clamped(i, j, k - 1) < 0.0) != wet || (phi.clamped(i, j, k + 1) < 0.0) != wet;
 }
 
+/// |grad phi| by differences towards the surface (Godunov), which kinks behind the cell do not blur.
+double slope_from_surface(const Field& phi, double h, int i, int j, int k) {
+  const double here = phi(i, j, k), sign = here < 0.0 ? -1.0 : 1.0;
+  const auto fall = [&](double low, double high) { return std::max({sign * (here - low), sign * (here - high), 0.0}); };
+  const double x = fall(phi.clamped(i - 1, j, k), phi.clamped(i + 1, j, k)),
+               y = fall(phi.clamped(i, j - 1, k), phi.clamped(i, j + 1, k)),
+               z = fall(phi.clamped(i, j, k - 1), phi.clamped(i, j, k + 1));
+  return std::sqrt(x * x + y * y + z * z) / h;
+}
+
 /// |grad u| = 1 from the smallest neighbours along the axes.
 double eikonal(double a, double b, double c, double h) {
   if (a > b) std::swap(a, b);
@@ -117,7 +127,7 @@ void redistance(const GridShape& shape, double keep_m, double reach_m, Field& ph
         if (!(value < keep_m) && !(value < 2.0 * h)) continue;
         const bool near = value < 2.0 * h && changes_sign(phi, i, j, k);
         if (!near && !(value < keep_m)) continue;
-        const double slope = slope_at(phi, h, i, j, k).norm();
+        const double slope = slope_from_surface(phi, h, i, j, k);
         const bool even = slope > 0.7 && slope < 1.4;
         if (!near && !even) continue;
         frozen(i, j, k) = 1;
@@ -322,8 +332,9 @@ void continue_into_air(const GridShape& shape, const Field& phi, const Grid3<std
 }
 
 std::size_t correct_by_particles(const GridShape& shape, const Particles& particles, const SolidField& solid,
-                                 double radius_m, double reach_m, Field& phi) {
-  const double h = shape.cell_m;
+                                 const ParticleCorrection& correction, Field& phi) {
+  const double h = shape.cell_m, outside_m = correction.outside_cells * h;
+  const double radius_m = correction.radius_cells * h, reach_m = correction.reach_cells * h;
   const Field before = phi;
   std::vector<std::size_t> changed(static_cast<std::size_t>(shape.nz), 0);
   std::vector<std::uint8_t> outside(particles.size(), 0);
@@ -331,7 +342,7 @@ std::size_t correct_by_particles(const GridShape& shape, const Particles& partic
     for (std::size_t c = begin; c < end; ++c) {
       if (before[c] < -h) continue;
       for (std::size_t p = particles.begin[c]; p < particles.begin[c + 1]; ++p)
-        outside[p] = at_centres(before, particles.x_m[p], h) > radius_m ? 1 : 0;
+        outside[p] = at_centres(before, particles.x_m[p], h) > outside_m ? 1 : 0;
     }
   });
   for_layers(shape.nz, [&](int k) {

@@ -47,9 +47,15 @@ void extrapolate(const GridShape& shape, int layers, MacGrid& u, FaceMask& known
 void continue_into_air(const GridShape& shape, const Field& phi_m, const Grid3<std::uint8_t>& liquid,
                        const FaceMask& valid, MacGrid& u);
 
-/// Corrects phi where particles know better: those outside the liquid by more than radius_m bring a ball of that radius with them
-/// (Enright et al. 2002, inside only), liquid farther than reach_m from every particle ends. @return how many cells changed sign
+/// Where particles know better than the level set.
+struct ParticleCorrection {
+  double outside_cells =
+      0.1;  ///< a particle that is outside by more brings a ball of liquid with it (Enright et al. 2002, inside only)
+  double radius_cells = 0.3;  ///< of the ball
+  double reach_cells = 0.8;   ///< liquid farther than this from every particle ends
+};
+/// @return how many cells changed sign
 std::size_t correct_by_particles(const GridShape& shape, const Particles& particles, const SolidField& solid,
-                                 double radius_m, double reach_m, Field& phi_m);
+                                 const ParticleCorrection& correction, Field& phi_m);
 
 }  // namespace klang::liquid

@@ -17,8 +17,7 @@ using Eigen::Vector3f;
 
 constexpr double kBandCells = 5.0, kKeepCells = 3.0;  // phi is carried, and kept, this far from the surface
 constexpr int kAirLayers = 5;
-constexpr double kOutsideCells = 0.35, kReachCells = 1.2;
-constexpr double kMostShiftCells = 0.05;  // per step, to keep the volume
+constexpr double kMostShiftCells = 0.25;  // per step, to keep the volume where drops merge
 
 double box_distance(const Vector3d& x, const Vector3d& low, const Vector3d& high) {
   const Vector3d q = (x - 0.5 * (low + high)).cwiseAbs() - 0.5 * (high - low);
@@ -283,7 +282,7 @@ LiquidStep Liquid::step(double step_s) {
     for (std::size_t p = 0; p < particles_.size(); ++p)
       if (box_distance(particles_.x_m[p], outlet.low_m, outlet.high_m) < 0.0) keep_[p] = 0;
   particles_.sort(shape, &keep_);
-  correct_by_particles(shape, particles_, solid_, kOutsideCells * h, kReachCells * h, phi_);
+  correct_by_particles(shape, particles_, solid_, {}, phi_);
   drain();
   redistance(shape, kKeepCells * h, 2.0 * shape.size_m().norm(), phi_);
   keep_volume();

@@ -66,6 +66,12 @@ TEST(MultipoleStudy, ReproducesTheTruncationTableAndTheRateOfTheSeries) {
   EXPECT_LE(spread_db(study.fields.balloons.at(1)), 1.0);
 }
 
+TEST(LiquidColumnStudy, PressureConvergesAtOrderTwoAtSixteenPlaces) {
+  const Study study = run_study("liquid-column", {.levels = 4, .only = {}, .fields = false});
+  expect_passed(study);
+  for (const Level& level : study.series[0].levels) EXPECT_EQ(level.points.size(), 16U);
+}
+
 TEST(BemStudy, OrderTwoAlsoAtTheInteriorResonances) {
   for (const char* id : {"pulsating-kapi", "dipole-ka4.4934"}) {
     const Study study = run_study("bem", {.levels = 3, .only = id, .fields = false});

@@ -16,6 +16,7 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr double kBandCells = 5.0, kKeepCells = 3.0;  // phi is carried, and kept, this far from the surface
+constexpr double kReachCells = 8.0;                   // and a distance this far
 constexpr int kAirLayers = 5;
 constexpr double kMostShiftCells = 0.25;  // per step, to keep the volume where drops merge
 
@@ -284,7 +285,7 @@ LiquidStep Liquid::step(double step_s) {
   particles_.sort(shape, &keep_);
   correct_by_particles(shape, particles_, solid_, {}, phi_);
   drain();
-  redistance(shape, kKeepCells * h, 2.0 * shape.size_m().norm(), phi_);
+  redistance(shape, kKeepCells * h, kReachCells * h, phi_);
   keep_volume();
 
   time_s_ += step_s;
@@ -423,6 +424,12 @@ void Liquid::keep_volume() {
   const double expected = start_volume_ + inflow_ - outflow_, most = kMostShiftCells * shape.cell_m;
   volume_ = setup_.options.keep_volume && expected > 0.0 ? shift_to_volume(shape, solid_, expected, most, phi_)
                                                          : liquid_volume_m3(shape, phi_, solid_);
+}
+
+Field Liquid::distance_m() const {
+  Field distance = phi_;
+  redistance(setup_.shape, kKeepCells * setup_.shape.cell_m, 2.0 * setup_.shape.size_m().norm(), distance);
+  return distance;
 }
 
 double Liquid::centre_of_mass_z_m() const {

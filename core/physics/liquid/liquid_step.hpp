@@ -105,7 +105,8 @@ class Liquid {
   double time_s() const { return time_s_; }
   const LiquidSetup& setup() const { return setup_; }
   const GridShape& shape() const { return setup_.shape; }
-  const Field& phi_m() const { return phi_; }
+  const Field& phi_m() const { return phi_; }  ///< signed distance out to some cells from the surface
+  Field distance_m() const;                    ///< the same to the full depth
   const MacGrid& velocity_m_s() const { return u_; }
   const Field& pressure_m2_s2() const { return pressure_; }
   const Particles& particles() const { return particles_; }

@@ -108,7 +108,7 @@ class Flow {
     if (std::any_of(liquid_.solids().begin(), liquid_.solids().end(), [](const auto& solid) { return solid.moves(); }))
       solid_ = centres_of_solids();
     write_surface(run_.folder.frame_file(frame), liquid::liquid_surface(liquid_.shape(), liquid_.phi_m(), solid_));
-    write_fields(run_.folder.field_file(frame), liquid_.shape(), liquid_.phi_m(), liquid_.velocity_m_s());
+    write_fields(run_.folder.field_file(frame), liquid_.shape(), liquid_.distance_m(), liquid_.velocity_m_s());
     ++progress_.n_frames;
   }
 

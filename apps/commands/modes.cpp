@@ -34,7 +34,8 @@ constexpr int kMostModes = 500;
 constexpr double kErrorToWarnOf = 1e-3;
 
 modal::ModesMethod parsed_method(const std::string& word) {
-  return word == "harmonics"    ? modal::ModesMethod::kHarmonics
+  return word == "polynomial"   ? modal::ModesMethod::kPolynomial
+         : word == "harmonics"  ? modal::ModesMethod::kHarmonics
          : word == "tetrahedra" ? modal::ModesMethod::kTetrahedra
                                 : modal::ModesMethod::kAuto;
 }
@@ -62,7 +63,10 @@ void say_modes(const modal::ModesDocument& document, const mesh::TetMesh& mesh, 
                const CommonOptions& common) {
   say(common, "%d nodes, %d %s elements%s; %d rigid modes; ", mesh.n_nodes(), mesh.n_elements(),
       mesh.order() == 2 ? "quadratic" : "linear",
-      document.method == "harmonics" ? ", frequencies by harmonics of the section" : "", *document.n_rigid_modes);
+      document.method == "harmonics"    ? ", frequencies by harmonics of the section"
+      : document.method == "polynomial" ? ", frequencies by polynomials"
+                                        : "",
+      *document.n_rigid_modes);
   say(common, "%s\n",
       !document.none_missing   ? "completeness not checked"
       : *document.none_missing ? "none missing (proven)"
@@ -102,7 +106,10 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   if (how.method == modal::ModesMethod::kHarmonics && !modal::harmonics_apply(body, how.mass))
     throw InputError("--method", "needs a free body of revolution, p2 and no --lumped-mass", options.body.shape,
                      modal::harmonics_apply_to());
-  const bool harmonics = modal::chosen_method(body, how) == modal::ModesMethod::kHarmonics;
+  if (how.method == modal::ModesMethod::kPolynomial && !modal::polynomials_apply(body, how.mass))
+    throw InputError("--method", "polynomial needs a box that is free or held at a whole face, p2 and no --lumped-mass",
+                     options.body.shape, "box");
+  const modal::ModesMethod method = modal::chosen_method(body, how);
 
   monitor.progress("mesh", 0.0);
   mesh::BodyNotes notes;
@@ -121,7 +128,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
                                {"support", options.support},
                                {"count", options.count},
                                {"band_hz", {eigen.band.low_hz, eigen.band.high_hz}},
-                               {"method", harmonics ? "harmonics" : "tetrahedra"},
+                               {"method", modal::to_text(method)},
                                {"max_edge_m", options.body.max_edge_m},
                                {"refinement", options.body.refinement}};
   modal::ModesDocument document;
@@ -135,13 +142,18 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   document.n_nodes = mesh.n_nodes();
   document.n_elements = mesh.n_elements();
   document.element = mesh.order() == 2 ? "p2" : "p1";
-  document.method = harmonics ? "harmonics" : "tetrahedra";
+  document.method = modal::to_text(method);
   document.n_rigid_modes = result.n_rigid_modes;
   document.none_missing = result.none_missing;
   const Eigen::VectorXd frequency_hz = result.model.frequency_hz();
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
-    document.modes.push_back({static_cast<int>(i), frequency_hz[i], result.relative_residual[i], {}});
-    if (result.mesh_relative_error) document.modes.back().mesh_relative_error = (*result.mesh_relative_error)[i];
+    document.modes.push_back({static_cast<int>(i), frequency_hz[i], result.relative_residual[i], {}, {}});
+    if (!result.mesh_relative_error) continue;
+    const double error = (*result.mesh_relative_error)[i];
+    document.modes.back().mesh_relative_error = error;
+    // The estimate for tetrahedra is right to a sixth of itself; the others are bounds already.
+    document.modes.back().relative_error_bound =
+        method == modal::ModesMethod::kTetrahedra ? 2.0 * std::abs(error) : error;
   }
   if (const std::string warning = coarse_mesh_warning(document.modes); !warning.empty()) {
     document.header.warnings.push_back(warning);
@@ -181,11 +193,13 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
                                       "LOW:HIGH in Hz; what lies below is counted, not listed. Without it and without "
                                       "--count: from the lowest mode up, 500 at most")
                           ->capture_default_str();
-  app->add_option(
-         "--method", options->method,
-         "harmonics: a free body of revolution by Fourier in the angle, shapes sampled to the mesh; tetrahedra: the "
-         "mesh itself; auto: harmonics where they apply and no mesh size is asked for")
-      ->check(CLI::IsMember({"auto", "harmonics", "tetrahedra"}))
+  app->add_option("--method", options->method,
+                  "polynomial: a box, free or held at one face, by Legendre polynomials; harmonics: a free body of "
+                  "revolution by Fourier in "
+                  "the angle; shapes of both sampled to the mesh; tetrahedra: the mesh itself; auto: the first that "
+                  "applies, and "
+                  "tetrahedra where a mesh size is asked for")
+      ->check(CLI::IsMember({"auto", "polynomial", "harmonics", "tetrahedra"}))
       ->capture_default_str();
   app->add_flag("--no-mesh-error", options->no_mesh_error,
                 "Leave out each mode's estimated mesh error: a fifth of the time saved");

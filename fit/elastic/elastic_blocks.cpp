@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/physics/modal/box_modes.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 
 namespace klang::fit::detail {
@@ -199,11 +200,94 @@ class SectionBlocks : public ElasticBlocks {
   modal::AxisymmetricBody body_;
 };
 
+class BoxBlocks : public ElasticBlocks {
+ public:
+  BoxBlocks(const Specimen& specimen, const SpecimenBody& body)
+      : support_(specimen.support),
+        half_m_(modal::box_half_lengths_m(*specimen.shape)),
+        held_(*modal::held_faces(specimen.support, half_m_)),
+        degrees_(*body.polynomials),
+        mesh_(body.mesh),
+        body_(half_m_, degrees_, held_) {}
+  std::size_t n_blocks() const override { return body_.n_systems(); }
+  int multiplicity(std::size_t) const override { return 1; }
+  double volume_m3() const override { return body_.volume_m3(); }
+
+  BlockModes lowest(const solid::Material& material, const ReducedSpectrumOptions& options, bool) override {
+    const int least = std::max({1, options.count, options.min_count});
+    double highest_hz = options.band.high_hz;
+    std::vector<modal::HarmonicModes> all;
+    for (int round = 0; round < 40; ++round) {
+      // A few more than asked for: modes come into the band when material or dimensions change.
+      all = body_.modes_up_to(material, 1.15 * highest_hz);
+      if (count(all) >= least) break;
+      highest_hz *= 1.3;
+    }
+    BlockModes modes;
+    std::vector<int> counts;
+    for (const auto& system : all) {
+      modes.vectors.push_back(system.vectors);
+      counts.push_back(static_cast<int>(system.angular_frequency_sq.size()));
+    }
+    std::vector<modal::HarmonicModes> kept = all;
+    for (auto& system : kept) {
+      const auto n = (system.angular_frequency_sq.array() <= std::pow(2.0 * kPi * 1.02 * highest_hz, 2)).count();
+      system.angular_frequency_sq.conservativeResize(n);
+    }
+    modal::SampledModes sampled =
+        modal::sample_box_modes(body_, count(kept) >= least ? kept : all, mesh_, material, support_);
+    const auto limit = options.count > 0 ? options.count : std::max(4 * options.max_count, options.min_count);
+    const Eigen::Index n = std::min<Eigen::Index>(sampled.model.n_modes(), limit);
+    const modal::BoxBody lower(half_m_, modal::box_degrees_raised(half_m_, degrees_, -1), held_);
+    const auto bound = modal::box_error_bound(lower.lowest(material, counts), all, degrees_, held_);
+    modes.relative_error.resize(n);
+    for (Eigen::Index k = 0; k < n; ++k)
+      modes.relative_error[k] = bound[static_cast<std::size_t>(sampled.system[static_cast<std::size_t>(k)])]
+                                     [sampled.index[static_cast<std::size_t>(k)]];
+    for (std::size_t s = 0; s < body_.n_systems(); ++s) modes.result.n_rigid_modes += body_.n_rigid(s);
+    modes.result.status = modal::EigenStatus::kConverged;
+    modes.result.none_missing = true;
+    modes.result.model = std::move(sampled.model);
+    modes.result.model.angular_frequency_rad_s.conservativeResize(n);
+    modes.result.model.shapes.conservativeResize(Eigen::NoChange, n);
+    modes.result.relative_residual = sampled.relative_residual.head(n);
+    return modes;
+  }
+
+  std::vector<Eigen::MatrixXd> vectors(const solid::Material& material, const std::vector<int>& counts) override {
+    std::vector<Eigen::MatrixXd> vectors;
+    for (auto& system : body_.lowest(material, counts)) vectors.push_back(std::move(system.vectors));
+    return vectors;
+  }
+  Eigen::MatrixXd projected_mass(std::size_t, const Eigen::MatrixXd& basis) const override {
+    return 0.125 * body_.volume_m3() * basis.transpose() * basis;
+  }
+  BlockMatrices projected(std::size_t block, const Eigen::MatrixXd& basis) const override {
+    const auto stiffness = body_.projected(block, basis);
+    return {stiffness.lambda, stiffness.mu, projected_mass(block, basis)};
+  }
+
+ private:
+  static int count(const std::vector<modal::HarmonicModes>& modes) {
+    return std::accumulate(modes.begin(), modes.end(), 0, [](int n, const modal::HarmonicModes& system) {
+      return n + static_cast<int>(system.angular_frequency_sq.size());
+    });
+  }
+
+  solid::Support support_;
+  Eigen::Vector3d half_m_;
+  modal::HeldFaces held_;
+  modal::BoxDegrees degrees_;
+  const mesh::TetMesh& mesh_;
+  modal::BoxBody body_;
+};
+
 }  // namespace
 
 std::unique_ptr<ElasticBlocks> elastic_blocks(const Specimen& specimen, const SpecimenBody& body,
                                               std::size_t like_blocks, Monitor& monitor) {
   if (body.section) return std::make_unique<SectionBlocks>(specimen, body, like_blocks);
+  if (body.polynomials) return std::make_unique<BoxBlocks>(specimen, body);
   return std::make_unique<TetBlocks>(specimen, body, monitor);
 }
 

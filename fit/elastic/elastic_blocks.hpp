@@ -23,7 +23,7 @@ struct BlockModes {
 };
 
 /// One discretised body as blocks that do not couple, whatever the material: tetrahedra make one block, a free body of
-/// revolution one for each harmonic, whose modes above harmonic 0 come in pairs.
+/// revolution one for each harmonic, whose modes above harmonic 0 come in pairs, a box one for each set of parities.
 class ElasticBlocks {
  public:
   virtual ~ElasticBlocks() = default;
@@ -37,7 +37,8 @@ class ElasticBlocks {
   virtual BlockMatrices projected(std::size_t block, const Eigen::MatrixXd& basis) const = 0;
 };
 
-/// The section of a body of revolution where there is one and nothing holds it, else its tetrahedra.
+/// The section of a body of revolution where there is one and nothing holds it, the polynomials of a box that is free or held at a face,
+/// else tetrahedra.
 /// @param like_blocks  as many as this (0: as needed), so that bodies of changed dimensions go together
 std::unique_ptr<ElasticBlocks> elastic_blocks(const Specimen& specimen, const SpecimenBody& body,
                                               std::size_t like_blocks = 0, Monitor& monitor = silent_monitor());

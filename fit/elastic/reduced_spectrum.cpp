@@ -22,7 +22,8 @@ constexpr double kBasisCut = 1e-6;          // of the largest direction
 constexpr double kClusterTolerance = 1e-6;  // relative, of omega^2: derivatives are shared
 
 void finish_body(const Specimen& specimen, const solid::Material& material, SpecimenBody& body) {
-  body.volume_m3 = body.section ? mesh::shape_volume_m3(*specimen.shape) : mesh::mesh_volume_m3(body.mesh);
+  body.volume_m3 =
+      body.section || body.polynomials ? mesh::shape_volume_m3(*specimen.shape) : mesh::mesh_volume_m3(body.mesh);
   body.material = material;
   if (specimen.mass_kg) {
     body.mass_kg = *specimen.mass_kg;
@@ -52,6 +53,11 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
     const auto method = modal::chosen_method({specimen.shape, specimen.support}, {});
     if (method == modal::ModesMethod::kHarmonics)
       body.section = modal::section_divisions_for(*specimen.shape, guess, highest_hz);
+    if (method == modal::ModesMethod::kPolynomial) {
+      const Eigen::Vector3d half_m = modal::box_half_lengths_m(*specimen.shape);
+      body.polynomials =
+          modal::box_modes(half_m, *modal::held_faces(specimen.support, half_m), guess, {0.0, highest_hz}).degrees;
+    }
     return make_body_like(specimen, material, body);
   }
   mesh::LoadOptions options;
@@ -67,6 +73,7 @@ SpecimenBody make_body_like(const Specimen& specimen, const solid::Material& mat
   SpecimenBody body;
   body.divisions = like.divisions;
   body.section = like.section;
+  body.polynomials = like.polynomials;
   body.shape_dims = specimen.shape->dims;
   body.mesh = mesh::mesh_shape(*specimen.shape, *body.divisions, 2);
   finish_body(specimen, material, body);

@@ -7,6 +7,7 @@
 #include "core/foundation/base/monitor.hpp"
 #include "core/foundation/config/fields.hpp"
 #include "core/geometry/shapes/section.hpp"
+#include "core/physics/modal/box_modes.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "fit/elastic/spectrum_model.hpp"
 #include "fit/specimen/specimen.hpp"
@@ -22,7 +23,9 @@ struct SpecimenBody {
   mesh::TetMesh mesh;
   std::optional<mesh::ShapeDivisions> divisions;  ///< of an analytic shape
   std::optional<mesh::SectionDivisions> section;  ///< of a free body of revolution: frequencies come from its section
-  std::map<std::string, double> shape_dims;       ///< what it was meshed with
+  std::optional<modal::BoxDegrees>
+      polynomials;                           ///< of a box, free or held at a face: frequencies come from polynomials
+  std::map<std::string, double> shape_dims;  ///< what it was meshed with
   double volume_m3 = 0.0;
   double mass_kg = 0.0;
   solid::Material material;        ///< the start, with the density that the mass gives

@@ -350,7 +350,7 @@ json write_modes(const std::filesystem::path& folder) {
   modal::ModesDocument document;
   document.header = header("modes", "converged", "klang modes --shape tube --json modes.json", {{"total", 1.1}});
   for (std::size_t m = 0; m < modes.size(); ++m)
-    document.modes.push_back({static_cast<int>(m), modes[m].frequency_hz, 3e-13, {}});
+    document.modes.push_back({static_cast<int>(m), modes[m].frequency_hz, 3e-13, {}, {}});
   document.n_nodes = 2880;
   document.n_elements = 1440;
   document.element = "p2";

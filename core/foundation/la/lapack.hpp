@@ -31,6 +31,8 @@ void dsyevr_(const char* jobz, const char* range, const char* uplo, const int* n
              const double* vl, const double* vu, const int* il, const int* iu, const double* abstol, int* m, double* w,
              double* z, const int* ldz, int* isuppz, double* work, const int* lwork, int* iwork, const int* liwork,
              int* info);
+void dsytrf_(const char* uplo, const int* n, double* a, const int* lda, int* pivots, double* work, const int* n_work,
+             int* info);
 void dsygvx_(const int* itype, const char* jobz, const char* range, const char* uplo, const int* n, double* a,
              const int* lda, double* b, const int* ldb, const double* vl, const double* vu, const int* il,
              const int* iu, const double* abstol, int* m, double* w, double* z, const int* ldz, double* work,

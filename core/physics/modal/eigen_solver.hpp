@@ -10,7 +10,7 @@
 
 namespace klang::modal {
 
-enum class EigenMethod { kAuto, kDense, kShiftInvert, kHarmonics };
+enum class EigenMethod { kAuto, kDense, kShiftInvert, kHarmonics, kPolynomials };
 enum class EigenStatus { kNotRun, kConverged, kNotConverged, kFailed };
 
 struct EigenOptions {
@@ -18,7 +18,7 @@ struct EigenOptions {
   Band band;      ///< modes outside are not returned; with count > 0 only low_hz counts
   int most = 0;   ///< with count 0: where the band holds more than these, the lowest of them only; 0: all
   EigenMethod method = EigenMethod::
-      kAuto;  ///< kAuto: dense below dense_limit_nodes free nodes; kHarmonics is for solve_revolution_modes to report
+      kAuto;  ///< kAuto: dense below dense_limit_nodes free nodes; kHarmonics and kPolynomials are for solve_revolution_modes and solve_box_modes to report
   int dense_limit_nodes = 250;  // a dense solve of 1000 nodes takes 50 times the sparse one's time
   double tolerance = 1e-10;     ///< relative residual ||K u - w^2 M u|| / (w^2 ||M u||), 1e-14 to 1e-3
   int max_restarts = 300;

@@ -14,7 +14,7 @@ namespace klang::modal {
 struct ModeRecord {
   int index = 0;
   double frequency_hz = 0.0;
-  std::optional<double> relative_residual, mesh_relative_error;
+  std::optional<double> relative_residual, mesh_relative_error, relative_error_bound;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -24,6 +24,11 @@ struct ModeRecord {
     visit({"mesh_relative_error",
            "estimate of (f_h - f)/f >= 0 against an infinitely fine mesh of the same surface, or null"},
           self.mesh_relative_error);
+    visit({"relative_error_bound",
+           "how much too high the frequency may be: for polynomial what the last raise of the degrees took off, twice; "
+           "for harmonics "
+           "the estimate; for tetrahedra twice the estimate; null: not asked for"},
+          self.relative_error_bound);
   }
 };
 
@@ -58,7 +63,7 @@ struct ModesDocument {
     visit({"n_nodes", "of the mesh"}, self.n_nodes);
     visit({"n_elements", "of the mesh"}, self.n_elements);
     visit({"element", "p1 or p2"}, self.element);
-    visit({"method", "harmonics or tetrahedra"}, self.method);
+    visit({"method", "polynomial, harmonics or tetrahedra"}, self.method);
     visit({"n_rigid_modes", "that were left out"}, self.n_rigid_modes);
     visit(absent_if_empty({"n_below_band", "elastic modes below the band, which are not listed"}), self.n_below_band);
     visit(absent_if_empty({"n_left_out", "modes within the band above those listed, where nobody asked for a band"}),

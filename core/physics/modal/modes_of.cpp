@@ -5,6 +5,7 @@
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/geometry/shapes/section.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
+#include "core/physics/modal/box_modes.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 
 namespace klang::modal {
@@ -22,20 +23,48 @@ std::string harmonics_apply_to() {
   return text;
 }
 
+bool polynomials_apply(const ModesBody& body, solid::MassKind mass) {
+  return body.shape && body.shape->kind == "box" && body.element_order == 2 && mass == solid::MassKind::kConsistent &&
+         held_faces(body.support, box_half_lengths_m(*body.shape)).has_value();
+}
+
+std::string to_text(ModesMethod method) {
+  switch (method) {
+    case ModesMethod::kPolynomial:
+      return "polynomial";
+    case ModesMethod::kHarmonics:
+      return "harmonics";
+    case ModesMethod::kTetrahedra:
+      return "tetrahedra";
+    case ModesMethod::kAuto:
+      break;
+  }
+  return "auto";
+}
+
 ModesMethod chosen_method(const ModesBody& body, const ModesOptions& options) {
   if (options.method == ModesMethod::kTetrahedra) return ModesMethod::kTetrahedra;
-  const bool can = harmonics_apply(body, options.mass);
-  if (options.method == ModesMethod::kHarmonics && !can)
-    throw InputError("modes", "harmonics need a free body of revolution, quadratic elements and consistent mass",
-                     body.shape ? body.shape->kind : "", harmonics_apply_to());
-  const bool wanted = options.method == ModesMethod::kHarmonics || !options.mesh_is_wanted;
-  return can && wanted ? ModesMethod::kHarmonics : ModesMethod::kTetrahedra;
+  const bool by_harmonics = harmonics_apply(body, options.mass), by_polynomials = polynomials_apply(body, options.mass);
+  const std::string kind = body.shape ? body.shape->kind : "";
+  if (options.method == ModesMethod::kHarmonics && !by_harmonics)
+    throw InputError("modes", "harmonics need a free body of revolution, quadratic elements and consistent mass", kind,
+                     harmonics_apply_to());
+  if (options.method == ModesMethod::kPolynomial && !by_polynomials)
+    throw InputError(
+        "modes", "polynomials need a box that is free or held at a whole face, quadratic elements and consistent mass",
+        kind, "box");
+  if (options.method != ModesMethod::kAuto) return options.method;
+  if (options.mesh_is_wanted) return ModesMethod::kTetrahedra;
+  return by_harmonics ? ModesMethod::kHarmonics : by_polynomials ? ModesMethod::kPolynomial : ModesMethod::kTetrahedra;
 }
 
 EigenResult modes_of(const ModesBody& body, const mesh::TetMesh& mesh, const solid::Material& material,
                      const ModesOptions& options, Monitor& monitor) {
   KLANG_CHECK(!body.shape || mesh.order() == body.element_order, "modes_of: the mesh is of another element order");
-  if (chosen_method(body, options) == ModesMethod::kHarmonics)
+  const ModesMethod method = chosen_method(body, options);
+  if (method == ModesMethod::kPolynomial)
+    return solve_box_modes(*body.shape, mesh, material, body.support, options.eigen, monitor);
+  if (method == ModesMethod::kHarmonics)
     return solve_revolution_modes(*body.shape, mesh, material, options.eigen, monitor);
   monitor.progress("assembly", 0.0);
   const Stopwatch watch;

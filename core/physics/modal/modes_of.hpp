@@ -6,8 +6,8 @@
 
 namespace klang::modal {
 
-/// How a body's modes are computed. kAuto: harmonics where they apply and the mesh was not chosen for its own sake.
-enum class ModesMethod { kAuto, kHarmonics, kTetrahedra };
+/// How a body's modes are computed. kAuto: harmonics or polynomials where they apply and the mesh was not chosen for its own sake.
+enum class ModesMethod { kAuto, kPolynomial, kHarmonics, kTetrahedra };
 
 /// A body, as far as the choice of the method goes.
 struct ModesBody {
@@ -30,11 +30,19 @@ bool harmonics_apply(const ModesBody& body, solid::MassKind mass = solid::MassKi
 /// The bodies that harmonics_apply() to, in words: "tube, rod, ellipsoid with a_m = b_m, ...".
 std::string harmonics_apply_to();
 
-/// kHarmonics or kTetrahedra. The one place that decides it.
-/// @throws InputError where kHarmonics is asked for and does not apply
+/// Whether polynomials can give the modes (box_modes.hpp): a box that is free or held at one whole face, quadratic elements (to which
+/// shapes are sampled), consistent mass.
+bool polynomials_apply(const ModesBody& body, solid::MassKind mass = solid::MassKind::kConsistent);
+
+/// The word for a method: "polynomial", "harmonics", "tetrahedra", "auto".
+std::string to_text(ModesMethod method);
+
+/// kPolynomial, kHarmonics or kTetrahedra. The one place that decides it.
+/// @throws InputError where one is asked for and does not apply
 ModesMethod chosen_method(const ModesBody& body, const ModesOptions& options);
 
-/// Elastic modes of a body on the nodes of its mesh, by solve_revolution_modes() or by assemble() and solve_modes(), as
+/// Elastic modes of a body on the nodes of its mesh, by solve_box_modes(), solve_revolution_modes(), or by assemble() and
+/// solve_modes(), as
 /// chosen_method() says; EigenResult::method_used tells which. wall_time_s["assembly"] is beside the solver's "total".
 /// The lowest frequency of many small free bodies without a mesh is another task: polynomial_modes.hpp.
 /// @param mesh  of the body; of a shape, with body.element_order

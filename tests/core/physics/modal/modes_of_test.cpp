@@ -28,9 +28,15 @@ TEST(ModesOf, HarmonicsArePickedForAFreeBodyOfRevolutionOfQuadraticElements) {
   EXPECT_EQ(chosen_method({round, {}}, {}), ModesMethod::kHarmonics);
 }
 
+TEST(ModesOf, PolynomialsArePickedForABoxThatIsFreeOrHeldAtAFace) {
+  EXPECT_EQ(chosen_method({kBox, {}}, {}), ModesMethod::kPolynomial);
+  EXPECT_EQ(chosen_method({kBox, {solid::SupportKind::kClamped, "x=min"}}, {}), ModesMethod::kPolynomial);
+  EXPECT_EQ(chosen_method({kBox, {solid::SupportKind::kClamped, "x<-0.01"}}, {}), ModesMethod::kTetrahedra);
+  EXPECT_THROW(chosen_method({kTube, {}}, with(ModesMethod::kPolynomial)), InputError);
+}
+
 TEST(ModesOf, TetrahedraArePickedForEverythingElse) {
   const mesh::ShapeSpec flat{"ellipsoid", {{"a_m", 0.05}, {"b_m", 0.04}, {"c_m", 0.03}}, {}};
-  EXPECT_EQ(chosen_method({kBox, {}}, {}), ModesMethod::kTetrahedra);
   EXPECT_EQ(chosen_method({flat, {}}, {}), ModesMethod::kTetrahedra);
   EXPECT_EQ(chosen_method({std::nullopt, {}}, {}), ModesMethod::kTetrahedra) << "known by its mesh alone";
   EXPECT_EQ(chosen_method({kTube, {solid::SupportKind::kClamped, "z<-0.09"}}, {}), ModesMethod::kTetrahedra);

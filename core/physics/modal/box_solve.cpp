@@ -1,0 +1,245 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/physics/modal/box_modes.hpp"
+
+namespace klang::modal {
+namespace {
+
+constexpr double kFreeError = 1e-5, kHeldError = 2e-4;
+constexpr Eigen::Index kMostFreeUnknowns = 1000, kMostHeldUnknowns = 2000;  // of a system: about 0.1 and 0.5 s to solve
+constexpr double kThin = 0.3;
+
+bool is_held(const HeldFaces& held) {
+  return std::any_of(held.begin(), held.end(), [](bool is) { return is; });
+}
+
+/// A mode's place: system and number there.
+struct Place {
+  std::size_t system = 0;
+  Eigen::Index index = 0;
+};
+
+std::vector<Place> by_frequency(const std::vector<HarmonicModes>& modes) {
+  std::vector<Place> places;
+  for (std::size_t s = 0; s < modes.size(); ++s)
+    for (Eigen::Index i = 0; i < modes[s].angular_frequency_sq.size(); ++i) places.push_back({s, i});
+  std::stable_sort(places.begin(), places.end(), [&](const Place& a, const Place& b) {
+    return modes[a.system].angular_frequency_sq[a.index] < modes[b.system].angular_frequency_sq[b.index];
+  });
+  return places;
+}
+
+/// Where to look first for the lowest modes: a free beam's first bending frequency, and no more than the first shear wave.
+double first_guess_hz(const Eigen::Vector3d& half_m, const solid::Material& material) {
+  const double size_m = 2.0 * half_m.maxCoeff();
+  const double shear_hz = std::sqrt(material.lame_mu_pa / material.density_kg_m3) / (2.0 * size_m);
+  return std::min(shear_hz, 4.0 * shear_hz * half_m.minCoeff() / half_m.maxCoeff());
+}
+
+Eigen::Index largest_system(const BoxBody& body) {
+  Eigen::Index largest = 0;
+  for (std::size_t s = 0; s < body.n_systems(); ++s) largest = std::max(largest, body.size(s));
+  return largest;
+}
+
+double highest_error(const BoxModes& solved, double low_hz) {
+  double highest = 0.0;
+  for (std::size_t s = 0; s < solved.modes.size(); ++s)
+    for (Eigen::Index i = 0; i < solved.bound[s].size(); ++i)
+      if (solved.modes[s].angular_frequency_sq[i] >= std::pow(2.0 * kPi * low_hz, 2))
+        highest = std::max(highest, solved.bound[s][i]);
+  return highest;
+}
+
+/// Where the band of so many modes ends, by few polynomials, and a little more.
+double end_of_band_hz(const Eigen::Vector3d& half_m, const HeldFaces& held, const solid::Material& material,
+                      const EigenOptions& options, Monitor& monitor) {
+  for (double high_hz = std::max(first_guess_hz(half_m, material), options.band.low_hz);; high_hz *= 1.5) {
+    monitor.throw_if_stopped();
+    std::vector<double> found;
+    for (const auto& system :
+         BoxBody(half_m, box_degrees(half_m, material, high_hz), held).modes_up_to(material, high_hz))
+      for (const double omega_sq : system.angular_frequency_sq)
+        if (omega_sq >= std::pow(2.0 * kPi * options.band.low_hz, 2))
+          found.push_back(std::sqrt(omega_sq) / (2.0 * kPi));
+    if (found.size() < static_cast<std::size_t>(options.count)) continue;
+    std::sort(found.begin(), found.end());
+    return 1.0001 * found[static_cast<std::size_t>(options.count - 1)];
+  }
+}
+
+}  // namespace
+
+std::optional<HeldFaces> held_faces(const solid::Support& support, const Eigen::Vector3d& half_lengths_m) {
+  HeldFaces held{};
+  if (support.kind == solid::SupportKind::kFree) return held;
+  const std::string& where = support.where;
+  if (where.size() < 3 || where[0] < 'x' || where[0] > 'z' || where[1] != '=') return std::nullopt;
+  const int axis = where[0] - 'x';
+  const std::string place = where.substr(2);
+  if (place == "min" || place == "max") {
+    held[static_cast<std::size_t>(2 * axis + (place == "max" ? 1 : 0))] = true;
+    return held;
+  }
+  const double at_m = std::strtod(place.c_str(), nullptr), slack_m = 1e-6 * 2.0 * half_lengths_m.maxCoeff();
+  for (const int side : {0, 1})
+    if (std::abs(at_m - (side == 1 ? 1.0 : -1.0) * half_lengths_m[axis]) <= slack_m) {
+      held[static_cast<std::size_t>(2 * axis + side)] = true;
+      return held;
+    }
+  return std::nullopt;
+}
+
+BoxDegrees box_degrees(const Eigen::Vector3d& half_lengths_m, const solid::Material& material, double highest_hz) {
+  const double omega = 2.0 * kPi * highest_hz, ratio = material.poissons_ratio();
+  const double plate = material.youngs_modulus_pa() / (12.0 * material.density_kg_m3 * (1.0 - ratio * ratio));
+  const double bending = std::pow(omega * omega / (plate * std::pow(2.0 * half_lengths_m.minCoeff(), 2)), 0.25);
+  const double shear = omega / (0.9 * std::sqrt(material.lame_mu_pa / material.density_kg_m3));
+  BoxDegrees degrees{};
+  for (std::size_t d = 0; d < 3; ++d) {
+    const double half_m = half_lengths_m[static_cast<Eigen::Index>(d)];
+    const bool is_thinnest = half_m <= 1.0001 * half_lengths_m.minCoeff();
+    const double waves = half_m * (is_thinnest ? shear : std::max(shear, bending));  // kL/2
+    degrees[d] = std::clamp(
+        static_cast<int>(std::ceil(1.1 * waves + (half_m < kThin * half_lengths_m.maxCoeff() ? 5.0 : 9.0))), 4, 60);
+  }
+  return degrees;
+}
+
+BoxDegrees box_degrees_raised(const Eigen::Vector3d& half_lengths_m, BoxDegrees degrees, int raises) {
+  for (std::size_t d = 0; d < 3; ++d) {
+    const bool is_thin = half_lengths_m[static_cast<Eigen::Index>(d)] < kThin * half_lengths_m.maxCoeff();
+    degrees[d] = std::clamp(degrees[d] + raises * (is_thin ? 1 : 2), 2, 60);
+  }
+  return degrees;
+}
+
+Eigen::Vector3d box_half_lengths_m(const mesh::ShapeSpec& shape) {
+  if (shape.kind != "box") throw InputError("modes", "polynomials need a box", shape.kind, "box");
+  return 0.5 * Eigen::Vector3d(shape.dims.at("length_m"), shape.dims.at("width_m"), shape.dims.at("height_m"));
+}
+
+BoxModes box_modes(const Eigen::Vector3d& half_lengths_m, const HeldFaces& held, const solid::Material& material,
+                   const Band& band, Monitor& monitor) {
+  const bool any = is_held(held);
+  const Eigen::Index most_unknowns = any ? kMostHeldUnknowns : kMostFreeUnknowns;
+  BoxModes solved;
+  solved.degrees = box_degrees(half_lengths_m, material, band.high_hz);
+  solved.modes = BoxBody(half_lengths_m, solved.degrees, held).modes_up_to(material, band.high_hz);
+  for (;;) {
+    monitor.throw_if_stopped();
+    const std::vector<HarmonicModes> before = std::move(solved.modes);
+    solved.degrees = box_degrees_raised(half_lengths_m, solved.degrees);
+    solved.modes = BoxBody(half_lengths_m, solved.degrees, held).modes_up_to(material, band.high_hz);
+    solved.bound = box_error_bound(before, solved.modes, solved.degrees, held);
+    if (highest_error(solved, band.low_hz) <= (any ? kHeldError : kFreeError)) return solved;
+    if (largest_system(BoxBody(half_lengths_m, box_degrees_raised(half_lengths_m, solved.degrees), held)) >
+        most_unknowns)
+      return solved;
+  }
+}
+
+SampledModes sample_box_modes(const BoxBody& body, const std::vector<HarmonicModes>& modes, const mesh::TetMesh& mesh,
+                              const solid::Material& material, const solid::Support& support) {
+  const std::vector<Place> places = by_frequency(modes);
+  const auto n = static_cast<Eigen::Index>(places.size());
+  SampledModes sampled;
+  sampled.model.mesh = mesh;
+  sampled.model.material = material;
+  sampled.model.support = support;
+  sampled.model.angular_frequency_rad_s.resize(n);
+  sampled.model.shapes.resize(3 * mesh.n_nodes(), n);
+  sampled.relative_residual.resize(n);
+  std::vector<Eigen::MatrixXd> moved;
+  for (std::size_t s = 0; s < modes.size(); ++s) moved.push_back(body.displacements(s, modes[s].vectors, mesh.nodes_m));
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Place& place = places[static_cast<std::size_t>(k)];
+    sampled.system.push_back(static_cast<int>(place.system));
+    sampled.index.push_back(static_cast<int>(place.index));
+    sampled.model.angular_frequency_rad_s[k] = std::sqrt(modes[place.system].angular_frequency_sq[place.index]);
+    sampled.relative_residual[k] = modes[place.system].relative_residual[place.index];
+    sampled.model.shapes.col(k) = moved[place.system].col(place.index);
+  }
+  return sampled;
+}
+
+std::vector<Eigen::VectorXd> box_error_bound(const std::vector<HarmonicModes>& before,
+                                             const std::vector<HarmonicModes>& raised, const BoxDegrees& degrees,
+                                             const HeldFaces& held) {
+  const double n = *std::max_element(degrees.begin(), degrees.end());
+  const double left =
+      1.0 / (std::pow(n / (n - 2.0), is_held(held) ? 2 : 4) - 1.0);  // of the error, by what was taken off
+  std::vector<Eigen::VectorXd> bounds;
+  for (std::size_t s = 0; s < raised.size(); ++s) {
+    const auto& now = raised[s].angular_frequency_sq;
+    const auto& then = before[s].angular_frequency_sq;
+    Eigen::VectorXd bound = Eigen::VectorXd::Ones(now.size());  // a mode that was not there before: nothing is known
+    const Eigen::Index both = std::min(now.size(), then.size());
+    bound.head(both) = left * (0.5 * (then.head(both).array() / now.head(both).array()).log()).abs();
+    bounds.push_back(std::move(bound));
+  }
+  return bounds;
+}
+
+EigenResult solve_box_modes(const mesh::ShapeSpec& shape, const mesh::TetMesh& mesh, const solid::Material& material,
+                            const solid::Support& support, const EigenOptions& options, Monitor& monitor) {
+  options.validate();
+  const Stopwatch total;
+  const Eigen::Vector3d half_m = box_half_lengths_m(shape);
+  const auto held = held_faces(support, half_m);
+  if (!held) throw InputError("modes", "polynomials need a box that is free or held at a whole face", support.where);
+  EigenResult result;
+  result.method_used = EigenMethod::kPolynomials;
+  monitor.progress("modes", 0.0);
+  Band band = options.band;
+  if (options.count > 0) band.high_hz = end_of_band_hz(half_m, *held, material, options, monitor);
+  BoxModes solved = box_modes(half_m, *held, material, band, monitor);
+  result.wall_time_s["iterate"] = total.seconds();
+  const BoxBody body(half_m, solved.degrees, *held);
+  for (std::size_t s = 0; s < body.n_systems(); ++s) result.n_rigid_modes += body.n_rigid(s);
+
+  const std::vector<Place> places = by_frequency(solved.modes);
+  const double lowest_sq = std::pow(2.0 * kPi * options.band.low_hz, 2);
+  const auto below = std::count_if(places.begin(), places.end(), [&](const Place& place) {
+    return solved.modes[place.system].angular_frequency_sq[place.index] < lowest_sq;
+  });
+  const auto n_all = static_cast<std::ptrdiff_t>(places.size()) - below;
+  const auto most = options.count > 0 ? options.count : options.most > 0 ? options.most : n_all;
+  const auto n = std::min<std::ptrdiff_t>(most, n_all);
+  result.n_below_band = static_cast<int>(below);
+  if (options.count == 0) result.n_left_out = static_cast<int>(n_all - n);
+  if (options.prove_none_missing) {
+    const BlasThreads one(1);
+    std::vector<int> counts(body.n_systems());
+    for_each_job(
+        counts.size(), [&](std::size_t s) { counts[s] = body.count_below(s, material, band.high_hz); }, "count",
+        monitor);
+    result.sturm_count = std::accumulate(counts.begin(), counts.end(), 0L);
+    result.none_missing = *result.sturm_count == static_cast<long>(places.size()) + result.n_rigid_modes;
+  }
+
+  const Stopwatch watch;
+  SampledModes sampled = sample_box_modes(body, solved.modes, mesh, material, support);
+  result.model = std::move(sampled.model);
+  result.model.angular_frequency_rad_s = result.model.angular_frequency_rad_s.segment(below, n).eval();
+  result.model.shapes = result.model.shapes.middleCols(below, n).eval();
+  result.relative_residual = sampled.relative_residual.segment(below, n);
+  if (options.estimate_mesh_error) {
+    result.mesh_relative_error.emplace(n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const Place& place = places[static_cast<std::size_t>(below + k)];
+      (*result.mesh_relative_error)[k] = solved.bound[place.system][place.index];
+    }
+  }
+  result.wall_time_s["sample"] = watch.seconds();
+  result.status = EigenStatus::kConverged;
+  result.wall_time_s["total"] = total.seconds();
+  return result;
+}
+
+}  // namespace klang::modal

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
-#include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/entrainment/entrainment.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
+#include "core/sound/liquid_scene/from_recording.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -19,19 +17,6 @@ using entrainment::Birth;
 using entrainment::BubblePath;
 using entrainment::EntrainmentOptions;
 using entrainment::RadiusDistribution;
-
-/// Radii that `klang bubble fit` found in a recording.
-std::vector<double> recorded_radii(const std::filesystem::path& file) {
-  const nlohmann::json json = parse_json(read_file(file), file.string());
-  std::vector<double> radii;
-  const auto list = json.is_object() ? json.find("bubbles") : json.end();
-  if (!json.is_object() || list == json.end() || !list->is_array())
-    throw InputError(file.string(), "has no list \"bubbles\"", "", "a result of klang bubble fit");
-  for (const auto& bubble : *list)
-    if (bubble.is_object() && bubble.contains("radius_m") && bubble["radius_m"].is_number())
-      radii.push_back(bubble["radius_m"].get<double>());
-  return radii;
-}
 
 EntrainmentOptions options_of(const EntrainmentTable& table) {
   EntrainmentOptions options;

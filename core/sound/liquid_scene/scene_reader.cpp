@@ -8,6 +8,8 @@
 #include "core/physics/bubble/time_series.hpp"
 #include "core/sound/liquid_scene/liquid_scene.hpp"
 
+#include "core/sound/liquid_scene/from_recording.hpp"
+
 namespace klang::liquid_scene {
 namespace {
 
@@ -363,6 +365,7 @@ void read_radii(const TomlTable& table, const std::filesystem::path& base, Entra
     throw InputError(table.place("kind"), "mean_m and std_m belong to a gaussian", kind);
   if (kind == "recording") {
     e.recording = existing_file(table.text("file"), table.place("file"), base);
+    recorded_radii(e.recording);  // said before the flow, which takes long
   } else if (table.has("file")) {
     throw InputError(table.place("file"), "belongs to radii of a recording", kind);
   }
@@ -443,7 +446,10 @@ LiquidScene parse_liquid_scene(std::string_view toml, const std::string& name, c
   scene.transfer.bins_per_octave = static_cast<int>(std::lround(transfer.number("bins_per_octave", 6.0)));
   scene.transfer.liquid_loss_factor = transfer.number("liquid_loss_factor", scene.transfer.liquid_loss_factor);
   const TomlTable pitch = root.table("pitch");
-  if (pitch.has("from")) scene.pitch_from = existing_file(pitch.text("from"), pitch.place("from"), base);
+  if (pitch.has("from")) {
+    scene.pitch_from = existing_file(pitch.text("from"), pitch.place("from"), base);
+    take_recorded_pitch(scene.pitch_from, scene.sound.pitch);
+  }
   return scene;
 }
 

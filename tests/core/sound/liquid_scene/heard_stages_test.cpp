@@ -4,12 +4,14 @@
 #include <fstream>
 
 #include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/bem/radiating_surface.hpp"
 #include "core/sound/liquid_scene/bubbles_stage.hpp"
+#include "core/sound/liquid_scene/from_recording.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
 #include "core/sound/liquid_scene/sound_stage.hpp"
 #include "core/sound/liquid_scene/transfer_stage.hpp"
@@ -107,6 +109,25 @@ TEST(MainBody, IsTheLargestWithItsHollowsAndWithoutDrops) {
   const bubble::BoundaryMesh body = main_body(BallFrames(true).boundary(0), 0.01);
   EXPECT_EQ(body.surface.triangles.rows(), 20 * 36);
   EXPECT_LE(std::abs(bubble::LiquidBoundary(body).volume_m3() / (4.0 / 3.0 * kPi * 1.25e-4) - 1.0), 1e-6);
+}
+
+TEST(FromRecording, PitchIsTheTwoCombinationsAndWhatDoesNotSayThemIsRefused) {
+  const auto file = std::filesystem::temp_directory_path() / ("klang-drops-" + std::to_string(::getpid()) + ".json");
+  write_file(file,
+             R"({"bubbles": [{"radius_m": 0.001}, {"radius_m": 0.002}], "pitch": {"status": "fitted", "identifiable": [
+      {"combination": "eta / |phi0| [1/m]", "value": 155.0}, {"combination": "k_delta * exp(eta) [1/m]", "value": 252.0}]}})");
+  EXPECT_EQ(recorded_radii(file), (std::vector<double>{0.001, 0.002}));
+  bubble::PitchModel pitch;
+  take_recorded_pitch(file, pitch);
+  EXPECT_LE(std::abs(pitch.eta / -pitch.phi0_m - 155.0), 1e-9);
+  EXPECT_LE(std::abs(pitch.k_delta_per_m * std::exp(pitch.eta) - 252.0), 1e-9);
+  pitch.kind = bubble::PitchKind::kStrasberg;
+  EXPECT_THROW(take_recorded_pitch(file, pitch), InputError);
+  write_file(file, R"({"bubbles": [], "pitch": {"status": "sound_only", "identifiable": []}})");
+  pitch.kind = bubble::PitchKind::kHarmonicFluids;
+  EXPECT_THROW(take_recorded_pitch(file, pitch), InputError);
+  EXPECT_THROW(recorded_radii(file), InputError);
+  std::filesystem::remove(file);
 }
 
 /// A folder as after the stage bubbles, of one bubble of this pitch, and the sound of it.

@@ -27,21 +27,23 @@ int run_doctor(const CommonOptions& common) {
     say(common, "  %-14s %s\n", name.c_str(), text.c_str());
   }
   say(common, "\nOpenCL devices\n");
-  json["opencl_devices"] = nlohmann::json::array();
+  json["devices"] = nlohmann::json::array();
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const acoustics::OpenClDevice& d = devices[i];
-    json["opencl_devices"].push_back({{"index", i},
-                                      {"platform", d.platform},
-                                      {"name", d.name},
-                                      {"kind", d.kind},
-                                      {"compute_units", d.compute_units},
-                                      {"memory_bytes", d.memory_bytes},
-                                      {"double_precision", d.double_precision}});
+    json["devices"].push_back({{"index", i},
+                               {"platform", d.platform},
+                               {"name", d.name},
+                               {"kind", d.kind},
+                               {"compute_units", d.compute_units},
+                               {"memory_bytes", d.memory_bytes},
+                               {"double_precision", d.double_precision}});
     say(common, "  %zu: %s: %s (%s, %u compute units, %.1f GB, %s)\n", i, d.platform.c_str(), d.name.c_str(),
         d.kind.c_str(), d.compute_units, static_cast<double>(d.memory_bytes) / 1e9,
         d.double_precision ? "double precision" : "single precision only");
   }
   if (devices.empty()) say(common, "  none\n");
+  json["opencl_devices"] = json["devices"];  // as it was called before
+  json["mpi"] = {{"built_in", false}, {"version", nullptr}};
   say(common, "\npictures\n  DISPLAY %s; Xvfb %s\n", display != nullptr ? display : "is not set",
       has_xvfb ? "is installed" : "is NOT installed");
   if (display == nullptr && !has_xvfb) say(common, "  mode pictures will be left out: install the package xvfb\n");

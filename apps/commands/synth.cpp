@@ -161,7 +161,9 @@ Subcommand add_synth(CLI::App& program, CommonOptions& common) {
   app->add_flag("--radiation-damping", options->radiation_damping, "Add the decay by radiation to each mode's damping")
       ->needs(transfer);
   app->add_option("--device", options->device,
-                  "OpenCL device for the transfer: an index or part of a name as in klang doctor, or default")
+                  "OpenCL device for the transfer: auto (a GPU where there is one, else the processor), cpu, an index "
+                  "or part of a name "
+                  "as in klang doctor")
       ->needs(transfer);
   app->add_option("--precision", options->precision, "Of the OpenCL device")
       ->check(CLI::IsMember({"single", "double"}))

@@ -96,7 +96,7 @@ TEST_F(KlangSynthTransfer, UnitTransferAndOpenClRun) {
       run_klang("synth m.vtu -o c.wav --transfer t.vtu --duration-s 0.1 --loss-factor 1e-3", scratch.path()).exit_code,
       0);
   const auto run = run_klang(
-      "synth m.vtu -o d.wav --transfer t.vtu --device default --precision single --duration-s 0.1 --loss-factor 1e-3 "
+      "synth m.vtu -o d.wav --transfer t.vtu --device auto --precision single --duration-s 0.1 --loss-factor 1e-3 "
       "--json d.json",
       scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -106,7 +106,7 @@ TEST_F(KlangSynthTransfer, UnitTransferAndOpenClRun) {
 }
 
 TEST_F(KlangSynthTransfer, WithoutAnOpenClDeviceSaysSoInOneLineAndGoesOn) {
-  const auto run = run_klang("synth m.vtu -o d.wav --transfer t.vtu --device default --duration-s 0.1 --json d.json",
+  const auto run = run_klang("synth m.vtu -o d.wav --transfer t.vtu --device auto --duration-s 0.1 --json d.json",
                              scratch.path(), "OCL_ICD_VENDORS=.");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err_lines(), 1) << run.err;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/config/fields.hpp"
@@ -77,20 +78,25 @@ std::vector<OpenClDevice> opencl_devices() {
 
 std::size_t chosen_device(const std::vector<OpenClDevice>& devices, const std::string& choice) {
   KLANG_CHECK(!devices.empty(), "there is a device to choose");
-  if (choice.empty()) {
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-      if (lower(devices[i].platform).find("portable computing language") != std::string::npos) return i;
-    }
-    return 0;
-  }
+  const auto first = [&](auto&& fits) {
+    const auto found = std::find_if(devices.begin(), devices.end(), fits);
+    return found == devices.end() ? std::optional<std::size_t>() : static_cast<std::size_t>(found - devices.begin());
+  };
+  const auto pocl = first([](const OpenClDevice& d) {
+    return d.kind == "cpu" && lower(d.platform).find("portable computing language") != std::string::npos;
+  });
+  const auto processor = pocl ? pocl : first([](const OpenClDevice& d) { return d.kind == "cpu"; });
+  if (choice.empty() || choice == "auto")
+    return first([](const OpenClDevice& d) { return d.kind == "gpu" && d.double_precision; })
+        .value_or(processor.value_or(0));
+  if (choice == "cpu" && processor) return *processor;
   const bool number = std::all_of(choice.begin(), choice.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
   if (number && choice.size() < 6 && std::stoul(choice) < devices.size()) return std::stoul(choice);
   for (std::size_t i = 0; i < devices.size() && !number; ++i) {
     if (lower(devices[i].name).find(lower(choice)) != std::string::npos) return i;
   }
-  std::string names;
-  for (std::size_t i = 0; i < devices.size(); ++i)
-    names += (i > 0 ? ", " : "") + std::to_string(i) + " (" + devices[i].name + ")";
+  std::string names = "auto, cpu";
+  for (std::size_t i = 0; i < devices.size(); ++i) names += ", " + std::to_string(i) + " (" + devices[i].name + ")";
   throw OptionsError("", {{"device", "fits no OpenCL device", choice, names}});
 }
 

@@ -15,7 +15,8 @@ struct OpenClDevice {
 /// All devices of all platforms, in the order in which an index chooses them. Empty where OpenCL finds none.
 std::vector<OpenClDevice> opencl_devices();
 
-/// Which one is meant: an index, or a part of its name (any case); empty: PoCL's processor, or else the first.
+/// Which one is meant: "auto" or empty: the first GPU with double precision, else PoCL's processor, else another, else the first of all; "cpu": PoCL's
+/// processor or another; an index; a part of its name (any case).
 /// @throws InputError when no device fits; devices must not be empty
 std::size_t chosen_device(const std::vector<OpenClDevice>& devices, const std::string& choice);
 

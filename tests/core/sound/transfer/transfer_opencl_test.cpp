@@ -103,14 +103,20 @@ TEST(OpenClTransfer, UnknownDeviceIsBadInputThatNamesTheKnown) {
   EXPECT_THROW(OpenClTransfer(model, "4711", Precision::kDouble), InputError);
 }
 
-TEST(OpenClDevices, AreChosenByIndexAndByPartOfTheName) {
-  const std::vector<OpenClDevice> devices = {{"A", "Quick GPU", "gpu"},
-                                             {"Portable Computing Language", "pthread-cpu", "cpu"}};
-  EXPECT_EQ(chosen_device(devices, ""), 1u);
+TEST(OpenClDevices, AutoIsAGpuWithDoublePrecisionAndElseTheProcessor) {
+  const std::vector<OpenClDevice> devices = {{"A", "Small GPU", "gpu", 8, 1, false},
+                                             {"B", "Vendor CPU", "cpu", 8, 1, true},
+                                             {"Portable Computing Language", "pthread-cpu", "cpu", 8, 1, true},
+                                             {"C", "Quick GPU", "gpu", 99, 1, true}};
+  for (const char* choice : {"", "auto", "quick", "3"}) EXPECT_EQ(chosen_device(devices, choice), 3u) << choice;
+  EXPECT_EQ(chosen_device({devices.begin(), devices.begin() + 3}, "auto"), 2u);
+  EXPECT_EQ(chosen_device({devices[0], devices[1]}, "auto"), 1u);
+  EXPECT_EQ(chosen_device({devices[0]}, "auto"), 0u);
+  EXPECT_EQ(chosen_device(devices, "cpu"), 2u);
+  EXPECT_EQ(chosen_device({devices[0], devices[1]}, "cpu"), 1u);
   EXPECT_EQ(chosen_device(devices, "0"), 0u);
-  EXPECT_EQ(chosen_device(devices, "quick"), 0u);
-  EXPECT_EQ(chosen_device({devices[0]}, ""), 0u);
-  EXPECT_THROW(chosen_device(devices, "2"), InputError);
+  EXPECT_THROW(chosen_device(devices, "4"), InputError);
+  EXPECT_THROW(chosen_device({devices[0]}, "cpu"), InputError);
 }
 
 TEST(AnyTransferEvaluator, OnTheProcessorUnlessAsked) {

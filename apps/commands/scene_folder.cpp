@@ -245,6 +245,7 @@ scene::SceneDocument scene_document(const scene::Scene& scene, const scene::Scen
                                event.energies.kinetic_j, event.energies.vibration_j + event.energies.residual_j,
                                event.crack_area_m2, event.largest_stress_pa});
   document.n_stress_solves = static_cast<int>(motion.n_stress_solves);
+  if (motion.contact_residual) document.contact = scene::ContactRecord{*motion.contact_residual};
   if (motion.cracks) add_cracks(scene, *motion.cracks, document);
   add_impulses(motion.log, document);
   add_hardest(motion.log, document.impulses_summary);

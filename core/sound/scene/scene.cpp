@@ -22,7 +22,9 @@ std::vector<std::filesystem::path> Scene::inputs() const {
 }
 
 bool Scene::has_deforming_bodies() const {
-  return std::any_of(bodies.begin(), bodies.end(), [](const SceneBody& b) { return b.model == BodyModel::kCracking; });
+  return std::any_of(bodies.begin(), bodies.end(), [](const SceneBody& b) {
+    return b.model == BodyModel::kCracking || b.model == BodyModel::kModal;
+  });
 }
 
 Eigen::Quaterniond orientation_of(const Eigen::Vector3d& rotation_deg) {

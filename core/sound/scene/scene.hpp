@@ -39,11 +39,12 @@ constexpr auto words_of(BodySound) {
 enum class BodyModel {
   kRigid,
   kBreakable,  ///< breaks where an impact strains it enough (SB section 3)
-  kCracking    ///< deforms, flows and cracks (B99, D02)
+  kCracking,   ///< deforms, flows and cracks (B99, D02)
+  kModal       ///< a rigid frame with modes that is held and touches (H03)
 };
 constexpr auto words_of(BodyModel) {
   return std::array{Word{BodyModel::kRigid, "rigid"}, Word{BodyModel::kBreakable, "breakable"},
-                    Word{BodyModel::kCracking, "cracking"}};
+                    Word{BodyModel::kCracking, "cracking"}, Word{BodyModel::kModal, "modal"}};
 }
 
 /// How a cracking body flows and cracks.
@@ -52,6 +53,12 @@ struct CrackSettings {
   fracture::PlasticityInput plasticity;
   fracture::Integrator integrator = fracture::Integrator::kLeapfrog;
   double viscosity_lambda_pa_s = 0.0, viscosity_mu_pa_s = 0.0;
+};
+
+/// How a modal body moves.
+struct ModalSettings {
+  int n_modes = 20;             ///< elastic ones, from the lowest
+  bool linear_program = false;  ///< H03's contact, which is not the contact problem (erratum 71)
 };
 
 /// A place of a body that is moved from outside.
@@ -75,6 +82,7 @@ struct SceneBody {
   double stress_edge_m = 0.0;  ///< of a breakable body's mesh for stress; 0: the shape's default
   std::optional<fracture::ScoredPlane> score;
   CrackSettings crack;  ///< of a cracking body
+  ModalSettings modal;  ///< of a modal body
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();  ///< about the world's x, then y, then z
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();

@@ -100,17 +100,7 @@ void CrackingBodies::after_step(rigid::RigidWorld& world) {
 }
 
 void CrackingBodies::add_to(SceneMotion& motion) const {
-  const std::size_t n = std::min(motion.ledger.size(), state_->rows.size());
-  for (std::size_t i = 0; i < n; ++i) {
-    rigid::EnergyLedger& row = motion.ledger[i];
-    const rigid::EnergyLedger& add = state_->rows[i];
-    for (double rigid::EnergyLedger::*entry :
-         {&rigid::EnergyLedger::kinetic_j, &rigid::EnergyLedger::potential_j, &rigid::EnergyLedger::strain_j,
-          &rigid::EnergyLedger::viscous_j, &rigid::EnergyLedger::plastic_j, &rigid::EnergyLedger::contact_j,
-          &rigid::EnergyLedger::friction_j, &rigid::EnergyLedger::correction_j, &rigid::EnergyLedger::work_j,
-          &rigid::EnergyLedger::residual_j})
-      row.*entry += add.*entry;
-  }
+  add_ledger(motion, state_->rows);
   CrackSummary summary;
   bool apart = false;
   for (const auto& body : state_->bodies) {

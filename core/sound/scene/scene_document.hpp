@@ -193,6 +193,16 @@ struct PlasticRecord {
   }
 };
 
+struct ContactRecord {
+  double residual = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"residual", "worst of all contact problems of modal bodies, over their largest speed and impulse"},
+          self.residual);
+  }
+};
+
 /// A row of crack_faces.csv.
 struct CrackFaceRow {
   double x_m = 0.0, y_m = 0.0, z_m = 0.0, nx = 0.0, ny = 0.0, nz = 0.0, area_m2 = 0.0, time_s = 0.0;
@@ -223,6 +233,7 @@ struct SceneDocument {
   int n_stress_solves = 0;
   std::optional<CracksRecord> cracks;
   std::optional<PlasticRecord> plastic;
+  std::optional<ContactRecord> contact;
   std::optional<HeardRecord> sound;
   SceneFiles files;
 
@@ -243,6 +254,7 @@ struct SceneDocument {
     visit({"deepest_overlap_m", "of two bodies in any step"}, self.deepest_overlap_m);
     visit({"cracks", "of cracking bodies; null: none"}, self.cracks);
     visit({"plastic", "of cracking bodies; null: none"}, self.plastic);
+    visit({"contact", "of modal bodies; null: none"}, self.contact);
     visit({"sound", "null: not asked for"}, self.sound);
     visit({"files", "beside scene.json"}, self.files);
   }

@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/sound/scene/scene_cracking.hpp"
+#include "core/sound/scene/scene_modal.hpp"
 
 namespace klang::scene {
 namespace {
@@ -17,7 +18,7 @@ void judge_ledger(SceneMotion& motion) {
   }
   const rigid::EnergyLedger& start = motion.ledger.front();
   motion.energy_scale_j = start.kinetic_j + start.potential_j - lowest_j;
-  if (motion.cracks) {  // also what holds put in, and what was in the bodies
+  if (motion.cracks || motion.contact_residual) {  // also what holds put in, and what was in the bodies
     double most_j = 0.0;
     for (const rigid::EnergyLedger& row : motion.ledger)
       most_j = std::max({most_j, row.strain_j, std::abs(row.work_j - start.work_j)});
@@ -37,22 +38,38 @@ FinalState final_of(const rigid::RigidWorld& world, int body) {
 
 }  // namespace
 
+void add_ledger(SceneMotion& motion, const std::vector<rigid::EnergyLedger>& rows) {
+  const std::size_t n = std::min(motion.ledger.size(), rows.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    rigid::EnergyLedger& row = motion.ledger[i];
+    const rigid::EnergyLedger& add = rows[i];
+    for (double rigid::EnergyLedger::*entry :
+         {&rigid::EnergyLedger::kinetic_j, &rigid::EnergyLedger::potential_j, &rigid::EnergyLedger::strain_j,
+          &rigid::EnergyLedger::viscous_j, &rigid::EnergyLedger::plastic_j, &rigid::EnergyLedger::contact_j,
+          &rigid::EnergyLedger::friction_j, &rigid::EnergyLedger::correction_j, &rigid::EnergyLedger::work_j,
+          &rigid::EnergyLedger::residual_j})
+      row.*entry += add.*entry;
+  }
+}
+
 SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_t seed, const SceneNotes& notes,
                  Monitor& monitor) {
   rigid::RigidWorld world = world_of(scene, notes, monitor);
   rigid::RecordingOptions recording_options;
   recording_options.pose_rate_hz = scene.pose_rate_hz;
   CrackingBodies cracking(scene, world, seed, notes, monitor);
+  ModalBodies modal(scene, world, notes, monitor);
   rigid::Recording recording(world, recording_options);
   rigid::RunOptions options;
   options.end_s = scene.duration_s;
   if (until_s) options.end_s = std::min(*until_s, scene.duration_s.value_or(*until_s));
   options.longest_s = scene.longest_s;
   Breaking breaking(scene, seed);
-  if (breaking.has_bodies() || cracking.any())
+  if (breaking.has_bodies() || cracking.any() || modal.any())
     options.after_step = [&](rigid::RigidWorld& w, rigid::StepRecord& step) {
       monitor.throw_if_stopped();
       cracking.after_step(w);
+      modal.after_step(w);
       return breaking.has_bodies() ? breaking.after_step(w, step) : std::vector<rigid::Breakage>();
     };
   SceneMotion motion;
@@ -74,6 +91,7 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_
   motion.pieces = breaking.take_pieces();
   motion.n_stress_solves = breaking.n_stress_solves();
   if (cracking.any()) cracking.add_to(motion);
+  if (modal.any()) modal.add_to(motion);
   judge_ledger(motion);
   motion.status = MotionStatus::kDone;
   return motion;

@@ -50,7 +50,12 @@ struct SceneMotion {
   std::vector<ScenePiece> pieces;
   std::int64_t n_stress_solves = 0;
   std::optional<CrackSummary> cracks;  ///< of a scene with cracking bodies
+  std::optional<double>
+      contact_residual;  ///< of a scene with modal bodies: worst of their contact problems, dimensionless
 };
+
+/// Adds energies of bodies that are not in the rigid world, a row per step and the start, to the motion's.
+void add_ledger(SceneMotion& motion, const std::vector<rigid::EnergyLedger>& rows);
 
 /// Moves the bodies of a scene until its duration, or until all rest.
 /// @param until_s  ends it earlier

@@ -30,6 +30,7 @@ const TomlField kSchema[] = {
     {"", "hold", kTables, "none", -kInf, kInf,
      "one `[[hold]]` each: places of cracking bodies that are moved from outside"},
     {"", "crack", kTable, "the defaults below", -kInf, kInf, "how cracking bodies flow and crack"},
+    {"", "modal", kTable, "the defaults below", -kInf, kInf, "how modal bodies move"},
     {"", "fracture", kTable, "the defaults below", -kInf, kInf, "how breakable bodies break"},
     {"", "sound", kTable, "the defaults below", -kInf, kInf, "what is heard, and where"},
 
@@ -71,6 +72,7 @@ const TomlField kSchema[] = {
     {"body", "velocity_m_s", kVector, "[0, 0, 0]", -1e4, 1e4, "of the centre of mass"},
     {"body", "angular_velocity_rad_s", kVector, "[0, 0, 0]", -1e5, 1e5, "about the world's axes"},
     {"body", "fixed", kBoolean, "false", -kInf, kInf, "it does not move, whatever pushes it"},
+    {"body", "modal", kTable, "the scene's", -kInf, kInf, "of a modal body: what stands here wins"},
     {"body", "crack", kTable, "the scene's", -kInf, kInf, "of a cracking body: what stands here wins"},
     {"body", "max_edge_m", kNumber, "as `klang modes`", 0, 1e4, "of the mesh for its modes, and of a cracking body's",
      true},
@@ -117,6 +119,8 @@ const std::vector<TomlField>& schema() {
     insert("body", damping::damping_fields("material.damping"));
     insert("fracture", detail::hold_fields());
     insert("fracture", detail::crack_fields("crack"));
+    insert("fracture", detail::modal_fields("modal"));
+    insert("fracture", detail::modal_fields("body.modal"));
     insert("fracture", detail::crack_fields("body.crack"));
     insert("body.score", mesh::shape_fields("body.shape"));
     return all;
@@ -267,7 +271,7 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
     body.unit_m = table.number("unit_m", 1.0);
   }
   body.material = material_named(scene, table.text("material"), table.place("material"));
-  body.model = *enum_from_text<BodyModel>(table.choice("model", {"rigid", "breakable", "cracking"}));
+  body.model = *enum_from_text<BodyModel>(table.choice("model", {"rigid", "breakable", "cracking", "modal"}));
   body.position_m = table.vector("position_m", body.position_m);
   body.rotation_deg = table.vector("rotation_deg", body.rotation_deg);
   body.velocity_m_s = table.vector("velocity_m_s", body.velocity_m_s);
@@ -277,8 +281,10 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
   read_breaking(table, scene, body);
   if (table.has("crack") && body.model != BodyModel::kCracking)
     throw InputError(table.place("crack"), "belongs to a cracking body", body.name, "model = \"cracking\"");
-  if (body.model == BodyModel::kCracking && body.fixed)
-    throw InputError(table.place("fixed"), "a cracking body is held by holds", body.name,
+  if (table.has("modal") && body.model != BodyModel::kModal)
+    throw InputError(table.place("modal"), "belongs to a modal body", body.name, "model = \"modal\"");
+  if ((body.model == BodyModel::kCracking || body.model == BodyModel::kModal) && body.fixed)
+    throw InputError(table.place("fixed"), "a cracking or modal body is held by holds", body.name,
                      "[[hold]] where = ..., kind = \"position\"");
   body.sound = *enum_from_text<BodySound>(table.choice("sound", {"auto", "modes", "none"}));
   if (body.sounds() && !scene.material_of(body).damping)
@@ -350,10 +356,12 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
     if (body.model == BodyModel::kCracking)
       body.crack =
           detail::read_crack(root.table("crack"), table.table("crack"), scene.material_of(body), table.place());
+    if (body.model == BodyModel::kModal) body.modal = detail::read_modal(root.table("modal"), table.table("modal"));
   }
   scene.holds = detail::read_holds(root, scene, folder);
   if (scene.has_deforming_bodies() && !scene.duration_s)
-    throw InputError(root.place("duration_s"), "is missing", "", "a scene with cracking bodies says how long it lasts");
+    throw InputError(root.place("duration_s"), "is missing", "",
+                     "a scene with cracking or modal bodies says how long it lasts");
   read_sound(root.table("sound"), scene.sound);
   read_fracture(root.table("fracture"), scene.fracture);
   return scene;

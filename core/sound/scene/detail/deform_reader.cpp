@@ -1,5 +1,6 @@
 #include "core/sound/scene/detail/deform_reader.hpp"
 
+#include <cmath>
 #include <limits>
 
 #include "core/foundation/base/errors.hpp"
@@ -39,7 +40,7 @@ std::vector<TomlField> crack_fields(const char* table) {
 std::vector<TomlField> hold_fields() {
   using enum TomlType;
   return {
-      {"hold", "body", kText, "required", -kInf, kInf, "a cracking body"},
+      {"hold", "body", kText, "required", -kInf, kInf, "a cracking or modal body"},
       {"hold", "where", kText, "this or at_m", -kInf, kInf,
        "nodes in the body's frame, as of supports: `x=min`, `z<0.01`, `box:...`"},
       {"hold", "at_m", kVector, "this or where", -1e4, 1e4, "the nearest node, in the body's frame"},
@@ -87,6 +88,31 @@ CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const Sce
   return settings;
 }
 
+std::vector<TomlField> modal_fields(const char* table) {
+  using enum TomlType;
+  return {
+      {table, "n_modes", kNumber, "20", 0, 1000, "elastic modes from the lowest"},
+      {table, "residual_flexibility", kBoolean, "false", -kInf, kInf, "not in scenes yet: true is refused"},
+      {table, "contact", kText, "`lcp`", -kInf, kInf,
+       "`lcp`, or `lp`: H03's linear program, without friction (erratum 71)"},
+  };
+}
+
+ModalSettings read_modal(const TomlTable& scene, const TomlTable& own) {
+  const auto table_of = [&](const char* key) -> const TomlTable& { return own.has(key) ? own : scene; };
+  ModalSettings settings;
+  const TomlTable& modes = table_of("n_modes");
+  const double n = modes.number("n_modes", settings.n_modes);
+  if (n != std::floor(n)) throw InputError(modes.place("n_modes"), "is no whole number", to_text(n));
+  settings.n_modes = static_cast<int>(n);
+  const TomlTable& residual = table_of("residual_flexibility");
+  if (residual.boolean("residual_flexibility", false))
+    throw InputError(residual.place("residual_flexibility"), "is not in scenes yet", "true",
+                     "false; more modes bring the contact's compliance nearer (docs/fracture.md)");
+  settings.linear_program = table_of("contact").choice("contact", {"lcp", "lp"}) == "lp";
+  return settings;
+}
+
 std::vector<SceneHold> read_holds(const TomlTable& root, const Scene& scene, const std::filesystem::path& folder) {
   std::vector<SceneHold> holds;
   for (const TomlTable& table : root.tables("hold", kMostHolds)) {
@@ -97,8 +123,9 @@ std::vector<SceneHold> read_holds(const TomlTable& root, const Scene& scene, con
     for (std::size_t i = 0; i < scene.bodies.size(); ++i)
       if (scene.bodies[i].name == name) hold.body = static_cast<int>(i);
     if (hold.body < 0) throw InputError(table.place("body"), "unknown body", name);
-    if (scene.bodies[static_cast<std::size_t>(hold.body)].model != BodyModel::kCracking)
-      throw InputError(table.place("body"), "is no body that can be held", name, "model = \"cracking\"");
+    const BodyModel model = scene.bodies[static_cast<std::size_t>(hold.body)].model;
+    if (model != BodyModel::kCracking && model != BodyModel::kModal)
+      throw InputError(table.place("body"), "is no body that can be held", name, "model = \"cracking\" or \"modal\"");
     if (table.has("where") == table.has("at_m"))
       throw InputError(table.place(), table.has("where") ? "has where and at_m" : "says not where", name,
                        "where, or at_m");

@@ -15,7 +15,11 @@ std::vector<TomlField> hold_fields();
 CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const SceneMaterial& material,
                          const std::string& place);
 
-/// @throws InputError, also where a file is missing or a body is not a cracking one
+/// [modal] of the scene and of the body, which wins.
+std::vector<TomlField> modal_fields(const char* table);
+ModalSettings read_modal(const TomlTable& scene, const TomlTable& own);
+
+/// @throws InputError, also where a file is missing or a body is neither cracking nor modal
 std::vector<SceneHold> read_holds(const TomlTable& root, const Scene& scene, const std::filesystem::path& folder);
 
 }  // namespace klang::scene::detail

@@ -186,7 +186,15 @@ void TransferFinder::frame(std::size_t k) {
   for (std::size_t i = 0; i < paths_.size(); ++i)
     if (heard_[i] && time > heard_[i]->birth_s - step && time < heard_[i]->faded_s + step) alive.push_back(i);
   if (alive.empty()) return;
-  const LiquidBoundary boundary(main_body(frames_->boundary(k), frames_->cell_m()));
+  std::optional<LiquidBoundary> made;
+  try {
+    made.emplace(main_body(frames_->boundary(k), frames_->cell_m()));
+  } catch (
+      const InputError& error) {  // one frame of a splash that cannot be meshed is no reason to lose all the others
+    if (result_.n_bad_frames++ == 0) result_.bad_frame = error.what();
+    return;
+  }
+  const LiquidBoundary& boundary = *made;
   std::erase_if(alive, [&](std::size_t i) { return !in_body(boundary, i, time); });
   if (alive.empty()) return;
   if (boundary.inside_air_boundary(scene_.sound.listener.centre_m(time)))

@@ -31,6 +31,8 @@ struct LiquidTransfer {
   std::int64_t n_solves = 0;
   std::optional<double> error_estimate;  ///< relative, median of samples of the solves
   std::size_t n_half_space = 0;          ///< bubbles that were never in the main body: by half_space_transfer
+  std::size_t n_bad_frames = 0;          ///< left out: their surface is no closed boundary
+  std::string bad_frame;                 ///< why, of the first
   std::optional<double> lowest_mode_hz;  ///< of the tank, in the first frame that was solved
 };
 

@@ -40,6 +40,8 @@ void run_transfer(StageRun& run) {
   if (found.n_half_space > 0)
     run.warn(std::to_string(found.n_half_space) +
              " bubble(s) were never inside the largest body of liquid: they are heard as below a wide plane surface");
+  if (found.n_bad_frames > 0)
+    run.warn(std::to_string(found.n_bad_frames) + " frame(s) are left out of the transfer: " + found.bad_frame);
   if (solved && found.lowest_mode_hz && *found.lowest_mode_hz <= highest)
     run.warn("the tank resonates from " + std::to_string(std::lround(*found.lowest_mode_hz)) +
              " Hz on, within the bubbles' band; levels there are what liquid_loss_factor " +

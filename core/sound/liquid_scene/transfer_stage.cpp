@@ -40,6 +40,11 @@ void run_transfer(StageRun& run) {
   if (found.n_half_space > 0)
     run.warn(std::to_string(found.n_half_space) +
              " bubble(s) were never inside the largest body of liquid: they are heard as below a wide plane surface");
+  constexpr double kDoubtful = 0.2;
+  if (found.error_estimate && !(*found.error_estimate <= kDoubtful))
+    run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *found.error_estimate)) +
+             " %: waves about one centre do not follow a surface with jets or sheets; method half_space is the one to "
+             "compare with");
   if (found.n_bad_frames > 0)
     run.warn(std::to_string(found.n_bad_frames) + " frame(s) are left out of the transfer: " + found.bad_frame);
   if (solved && found.lowest_mode_hz && *found.lowest_mode_hz <= highest)

@@ -106,11 +106,37 @@ struct MacGrid {
   const Field& operator[](int axis) const { return faces[static_cast<std::size_t>(axis)]; }
 };
 
-/// Trilinear of each component.
+/// Place along one axis among n entries: the lower of two neighbours and the share of the upper, held inside.
+struct AxisPlace {
+  int low;
+  double share;
+  AxisPlace(double g, int n) {
+    g = g > 0.0 ? g : 0.0;
+    g = g < n - 1 ? g : n - 1;
+    low = static_cast<int>(g);
+    low = low < n - 2 ? low : (n > 1 ? n - 2 : 0);
+    share = g - low;
+  }
+};
+
+/// Trilinear at a place that is known along each axis.
+inline double trilinear(const Field& field, const AxisPlace& x, const AxisPlace& y, const AxisPlace& z) {
+  const std::size_t dx = field.nx() > 1 ? 1 : 0, dy = field.ny() > 1 ? static_cast<std::size_t>(field.nx()) : 0,
+                    dz = field.nz() > 1 ? static_cast<std::size_t>(field.nx()) * field.ny() : 0;
+  const double* const f = field.data().data() + field.index(x.low, y.low, z.low);
+  const auto along_x = [&](std::size_t o) { return f[o] + x.share * (f[o + dx] - f[o]); };
+  const double low = along_x(0) + y.share * (along_x(dy) - along_x(0));
+  const double high = along_x(dz) + y.share * (along_x(dz + dy) - along_x(dz));
+  return low + z.share * (high - low);
+}
+
+/// Trilinear of each component; the places along the axes are shared by the three.
 inline Eigen::Vector3d velocity_at(const MacGrid& u, const Eigen::Vector3d& x_m, double cell_m) {
-  const Eigen::Vector3d g = x_m / cell_m;
-  return {trilinear(u[0], g.x(), g.y() - 0.5, g.z() - 0.5), trilinear(u[1], g.x() - 0.5, g.y(), g.z() - 0.5),
-          trilinear(u[2], g.x() - 0.5, g.y() - 0.5, g.z())};
+  const int nx = u[1].nx(), ny = u[0].ny(), nz = u[0].nz();
+  const double gx = x_m.x() / cell_m, gy = x_m.y() / cell_m, gz = x_m.z() / cell_m;
+  const AxisPlace x(gx, nx + 1), y(gy, ny + 1), z(gz, nz + 1);
+  const AxisPlace x_half(gx - 0.5, nx), y_half(gy - 0.5, ny), z_half(gz - 0.5, nz);
+  return {trilinear(u[0], x, y_half, z_half), trilinear(u[1], x_half, y, z_half), trilinear(u[2], x_half, y_half, z)};
 }
 
 /// Where an axis' face (i, j, k) stands.

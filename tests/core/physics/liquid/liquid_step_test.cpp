@@ -29,6 +29,7 @@ Solid half_space(const Vector3d& normal, const Vector3d& point) {
 }
 
 double fastest_in_a_second(LiquidSetup setup) {
+  setup.options.longest_step_s = 4e-3;
   Liquid liquid(std::move(setup));
   double most = 0.0;
   liquid.advance_to(1.0, [&](const LiquidStep& step) { most = std::max(most, step.max_speed_m_s); });

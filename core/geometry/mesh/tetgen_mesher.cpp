@@ -14,6 +14,7 @@
 
 #include "core/foundation/base/child.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/detail/edge_splitting.hpp"
 #include "core/geometry/mesh/detail/narrow_facets.hpp"
 #include "core/geometry/mesh/detail/tetgen_library.hpp"
 #include "core/geometry/mesh/import_check.hpp"
@@ -257,18 +258,8 @@ TetMesh mesh_surface(const SurfaceMesh& surface, const TetgenOptions& options, c
     throw InputError(name, "TetGen could not fill the surface: " + reason(*failure),
                      *failure == kCrashed ? std::string() : "code " + std::to_string(*failure));
   mesh = checked_import(std::move(mesh), name);
-  if (options.max_edge_m > 0.0) {
-    double longest = 0.0;
-    for (int e = 0; e < mesh.n_elements(); ++e)
-      for (const auto& edge : kTetEdges)
-        longest = std::max(
-            longest,
-            (mesh.nodes_m.row(mesh.elements(e, edge[0])) - mesh.nodes_m.row(mesh.elements(e, edge[1]))).norm());
-    if (!(longest <= 1.001 * options.max_edge_m))
-      throw InputError(name, "TetGen stopped before every edge was short enough",
-                       "longest edge " + to_text(longest) + " m",
-                       "up to max_edge_m = " + to_text(options.max_edge_m) + "; ask for a longer edge");
-  }
+  // TetGen leaves long edges where facets meet at sharp angles.
+  if (options.max_edge_m > 0.0) detail::split_long_edges(mesh, options.max_edge_m);
   const SurfaceMesh boundary = boundary_surface(mesh);
   std::vector<char> on_surface(mesh.n_nodes(), 0);
   for (Eigen::Index t = 0; t < boundary.triangles.rows(); ++t)

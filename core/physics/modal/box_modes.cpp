@@ -11,6 +11,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/la/lapack.hpp"
 #include "core/physics/modal/detail/box_axis.hpp"
+#include "core/physics/modal/detail/cluster_orientation.hpp"
 
 namespace klang::modal {
 
@@ -269,9 +270,7 @@ HarmonicModes BoxBody::lowest(std::size_t index, const solid::Material& material
   const double mass = material.density_kg_m3 * half_lengths_m_.prod();
   modes.relative_residual.resize(modes.vectors.cols());
   for (Eigen::Index k = 0; k < modes.vectors.cols(); ++k) {
-    Eigen::Index at = 0;
-    modes.vectors.col(k).cwiseAbs().maxCoeff(&at);
-    if (modes.vectors(at, k) < 0.0) modes.vectors.col(k) *= -1.0;  // a sign that does not depend on the eigensolver
+    if (detail::turns_over(modes.vectors.col(k))) modes.vectors.col(k) *= -1.0;
     const Eigen::VectorXd inertia = modes.angular_frequency_sq[k] * mass * modes.vectors.col(k);
     modes.relative_residual[k] =
         std::min((image.col(k) - inertia).norm(), (image.col(k) + inertia).norm()) / inertia.norm();

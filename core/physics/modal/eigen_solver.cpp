@@ -11,6 +11,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/block_mass.hpp"
+#include "core/physics/modal/detail/cluster_orientation.hpp"
 #include "core/physics/modal/detail/eigen_problem.hpp"
 #include "core/physics/modal/detail/hierarchical_error.hpp"
 
@@ -236,12 +237,9 @@ Eigen::Index ModeSearch::keep_modes(Eigen::VectorXd& round_off) {
     model.shapes.middleRows<3>(3 * assembled_.free_nodes[i]) =
         kept.vector.middleRows<3>(3 * static_cast<Eigen::Index>(i));
   }
-  // A vector's sign is free: the largest component is made positive, so that runs can be compared.
-  for (Eigen::Index k = 0; k < n_modes; ++k) {
-    Eigen::Index largest = 0;
-    model.shapes.col(k).cwiseAbs().maxCoeff(&largest);
-    if (model.shapes(largest, k) < 0) model.shapes.col(k) *= -1;
-  }
+  detail::orient_clusters(mesh_, kept.value, model.shapes);
+  for (Eigen::Index k = 0; k < n_modes; ++k)
+    if (detail::turns_over(model.shapes.col(k))) model.shapes.col(k) *= -1;
   result_.sturm_count = search_.proof.sturm_count;
   result_.none_missing = search_.proof.none_missing;
   result_.n_below_band = static_cast<int>(n_low_);

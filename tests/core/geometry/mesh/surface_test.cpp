@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -265,6 +266,51 @@ TEST(Tetgen, FillsBoxHollowAndBallWithExactlyTheirVolume) {
     EXPECT_LE(quality.longest_edge_m, 0.4 * 1.001);
     EXPECT_GE(quality.min_dihedral_deg, 5.0);
     EXPECT_FALSE(mesh.node_sets.at("surface").empty());
+  }
+}
+
+TEST(Tetgen, ConvexStonesOfTwelveCornersAreFilledWhateverTheirAngles) {
+  // Corners on an ellipsoid by a fixed recurrence; the hull's facets are the triples with all others on one side.
+  std::uint64_t state = 1;
+  const auto uniform = [&state] {
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(state >> 11U) * 0x1.0p-53;
+  };
+  for (int stone = 0; stone < 6; ++stone) {
+    SurfaceMesh surface;
+    surface.vertices_m.resize(12, 3);
+    for (int i = 0; i < 12; ++i) {
+      const double z = 2.0 * uniform() - 1.0, phi = 2.0 * M_PI * uniform(), r = std::sqrt(1.0 - z * z);
+      surface.vertices_m.row(i) << 0.05 * r * std::cos(phi), 0.04 * r * std::sin(phi), 0.03 * z;
+    }
+    const auto at = [&](int i) -> Eigen::Vector3d { return surface.vertices_m.row(i).transpose(); };
+    std::vector<Eigen::RowVector3i> facets;
+    for (int a = 0; a < 12; ++a)
+      for (int b = a + 1; b < 12; ++b)
+        for (int c = b + 1; c < 12; ++c) {
+          const Eigen::Vector3d normal = (at(b) - at(a)).cross(at(c) - at(a));
+          int above = 0, below = 0;
+          for (int i = 0; i < 12; ++i) {
+            if (i == a || i == b || i == c) continue;
+            ++(normal.dot(at(i) - at(a)) > 0.0 ? above : below);
+          }
+          if (above == 0) facets.emplace_back(a, b, c);
+          if (below == 0) facets.emplace_back(a, c, b);
+        }
+    surface.triangles.resize(static_cast<Eigen::Index>(facets.size()), 3);
+    for (std::size_t t = 0; t < facets.size(); ++t) surface.triangles.row(static_cast<Eigen::Index>(t)) = facets[t];
+    for (const double edge_m : {0.016, 0.008}) {
+      TetgenOptions options;
+      options.order = 1;
+      options.max_edge_m = edge_m;
+      const TetMesh mesh = mesh_surface(surface, options, "stone");
+      expect_conforming(mesh);
+      const MeshQuality quality = mesh_quality(mesh);
+      const double volume = check_closed_surface(surface, "").volume_m3;
+      EXPECT_LE(std::abs(quality.volume_m3 / volume - 1.0), 1e-12) << stone;
+      EXPECT_LE(quality.longest_edge_m, edge_m) << stone;
+      EXPECT_GE(quality.min_dihedral_deg, 2.0) << stone;
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/foundation/base/parallel.hpp"
 #include "core/geometry/shapes/shape.hpp"
 #include "core/physics/modal/detail/eigen_problem.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
@@ -33,6 +34,22 @@ TEST(Completeness, BothMembersOfTheTilesDegeneratePairAreFound) {
   EXPECT_NEAR(f[4] / f[3], 1, 2e-3);
   EXPECT_NEAR(f[5] / 11193.5653, 1, 0.02);
   EXPECT_NEAR(f[6] / f[5], 1, 2e-3);
+}
+
+TEST(Completeness, PairsOfATubeAreTurnedAlikeOnOneAndOnTwoBlasThreads) {
+  const auto tube =
+      klang::mesh::mesh_shape({"tube", {{"length_m", 0.08}, {"outer_radius_m", 0.02}, {"wall_m", 0.004}}, {}});
+  EigenOptions options;
+  options.count = 6;
+  std::vector<Eigen::MatrixXd> shapes;
+  for (const int threads : {1, 2}) {
+    const klang::BlasThreads blas(threads);
+    const EigenResult result = solve_modes(tube, solid::assemble(tube), kCeramic, {}, options);
+    EXPECT_LE(result.model.angular_frequency_rad_s[1] / result.model.angular_frequency_rad_s[0] - 1.0, 1e-8)
+        << "a pair";
+    shapes.push_back(result.model.shapes);
+  }
+  EXPECT_LE((shapes[0] - shapes[1]).norm() / shapes[0].norm(), 1e-5);
 }
 
 TEST(Completeness, FivefoldAndThreefoldModesOfTheBallAreFoundWhole) {

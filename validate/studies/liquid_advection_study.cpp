@@ -93,7 +93,7 @@ Level carry(const Case& c, Monitor& monitor) {
     liquid::advect_particles(shape, u, everywhere, step_s, particles);
     particles.sort(shape);
     liquid::correct_by_particles(shape, particles, open, {}, phi);
-    liquid::redistance(shape, 3.0 * h, 10.0, phi);
+    liquid::redistance(shape, 3.0 * h, 8.0 * h, phi);
     liquid::shift_to_volume(shape, open, c.exact * h * shape.ny, 0.25 * h, phi);
   }
   Level level;

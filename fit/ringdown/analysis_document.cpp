@@ -2,7 +2,7 @@
 
 namespace klang::fit {
 
-AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& result) {
+AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& result, double a4_hz) {
   AnalysisDocument document;
   document.header = std::move(header);
   document.header.warnings = result.warnings;
@@ -14,6 +14,9 @@ AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& re
   document.noise_rms = result.noise_rms;
   document.partials = result.partials.partials;
   document.steady_tones = result.steady_tones;
+  document.a4_hz = a4_hz;
+  name_notes(document.partials, a4_hz);
+  name_notes(document.steady_tones, a4_hz);
   return document;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/foundation/config/result_header.hpp"
+#include "fit/ringdown/bell.hpp"
 #include "fit/ringdown/ringdown.hpp"
 
 /// analysis.json of `klang analyze`: amplitude(t) = exp(-decay_per_s t), t from the first strike.
@@ -29,6 +30,8 @@ struct AnalysisDocument {
   std::vector<std::vector<double>> strike_amplitudes;
   std::optional<double> explained_energy, noise_rms;
   std::vector<Partial> partials, steady_tones;
+  std::optional<double> a4_hz;  ///< that the notes go by
+  std::optional<Bell> bell;
   std::optional<SoundFiles> files;
 
   template <class Self, class Visitor>
@@ -44,10 +47,13 @@ struct AnalysisDocument {
     visit({"noise_rms", "rms of what the partials leave, full scale = 1, in band"}, self.noise_rms);
     visit({"partials", "ascending in frequency"}, self.partials);
     visit({"steady_tones", "what sounds in band and does not decay: no partials"}, self.steady_tones);
+    visit(absent_if_empty({"a4_hz", "that the notes of the partials go by"}), self.a4_hz);
+    visit(absent_if_empty({"bell", "with --bell: the partials that founders name"}), self.bell);
     visit(absent_if_empty({"files", "with -o: beside the result"}), self.files);
   }
 };
-/// Without what only the recording knows: name, duration, channels, files.
-AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& result);
+/// Without what only the recording knows: name, duration, channels, files. Partials and tones have their notes.
+AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& result,
+                                   double a4_hz = audio::kConcertPitchHz);
 
 }  // namespace klang::fit

@@ -6,23 +6,26 @@
 #include <nlohmann/json.hpp>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/config/csv.hpp"
+#include "core/foundation/config/fields_csv.hpp"
+#include "core/sound/audio/note.hpp"
 
 namespace klang::fit {
 namespace {
 
-enum class Rule { kAboveZero, kAtLeastZero, kAny, kWord };
+enum class Rule { kAboveZero, kAtLeastZero, kAny, kWord, kSpecimen, kDerived };
 
 struct Column {
   const char* name;
-  std::optional<double> Partial::*member;  ///< null for frequency_hz and kind
+  std::optional<double> Partial::*member;  ///< null for frequency_hz and for what is no number
   Rule rule;
   bool is_word() const { return rule == Rule::kWord; }
 };
 
-constexpr std::array<Column, 9> kColumns{{
+constexpr std::array<Column, 13> kColumns{{
     {"frequency_hz", nullptr, Rule::kAboveZero},
     {"frequency_std_hz", &Partial::frequency_std_hz, Rule::kAboveZero},
     {"decay_per_s", &Partial::decay_per_s, Rule::kAtLeastZero},
@@ -32,6 +35,10 @@ constexpr std::array<Column, 9> kColumns{{
     {"phase_rad", &Partial::phase_rad, Rule::kAny},
     {"phase_std_rad", &Partial::phase_std_rad, Rule::kAboveZero},
     {"kind", nullptr, Rule::kWord},
+    {"specimen", nullptr, Rule::kSpecimen},
+    {"note", nullptr, Rule::kDerived},
+    {"cents", nullptr, Rule::kDerived},
+    {"matched_mode", nullptr, Rule::kDerived},
 }};
 
 std::string column_names() {
@@ -105,12 +112,49 @@ std::vector<const Column*> header_columns(const std::vector<std::string_view>& c
   return columns;
 }
 
+/// The rows of one specimen; all where none or one is named.
+std::vector<Partial> rows_of(std::string_view specimen, std::vector<std::pair<std::string, Partial>> rows,
+                             const std::string& name) {
+  std::vector<std::string> names;
+  for (const auto& [row_specimen, partial] : rows) {
+    if (std::find(names.begin(), names.end(), row_specimen) == names.end()) names.push_back(row_specimen);
+  }
+  std::vector<Partial> kept;
+  if (names.size() > 1 && std::find(names.begin(), names.end(), specimen) == names.end())
+    throw unknown_word(name, "holds several specimens, and none of this name", specimen, specimen, names);
+  for (const auto& [row_specimen, partial] : rows) {
+    if (names.size() < 2 || row_specimen == specimen) kept.push_back(partial);
+  }
+  return kept;
+}
+
+Partial partial_of_row(const nlohmann::json& row, const std::string& place) {
+  if (!row.is_object()) throw InputError(place, "is not an object");
+  Partial partial;
+  for (const Column& column : kColumns) {
+    if (column.rule == Rule::kSpecimen || column.rule == Rule::kDerived) continue;
+    const auto cell = row.find(column.name);
+    const bool missing = cell == row.end() || cell->is_null();
+    if (missing && column.member == nullptr && !column.is_word()) throw InputError(place, "frequency_hz is missing");
+    if (missing) continue;
+    if (column.is_word()) {
+      if (!cell->is_string()) throw InputError(place, "kind is no text", cell->type_name());
+      store_kind(partial, cell->get<std::string>(), place);
+      continue;
+    }
+    if (!cell->is_number()) throw InputError(place, std::string(column.name) + " is not a number", cell->type_name());
+    const double value = cell->get<double>();
+    store(partial, column, value, place, klang::to_text(value));
+  }
+  return partial;
+}
+
 }  // namespace
 
-PartialTable parse_partial_csv(std::string_view text, const std::string& name) {
+PartialTable parse_partial_csv(std::string_view text, const std::string& name, std::string_view specimen) {
   CsvFile file(std::string(text), name);
   std::vector<const Column*> columns;
-  std::vector<Partial> partials;
+  std::vector<std::pair<std::string, Partial>> rows;
   std::vector<std::string> left_out;
   while (file.next()) {
     const auto& cells = file.cells();
@@ -123,9 +167,13 @@ PartialTable parse_partial_csv(std::string_view text, const std::string& name) {
       throw InputError(place, "has the wrong number of cells", std::to_string(cells.size()),
                        std::to_string(columns.size()));
     }
-    Partial partial;
+    auto& [row_specimen, partial] = rows.emplace_back();
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (columns[i] == nullptr) continue;
+      if (columns[i] == nullptr || columns[i]->rule == Rule::kDerived) continue;
+      if (columns[i]->rule == Rule::kSpecimen) {
+        row_specimen = cells[i];
+        continue;
+      }
       if (cells[i].empty() && (columns[i]->member != nullptr || columns[i]->is_word())) continue;
       const std::string shown = quoted(cells[i]);
       if (columns[i]->is_word()) {
@@ -136,78 +184,60 @@ PartialTable parse_partial_csv(std::string_view text, const std::string& name) {
       if (!value) throw InputError(place, std::string(columns[i]->name) + " is not a number", shown);
       store(partial, *columns[i], *value, place, shown);
     }
-    partials.push_back(partial);
   }
   if (columns.empty())
     throw InputError(name, "is empty", {}, "a header line with frequency_hz, then one line per partial");
-  PartialTable table = finished(std::move(partials), name);
+  PartialTable table = finished(rows_of(specimen, std::move(rows), name), name);
   table.left_out_columns = std::move(left_out);
   return table;
 }
 
-PartialTable parse_partial_json(std::string_view text, const std::string& name) {
+PartialTable parse_partial_json(std::string_view text, const std::string& name, std::string_view specimen) {
   const auto root = parse_json(text, name);
-  const auto* rows = &root;
-  if (root.is_object()) {
+  std::vector<std::pair<std::string, Partial>> rows;
+  const auto add = [&](const nlohmann::json& list, const std::string& row_specimen, const std::string& place) {
+    if (!list.is_array()) throw InputError(place, "partials is not a list");
+    for (std::size_t i = 0; i < list.size(); ++i)
+      rows.emplace_back(row_specimen, partial_of_row(list[i], place + ", partials[" + std::to_string(i) + "]"));
+  };
+  const auto specimens = root.is_object() ? root.find("specimens") : root.end();
+  if (root.is_object() && specimens != root.end() && specimens->is_array()) {  // fit.json
+    for (const nlohmann::json& entry : *specimens) {
+      if (!entry.is_object() || !entry.contains("partials")) throw InputError(name, "a specimen has no key partials");
+      const auto named = entry.find("name");
+      const bool is_text = named != entry.end() && named->is_string();
+      add(entry["partials"], is_text ? named->get<std::string>() : std::string(), name);
+    }
+  } else if (root.is_object()) {
     const auto found = root.find("partials");
     if (found == root.end()) throw InputError(name, "has no key partials");
-    rows = &*found;
+    add(*found, {}, name);
+  } else {
+    add(root, {}, name);
   }
-  if (!rows->is_array()) throw InputError(name, "partials is not a list");
-  std::vector<Partial> partials;
-  for (std::size_t i = 0; i < rows->size(); ++i) {
-    const auto& row = (*rows)[i];
-    const std::string place = name + ", partials[" + std::to_string(i) + "]";
-    if (!row.is_object()) throw InputError(place, "is not an object");
-    Partial partial;
-    for (const Column& column : kColumns) {
-      const auto cell = row.find(column.name);
-      const bool missing = cell == row.end() || cell->is_null();
-      if (missing && column.member == nullptr && !column.is_word()) throw InputError(place, "frequency_hz is missing");
-      if (missing) continue;
-      if (column.is_word()) {
-        if (!cell->is_string()) throw InputError(place, "kind is no text", cell->type_name());
-        store_kind(partial, cell->get<std::string>(), place);
-        continue;
-      }
-      if (!cell->is_number()) throw InputError(place, std::string(column.name) + " is not a number", cell->type_name());
-      const double value = cell->get<double>();
-      store(partial, column, value, place, klang::to_text(value));
-    }
-    partials.push_back(partial);
-  }
-  return finished(std::move(partials), name);
+  return finished(rows_of(specimen, std::move(rows), name), name);
 }
 
-PartialTable read_partial_table(const std::filesystem::path& path) {
+PartialTable read_partial_table(const std::filesystem::path& path, std::string_view specimen) {
   const std::string extension = path.extension().string();
   constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
-  if (extension == ".csv") return parse_partial_csv(read_file(path, kMaxBytes), path.string());
-  if (extension == ".json") return parse_partial_json(read_file(path, kMaxBytes), path.string());
+  if (extension == ".csv") return parse_partial_csv(read_file(path, kMaxBytes), path.string(), specimen);
+  if (extension == ".json") return parse_partial_json(read_file(path, kMaxBytes), path.string(), specimen);
   throw InputError(path.string(), "is no partial table by its extension", extension, ".csv or .json");
 }
 
+void name_notes(std::vector<Partial>& partials, double a4_hz) {
+  for (Partial& partial : partials) {
+    const audio::NearestNote nearest = audio::nearest_note(partial.frequency_hz, a4_hz);
+    partial.note = nearest.name;
+    partial.cents = nearest.cents;
+  }
+}
+
+std::string partial_csv(const PartialTable& table) { return csv_table(table.partials); }
+
 void write_partial_table(const std::filesystem::path& path, const PartialTable& table) {
-  std::string text;
-  for (const Column& column : kColumns) {
-    if (!text.empty()) text += ',';
-    text += column.name;
-  }
-  text += '\n';
-  for (const Partial& partial : table.partials) {
-    text += klang::to_text(partial.frequency_hz);
-    for (std::size_t i = 1; i < kColumns.size(); ++i) {
-      text += ',';
-      if (kColumns[i].is_word()) {
-        text += to_text(partial.kind);
-        continue;
-      }
-      const auto& cell = partial.*kColumns[i].member;
-      if (cell) text += klang::to_text(*cell);
-    }
-    text += '\n';
-  }
-  write_file(path, text);
+  write_file(path, partial_csv(table));
 }
 
 }  // namespace klang::fit

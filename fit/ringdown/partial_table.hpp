@@ -34,6 +34,8 @@ struct Partial {
   std::optional<double> phase_rad;
   std::optional<double> phase_std_rad;
   PartialKind kind = PartialKind::kDecaying;
+  std::string note;             ///< the nearest of equal temperament (name_notes); empty: not named
+  std::optional<double> cents;  ///< above it
 
   /// Whether it may be held against a mode of a body: what is not known to decay is not.
   bool is_ring() const { return kind == PartialKind::kDecaying || kind == PartialKind::kWeak; }
@@ -58,6 +60,8 @@ struct Partial {
          "decaying; weak: 60 dB or more below the loudest at the first strike; too_short: the recording does not tell "
          "whether it decays; steady: it does not"},
         self.kind);
+    visit(absent_if_empty({"note", "the nearest of equal temperament, by A4"}), self.note);
+    visit(absent_if_empty({"cents", "above that note"}), self.cents);
   }
 };
 
@@ -73,11 +77,18 @@ struct PartialTable {
 /// back ascending in frequency. In JSON null or a missing key is "not measured" and keys of other names are
 /// left alone; in CSV so are columns, which left_out_columns names. Separators, quotes and decimal commas: CsvFile. InputError names file, line (or partials[index]),
 /// column, value.
-PartialTable read_partial_table(const std::filesystem::path& path);
-PartialTable parse_partial_csv(std::string_view text, const std::string& name);
-PartialTable parse_partial_json(std::string_view text, const std::string& name);
+/// What follows from the others (note, cents, matched_mode) is not read. Where a column `specimen` (in JSON: the specimens of a
+/// fit.json) names several specimens, the rows of this one are taken.
+/// @param specimen  its name; empty: the file holds one specimen
+PartialTable read_partial_table(const std::filesystem::path& path, std::string_view specimen = {});
+PartialTable parse_partial_csv(std::string_view text, const std::string& name, std::string_view specimen = {});
+PartialTable parse_partial_json(std::string_view text, const std::string& name, std::string_view specimen = {});
 
-/// CSV with all nine columns; a number reads back to the same bits.
+/// Names the nearest note of each.
+void name_notes(std::vector<Partial>& partials, double a4_hz);
+
+/// CSV with all eleven columns; a number reads back to the same bits.
+std::string partial_csv(const PartialTable& table);
 void write_partial_table(const std::filesystem::path& path, const PartialTable& table);
 
 }  // namespace klang::fit

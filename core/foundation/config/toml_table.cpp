@@ -42,7 +42,21 @@ std::string shown_value(const toml::node& node) {
   return "a date or time";
 }
 
-double number_of(const toml::node& node, const TomlField& field, const std::string& place) {
+/// The value of { value = .., std = .. }, or the node itself.
+const toml::node& value_node(const toml::node& node, const TomlField& field, const std::string& place) {
+  const toml::table* table = field.with_std ? node.as_table() : nullptr;
+  if (table == nullptr) return node;
+  for (const auto& [key, inner] : *table) {
+    if (key != "value" && key != "std")
+      throw unknown_word(place, "unknown key", key.str(), key.str(), {"value", "std"});
+  }
+  if (!table->contains("value") || !table->contains("std"))
+    throw InputError(place, "is a table without value or std", "", "{ value = .., std = .. }");
+  return *table->get("value");
+}
+
+double number_of(const toml::node& given, const TomlField& field, const std::string& place) {
+  const toml::node& node = value_node(given, field, place);
   if (!node.is_number()) throw InputError(place, "must be a number", shown_value(node), range_text(field));
   if (field.open) {
     const double value = value_of(node);
@@ -241,6 +255,16 @@ std::optional<double> TomlTable::optional_number(std::string_view key) const {
   return number(key);
 }
 
+std::optional<double> TomlTable::standard_deviation(std::string_view key) const {
+  const TomlField& known = field(key);
+  const toml::node* node = table_of(node_).get(key);
+  const toml::table* table = node && known.with_std ? node->as_table() : nullptr;
+  if (table == nullptr) return std::nullopt;
+  value_node(*node, known, place(key));  // complains
+  const TomlField rule{known.table, key, TomlType::kNumber, "", 0.0, known.high, "", true};
+  return number_of(*table->get("std"), rule, place(key) + ".std");
+}
+
 bool TomlTable::boolean(std::string_view key, bool fallback) const {
   field(key);
   const toml::node* node = table_of(node_).get(key);
@@ -329,6 +353,7 @@ std::string toml_schema_markdown(std::span<const TomlField> schema) {
       text += "\n| key | type | range | default | meaning |\n| --- | --- | --- | --- | --- |\n";
     }
     text.append("| `").append(field.key).append("` | ").append(kTypes[static_cast<int>(field.type)]);
+    if (field.with_std) text += ", or { value, std }";
     if (field.length > 0) text += " (" + std::to_string(field.length) + ")";
     text.append(" | ");
     text.append(range_text(field)).append(" | ").append(field.presence).append(" | ").append(field.meaning) += " |\n";

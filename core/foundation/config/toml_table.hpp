@@ -28,8 +28,9 @@ struct TomlField {
   double low = -std::numeric_limits<double>::infinity();  ///< numbers and vectors: low <= value <= high
   double high = std::numeric_limits<double>::infinity();
   std::string_view meaning;
-  bool open = false;  ///< low and high themselves are left out: low < value < high
-  int length = 0;     ///< of a list of numbers; 0: any
+  bool open = false;      ///< low and high themselves are left out: low < value < high
+  int length = 0;         ///< of a list of numbers; 0: any
+  bool with_std = false;  ///< a number may be { value = .., std = .. }
 };
 
 /// A table of a TOML file, read by a schema. Unknown keys, wrong types and values out of range are InputErrors that
@@ -53,6 +54,8 @@ class TomlTable {
   double number(std::string_view key) const;
   double number(std::string_view key, double fallback) const;
   std::optional<double> optional_number(std::string_view key) const;
+  /// Of a number given as { value = .., std = .. } its std, > 0; empty for a plain number or none.
+  std::optional<double> standard_deviation(std::string_view key) const;
   bool boolean(std::string_view key, bool fallback) const;
   Eigen::Vector3d vector(std::string_view key) const;
   Eigen::Vector3d vector(std::string_view key, const Eigen::Vector3d& fallback) const;

@@ -107,8 +107,8 @@ const std::vector<TomlField>& recipe_schema() {
   return schema;
 }
 
-solid::Material read_material(const TomlTable& table) {
-  const solid::MaterialInput input = solid::read_material(table);
+solid::Material read_material(const TomlTable& table, const std::filesystem::path& folder) {
+  const solid::MaterialInput input = solid::read_material(table, folder);
   if (!input.density_given) throw InputError(table.place("density_kg_m3"), "is missing", "", "a density, or a preset");
   return input.material;
 }
@@ -172,7 +172,7 @@ Recipe parse_recipe(std::string_view text, const std::string& name, const std::f
   const TomlTable root = TomlTable::parse(text, name, recipe_schema());
   Recipe recipe;
   recipe.name = root.text("name", name.c_str());
-  recipe.material = read_material(required_table(root, "material"));
+  recipe.material = read_material(required_table(root, "material"), base_folder);
   const damping::LawValue damping = damping::read_damping(required_table(root, "damping"));
   recipe.damping = damping.law;
   recipe.damping_parameters = damping.parameters;

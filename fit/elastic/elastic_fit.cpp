@@ -38,12 +38,16 @@ Prediction predict(const ParameterSpace& space, const SpectrumModels& models, co
       for (Eigen::Index i = 0; i < n; ++i) {
         const ElasticDatum& datum = item(data, i);
         if (static_cast<std::size_t>(datum.specimen) != s) continue;
-        const double share = 0.5 / static_cast<double>(datum.modes.size());
-        prediction.log_frequency[i] = -std::log(2.0 * kPi);
-        for (const int mode : datum.modes) {
-          prediction.log_frequency[i] += share * item(spectrum.log_angular_frequency_sq, mode);
-          prediction.derivative.row(i) += share * by_x.row(mode);
-        }
+        const auto add = [&](const std::vector<int>& modes, double sign) {
+          const double share = sign * 0.5 / static_cast<double>(modes.size());
+          for (const int mode : modes) {
+            prediction.log_frequency[i] += share * item(spectrum.log_angular_frequency_sq, mode);
+            prediction.derivative.row(i) += share * by_x.row(mode);
+          }
+        };
+        prediction.log_frequency[i] = datum.over.empty() ? -std::log(2.0 * kPi) : 0.0;
+        add(datum.modes, 1.0);
+        if (!datum.over.empty()) add(datum.over, -1.0);
       }
     }
   });

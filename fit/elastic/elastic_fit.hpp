@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct ElasticDatum {
   std::vector<int> modes;      ///< the line's modes; the model value is the mean of their ln f
   double log_frequency = 0.0;  ///< ln of the measured frequency in Hz
   double sigma = 0.0;          ///< its standard deviation (relative frequency), measurement only
+  std::vector<int> over = {};  ///< log_frequency is the ln of a ratio: of the above to the line of these modes
 };
 
 struct ElasticFitOptions {
@@ -41,6 +43,13 @@ struct ElasticFitOptions {
   }
 };
 
+/// A number that was given and not fitted.
+struct GivenQuantity {
+  std::string name;                    ///< "D3.length_m", "D3.mass_kg", "density_kg_m3"
+  Eigen::VectorXd pull;                ///< on x (information times shift) of ln of it being larger by 1
+  std::optional<double> relative_std;  ///< by its tolerance
+};
+
 /// The result of fit_elastic at x. Covariances are of x, scaled to the estimated scatter.
 struct ElasticFit {
   bool converged = false;
@@ -55,6 +64,7 @@ struct ElasticFit {
   /// Pull on x (information times shift) of errors that the model's frequencies have in common: each mode off by its
   /// SpectrumModel::relative_error(), and by that growing with frequency. Two columns.
   Eigen::MatrixXd systematic;
+  std::vector<GivenQuantity> given;  ///< filled by who knows the specimens
   double cost_initial = 0.0, cost_final = 0.0;
   int n_iterations = 0;
 };

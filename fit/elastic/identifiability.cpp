@@ -64,6 +64,41 @@ bool determined(const std::string& name, const Uncertainty& u) {
   return u.relative <= threshold(name) && u.assumed_relative <= kAssumedStd;
 }
 
+/// Where a parameter's variance comes from: std^2 = g P g + sum over common errors of (pull . P g)^2. Of a given quantity the
+/// model's ln f moves by the slope s, the estimate by -P J^T W s.
+void add_budget(const ParameterSpace& space, const ElasticFit& fit, const FitParameter& parameter,
+                const Eigen::MatrixXd& posterior, std::vector<BudgetEntry>& budget) {
+  const auto quantity = space.quantity(parameter.name, fit.x);
+  const Eigen::VectorXd spread = posterior * quantity.gradient;
+  const double variance = std::pow(*parameter.std, 2);
+  const auto add = [&](const std::string& source, std::optional<double> sensitivity, std::optional<double> part) {
+    BudgetEntry& entry = budget.emplace_back();
+    entry.parameter = parameter.name;
+    entry.source = source;
+    entry.sensitivity = sensitivity;
+    entry.contribution_std = part;
+    if (part && variance > 0.0) entry.share = *part * *part / variance;
+  };
+  add("partials", {}, std::sqrt(std::max(0.0, quantity.gradient.dot(spread))));
+  double mesh = (fit.systematic.transpose() * spread).squaredNorm();
+  for (const GivenQuantity& given : fit.given) {
+    const double slope = -given.pull.dot(spread);  // d parameter / d ln given
+    std::optional<double> part;
+    if (given.relative_std) part = std::abs(slope) * *given.relative_std;
+    if (part) mesh -= *part * *part;
+    std::optional<double> sensitivity;
+    if (quantity.value != 0.0) sensitivity = slope / quantity.value;
+    add(given.name, sensitivity, part);
+  }
+  add("mesh", {}, std::sqrt(std::max(0.0, mesh)));
+}
+
+/// Nothing that was fitted moves it.
+bool quantity_is_given(const ParameterSpace& space, const Eigen::VectorXd& x, const std::string& name) {
+  const auto quantity = space.quantity(name, x);
+  return quantity.gradient.cwiseAbs().maxCoeff() <= 1e-12 * std::max(std::abs(quantity.value), 1e-12);
+}
+
 std::string shown(const char* format, double value) {
   char text[64];
   std::snprintf(text, sizeof text, format, value);
@@ -207,6 +242,11 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
     if (parameter.identifiable && !derived) {
       gradients.push_back(space.quantity(name, fit.x).gradient);
     }
+    parameter.given = derived && !space.ratio_is_free() && quantity_is_given(space, fit.x, name);
+    const bool lacks =
+        std::any_of(fit.given.begin(), fit.given.end(), [](const GivenQuantity& given) { return !given.relative_std; });
+    if (parameter.std && lacks) parameter.caveat = kWithoutTolerances;
+    if (parameter.std) add_budget(space, fit, parameter, posterior, report.budget);
     report.parameters.push_back(std::move(parameter));
   }
   for (const auto& a : gradients) {

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "fit/elastic/budget.hpp"
 #include "fit/elastic/elastic_fit.hpp"
 #include "fit/specimen/fit_parameter.hpp"
 
@@ -23,6 +24,7 @@ Eigen::VectorXd regularisation_factors(const ParameterSpace& space, const Elasti
 struct ElasticReport {
   std::vector<FitParameter> parameters;          ///< asked ones, then derived ones
   std::vector<std::vector<double>> correlation;  ///< of the identifiable asked ones, in their order
+  std::vector<BudgetEntry> budget;               ///< of each parameter that has a std, in their order
 };
 
 /// Values, standard deviations and 95 % intervals (Student's t) of the asked and derived quantities at fit.x, by the

@@ -9,6 +9,7 @@
 #include "core/foundation/config/fields.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "fit/damping/damping.hpp"
+#include "fit/elastic/budget.hpp"
 #include "fit/judge/judgement.hpp"
 #include "fit/ringdown/ringdown.hpp"
 #include "fit/specimen/fit_parameter.hpp"
@@ -75,6 +76,7 @@ struct FitResult {
   std::optional<solid::Material> material;       ///< at the solution; empty: nothing was fitted
   std::vector<FitParameter> parameters;          ///< asked ones first, then derived ones
   std::vector<std::vector<double>> correlation;  ///< of the identifiable asked parameters
+  std::vector<BudgetEntry> budget;               ///< where each parameter's std comes from
   DampingResult damping;
   std::vector<PartialMatch> matches;
   std::vector<SpecimenResult> specimens;

@@ -10,6 +10,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/physics/modal/damping/damping_laws.hpp"
+#include "core/sound/audio/note.hpp"
 
 namespace klang::fit {
 namespace {
@@ -83,7 +84,9 @@ void add_predicted(const SpecimenResult& specimen, std::vector<PredictedRecord>&
 
 std::vector<PartialRecord> partial_records(const FitResult& result, std::size_t s) {
   std::vector<PartialRecord> records;
-  for (const Partial& partial : result.specimens[s].partials.partials) records.push_back({partial, {}});
+  std::vector<Partial> partials = result.specimens[s].partials.partials;
+  name_notes(partials, audio::kConcertPitchHz);
+  for (const Partial& partial : partials) records.push_back({partial, {}});
   for (const PartialMatch& match : result.matches) {
     if (match.specimen == static_cast<int>(s) && match.mode >= 0)
       item(records, match.partial).matched_mode = match.mode;
@@ -132,6 +135,26 @@ MaterialRecord material_record(const solid::Material& material) {
   return record;
 }
 
+/// What was found of the material beside its elasticity: a density from the masses, Rayleigh's two numbers.
+void complete_material(const FitProblem& problem, const FitResult& result, MaterialRecord& record) {
+  double mass_kg = 0.0, volume_m3 = 0.0;
+  for (std::size_t s = 0; s < result.specimens.size(); ++s) {
+    const SpecimenResult& specimen = result.specimens[s];
+    if (specimen.predicted || !problem.specimens[s].mass_kg || specimen.model.mesh.n_elements() == 0) continue;
+    mass_kg += *problem.specimens[s].mass_kg;
+    volume_m3 += *problem.specimens[s].mass_kg / specimen.model.material.density_kg_m3;
+  }
+  if (volume_m3 > 0.0) record.density_kg_m3 = mass_kg / volume_m3;
+  for (const DampingCandidate& candidate : result.damping.candidates) {
+    if (candidate.model.substr(0, candidate.model.find("_and_")) != "rayleigh") continue;
+    for (const FitParameter& parameter : candidate.parameters) {
+      if (parameter.name == "rayleigh_stiffness_s") record.rayleigh_stiffness_s = parameter.value;
+      if (parameter.name == "rayleigh_mass_per_s") record.rayleigh_mass_per_s = parameter.value;
+    }
+    return;  // the best of those that hold it
+  }
+}
+
 CorrelationRecord correlation_record(const FitResult& result) {
   CorrelationRecord record{{}, result.correlation};
   for (const FitParameter& parameter : result.parameters) {
@@ -171,9 +194,11 @@ FitDocument fit_document(const FitProblem& problem, const FitResult& result, Pro
   document.header.wall_time_s = result.wall_time_s;
   document.name = problem.name;
   document.material = material_record(result.material.value_or(problem.material));
+  complete_material(problem, result, document.material);
   document.material_start = material_record(problem.material);
   document.parameters = result.parameters;
   document.correlation = correlation_record(result);
+  document.budget = result.budget;
   document.damping = damping_records(result);
   for (const PartialMatch& match : result.matches)
     document.matches.push_back(match_record(match, item(result.specimens, match.specimen).name));

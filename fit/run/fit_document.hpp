@@ -13,6 +13,7 @@ namespace klang::fit {
 struct MaterialRecord {
   std::string preset;
   std::optional<double> youngs_modulus_pa, poissons_ratio, lame_lambda_pa, lame_mu_pa, density_kg_m3;
+  std::optional<double> rayleigh_stiffness_s, rayleigh_mass_per_s;
   std::string source;
 
   template <class Self, class Visitor>
@@ -22,7 +23,11 @@ struct MaterialRecord {
     visit({"poissons_ratio", "nu"}, self.poissons_ratio);
     visit({"lame_lambda_pa", "lambda"}, self.lame_lambda_pa);
     visit({"lame_mu_pa", "mu"}, self.lame_mu_pa);
-    visit({"density_kg_m3", "null: by the mass of each specimen"}, self.density_kg_m3);
+    visit({"density_kg_m3", "where masses are given: of the fitted specimens, mass over volume; of a start null then"},
+          self.density_kg_m3);
+    visit(absent_if_empty({"rayleigh_stiffness_s", "of the fitted Rayleigh damping, also where another law is better"}),
+          self.rayleigh_stiffness_s);
+    visit(absent_if_empty({"rayleigh_mass_per_s", "the same"}), self.rayleigh_mass_per_s);
     visit({"source", "where the numbers are from"}, self.source);
   }
 };
@@ -178,6 +183,7 @@ struct FitDocument {
   MaterialRecord material, material_start;
   std::vector<FitParameter> parameters;
   CorrelationRecord correlation;
+  std::vector<BudgetEntry> budget;
   DampingRecords damping;
   std::vector<MatchRecord> matches;
   std::vector<PredictedRecord> predicted;
@@ -195,6 +201,7 @@ struct FitDocument {
     visit({"material_start", "where the fit began: as given"}, self.material_start);
     visit({"parameters", "asked ones first, then derived ones"}, self.parameters);
     visit({"correlation", "of the estimates"}, self.correlation);
+    visit({"budget", "where each parameter's standard deviation comes from"}, self.budget);
     visit({"damping", "models that explain the decays"}, self.damping);
     visit({"matches", "partials and their modes"}, self.matches);
     visit({"predicted", "all modes of the model in the band"}, self.predicted);

@@ -35,6 +35,7 @@ void add_material(const FitProblem& problem, const detail::MaterialFit& fit, Fit
   result.material->source = "fitted";
   result.parameters = std::move(report.parameters);
   result.correlation = std::move(report.correlation);
+  result.budget = std::move(report.budget);
   result.cost_initial = fit.joint.fit.cost_initial;
   result.cost_final = fit.joint.fit.cost_final;
   result.n_iterations = fit.joint.fit.n_iterations;
@@ -75,6 +76,14 @@ void add_damping(detail::ModeDamping damping, FitResult& result) {
   result.damping = std::move(damping.damping);
   const auto first_derived =
       std::find_if(result.parameters.begin(), result.parameters.end(), [](const FitParameter& p) { return p.derived; });
+  for (const FitParameter& parameter : damping.law_parameters) {
+    if (!parameter.std) continue;
+    BudgetEntry& entry = result.budget.emplace_back();
+    entry.parameter = parameter.name;
+    entry.source = "decays";
+    entry.contribution_std = parameter.std;
+    entry.share = 1.0;
+  }
   result.parameters.insert(first_derived, damping.law_parameters.begin(), damping.law_parameters.end());
   for (std::size_t s = 0; s < result.specimens.size(); ++s)
     result.specimens[s].predicted_decay_per_s = std::move(damping.predicted_decay_per_s[s]);

@@ -19,6 +19,8 @@ struct FitParameter {
   std::string why;                        ///< empty, or one sentence
   Verdict verdict = Verdict::kNotJudged;  ///< by all that the data say (fit/judge)
   double start_value = 0.0;
+  bool given = false;    ///< as it was given: nothing that was fitted moves it
+  std::string caveat;    ///< what its std leaves out; empty: nothing
   bool derived = false;  ///< computed from the fitted ones with its covariance (E, nu from lambda, mu)
 
   template <class Self, class Visitor>
@@ -31,6 +33,8 @@ struct FitParameter {
     visit({"start_value", "where the fit began"}, self.start_value);
     visit({"derived", "computed from the fitted ones with their covariance"}, self.derived);
     visit({"verdict", "whether it may be believed: see judgement"}, self.verdict);
+    visit({"given", "it stands as it was given: no part of the fit"}, self.given);
+    visit(absent_if_empty({"caveat", "what its std leaves out"}), self.caveat);
     visit({"why", "empty, or why the data do not determine it"}, self.why);
   }
 };

@@ -54,6 +54,14 @@ void read_body(const TomlTable& table, const std::filesystem::path& folder, Spec
   specimen.support = solid::read_support(table);
 }
 
+/// length_m = { value = 0.25, std = 2e-5 } beside the table of tolerances.
+void add_tolerance(const TomlTable& table, std::string_view key, Specimen& specimen) {
+  const std::optional<double> std = table.standard_deviation(key);
+  if (!std) return;
+  if (!specimen.tolerance.emplace(key, *std).second)
+    throw InputError(table.place(key), "its standard deviation is given twice", "", "here or in tolerance");
+}
+
 void read_tolerances(const TomlTable& table, Specimen& specimen) {
   if (!table.has("tolerance")) return;
   const TomlTable tolerance = table.table("tolerance");
@@ -94,6 +102,11 @@ Specimen read_specimen(const TomlTable& table, std::size_t number, const std::fi
   check_name(table, specimen.name);
   read_body(table, folder, specimen);
   read_tolerances(table, specimen);
+  if (specimen.mass_kg) add_tolerance(table, "mass_kg", specimen);
+  if (specimen.shape) {
+    const TomlTable shape = table.table("shape");
+    for (const auto& [name, value] : specimen.shape->dims) add_tolerance(shape, name, specimen);
+  }
   read_sources(table, folder, specimen);
   if (table.has("strike_m")) specimen.strike_m = point(table, "strike_m");
   if (table.has("microphone_m")) specimen.microphone_m = point(table, "microphone_m");
@@ -220,9 +233,10 @@ FitProblem parse_fit_problem(std::string_view text, const std::string& name, con
   problem.parameters = {"lame_lambda_pa", "lame_mu_pa", "rayleigh_stiffness_s", "rayleigh_mass_per_s"};
   problem.name = top.optional_text("name").value_or(std::filesystem::path(name).stem().string());
   if (!top.has("material")) throw InputError(name, "[material] is missing");
-  const solid::MaterialInput material = solid::read_material(top.table("material"));
+  const solid::MaterialInput material = solid::read_material(top.table("material"), base_folder);
   problem.material = material.material;
   problem.density_given = material.density_given;
+  problem.material_files = material.files;
   if (!top.has("specimen")) throw InputError(name, "no [[specimen]] is given");
   read_specimens(top, material, base_folder, problem);
   read_fit(top.table("fit"), problem);

@@ -45,8 +45,9 @@ struct Specimen {
 /// What specimen.toml says. Paths are made absolute against the file's folder.
 struct FitProblem {
   std::string name;
-  solid::Material material;   ///< starting guess
-  bool density_given = true;  ///< false: from mass_kg of each specimen
+  solid::Material material;                                ///< starting guess
+  std::vector<std::filesystem::path> material_files = {};  ///< that it was read from
+  bool density_given = true;                               ///< false: from mass_kg of each specimen
   std::vector<Specimen> specimens;
   std::vector<std::string> parameters;  ///< names as in fit.json
   std::map<std::string, Prior> priors;  ///< by parameter name

@@ -88,6 +88,13 @@ const std::vector<TomlField>& fit_fields() {
   return fields;
 }
 
+/// The keys of a shape, whose dimensions may bring their standard deviation.
+std::vector<TomlField> shape_fields_with_std() {
+  std::vector<TomlField> fields = mesh::shape_fields("specimen.shape");
+  for (TomlField& field : fields) field.with_std = field.type == kNumber;
+  return fields;
+}
+
 /// The numbers of a shape, mass and density under the same names.
 std::vector<TomlField> tolerance_fields() {
   std::vector<TomlField> fields;
@@ -106,10 +113,14 @@ std::vector<TomlField> tolerance_fields() {
 }  // namespace
 
 const std::vector<TomlField>& specimen_schema() {
-  static const std::vector<TomlField> schema =
-      joined(top_fields(), solid::material_fields("material", "the preset's, or from mass_kg"), body_fields(),
-             mesh::shape_fields("specimen.shape"), tolerance_fields(), solid::support_fields("specimen.support"),
-             fit_fields());
+  static const std::vector<TomlField> schema = [] {
+    std::vector<TomlField> fields =
+        joined(top_fields(), solid::material_fields("material", "the preset's, or from mass_kg"), body_fields(),
+               shape_fields_with_std(), tolerance_fields(), solid::support_fields("specimen.support"), fit_fields());
+    for (TomlField& field : fields)
+      field.with_std = field.with_std || (field.table == "specimen" && field.key == "mass_kg");
+    return fields;
+  }();
   return schema;
 }
 
@@ -129,8 +140,10 @@ std::string specimen_schema_markdown() {
   text += toml_schema_markdown(specimen_schema());
   text +=
       "\n## Rules\n"
-      "- `material`: a preset, or `lame_lambda_pa` with `lame_mu_pa`, or `youngs_modulus_pa` with `poissons_ratio`.\n"
-      "- Density: `density_kg_m3` or the preset's; a specimen with `mass_kg` uses its mass instead. An explicit\n"
+      "- `material`: a preset, the `fit.json` of an earlier fit, or `lame_lambda_pa` with `lame_mu_pa`, or "
+      "`youngs_modulus_pa` with `poissons_ratio`.\n"
+      "- Density: `density_kg_m3` or the preset's or the fit's; a specimen with `mass_kg` uses its mass instead. An "
+      "explicit\n"
       "  `density_kg_m3` together with a `mass_kg` is an error.\n"
       "- A specimen has a `shape` or a `mesh`, not both; `recording`, `recordings` or `partials`, not two of them.\n"
       "- A prior needs its parameter among `parameters`, or is one of the elastic constants.\n"

@@ -16,6 +16,7 @@ namespace klang::fit {
 namespace {
 
 constexpr const char* kPlace = "tune";
+constexpr double kLongestStep = 0.1;  // of ln(dimension) in a round
 
 /// Share of a mode's motion that is cross-sections moving sideways as a whole, and the number of sign changes along the
 /// body of the stronger direction. Slices are bins along the axis.
@@ -82,12 +83,59 @@ int mode_of(const std::string& mode, const mesh::ShapeSpec& shape, const modal::
   return index;
 }
 
+/// The lowest one of a body, as a scale for its meshes.
+double first_frequency_hz(const Specimen& specimen, const solid::Material& material) {
+  double longest_m = 0.0;
+  for (const auto& [name, value] : specimen.shape->dims) longest_m = std::max(longest_m, value);
+  const SpecimenBody body =
+      make_body(specimen, material, std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3) / longest_m);
+  ReducedSpectrumOptions options;
+  options.count = 1;
+  options.band = {0.0, 1e9};
+  options.vary_ratio = false;
+  const ReducedSpectrum spectrum(specimen, body, {}, options);
+  return spectrum.nominal().model.frequency_hz()[0];
+}
+
+/// A ratio counts from a target of its base, else from the body's lowest frequency: its base is not known yet.
+double highest_target_hz(const Specimen& specimen, const solid::Material& material, const TuneOptions& options) {
+  double highest_hz = 0.0, highest_ratio = 1.0;
+  for (const TuneTarget& target : options.targets) {
+    highest_hz = std::max(highest_hz, target.frequency_hz);
+    highest_ratio = std::max(highest_ratio, target.ratio);
+  }
+  return highest_ratio * (highest_hz > 0.0 ? highest_hz : first_frequency_hz(specimen, material));
+}
+
 FitProblem problem_at(const Specimen& specimen, const solid::Material& material, const TuneOptions& options) {
   FitProblem problem;
   problem.material = material;
   problem.specimens = {specimen};
   for (const std::string& name : options.dimensions) problem.parameters.push_back(specimen.name + "." + name);
   return problem;
+}
+
+/// Beyond a tenth the parabolas no longer hold: no dimension goes farther in a round, and the direction stays.
+/// @param wanted  in the order of the names. @return whether anything moved
+bool step_towards(const std::vector<double>& wanted, const std::vector<std::string>& order,
+                  std::vector<TunedDimension>& dimensions, mesh::ShapeSpec& shape) {
+  const auto log_step = [&](const TunedDimension& dimension) {
+    const auto place = static_cast<std::size_t>(std::find(order.begin(), order.end(), dimension.name) - order.begin());
+    return std::log(wanted[place] / dimension.value_m);
+  };
+  double longest = 0.0;
+  for (const TunedDimension& dimension : dimensions) longest = std::max(longest, std::abs(log_step(dimension)));
+  const double shorter = longest > kLongestStep ? kLongestStep / longest : 1.0;
+  bool moved = false;
+  for (TunedDimension& dimension : dimensions) {
+    const double next =
+        std::clamp(std::exp(shorter * log_step(dimension)) * dimension.value_m, dimension.low_m, dimension.high_m);
+    moved = moved || std::abs(next / dimension.value_m - 1.0) >= 1e-9;
+    dimension.at_bound = next == dimension.low_m || next == dimension.high_m;
+    dimension.value_m = next;
+    shape.dims[dimension.name] = next;
+  }
+  return moved;
 }
 
 }  // namespace
@@ -102,6 +150,11 @@ void TuneOptions::validate(const Specimen& specimen) const {
     if (!specimen.shape->dims.count(name)) throw InputError(kPlace, "unknown dimension", name, known);
     if (std::count(dimensions.begin(), dimensions.end(), name) > 1)
       throw InputError(kPlace, "dimension named twice", name);
+  }
+  for (const TuneTarget& target : targets) {
+    const double wanted = target.over.empty() ? target.frequency_hz : target.ratio;
+    if (!(wanted > 0.0)) throw InputError(kPlace, "a target is not above 0", to_text(wanted));
+    if (target.over == target.mode) throw InputError(kPlace, "a mode over itself", target.mode);
   }
   validate_fields(kPlace, *this);
 }
@@ -135,8 +188,7 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
   const Stopwatch watch;
   TuneResult result;
   result.shape = *specimen.shape;
-  double highest_hz = 0.0;
-  for (const TuneTarget& target : options.targets) highest_hz = std::max(highest_hz, target.frequency_hz);
+  const double highest_hz = highest_target_hz(specimen, material, options);
   Specimen current = specimen;
   current.name = specimen.name.empty() ? "body" : specimen.name;
   SpecimenBody body = make_body(current, material, 1.5 * highest_hz);
@@ -167,9 +219,11 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     for (std::size_t t = 0; t < options.targets.size(); ++t) {
       TunedTarget& target = result.targets[t];
       target.mode = options.targets[t].mode;
-      target.wanted_hz = options.targets[t].frequency_hz;
       target.mode_index = mode_of(target.mode, current.shape.value(), model);
       target.reached_hz = frequency[target.mode_index];
+      const bool is_ratio = !options.targets[t].over.empty();
+      const int base = is_ratio ? mode_of(options.targets[t].over, current.shape.value(), model) : -1;
+      target.wanted_hz = is_ratio ? options.targets[t].ratio * frequency[base] : options.targets[t].frequency_hz;
       if (round == 0) target.start_hz = target.reached_hz;
       target.residual_cents = cents(target.reached_hz, target.wanted_hz);
       worst = std::max(worst, std::abs(target.residual_cents));
@@ -181,7 +235,12 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
         target.hz_per_mm[d] = 1e-3 * target.reached_hz * log_slope;
         target.cents_per_tenth_mm[d] = 1e-4 * log_slope * 1200.0 / std::log(2.0);
       }
-      data.push_back({0, {target.mode_index}, std::log(target.wanted_hz), 0.0});
+      if (is_ratio) {
+        target.mode += "/" + options.targets[t].over;
+        data.push_back({0, {target.mode_index}, std::log(options.targets[t].ratio), 0.0, {base}});
+      } else {
+        data.push_back({0, {target.mode_index}, std::log(target.wanted_hz), 0.0, {}});
+      }
     }
     if (worst <= options.tolerance_cents) {
       result.status = TuneStatus::kReached;
@@ -196,20 +255,8 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     const bool spare = options.dimensions.size() > options.targets.size();
     const ElasticFit fit = fit_elastic(space, {spectrum}, data, space.start(),
                                        Eigen::VectorXd::Constant(space.size(), spare ? 1.0 : 0.0), solver);
-    bool stuck = true;
-    const auto local = space.local(0, fit.x);
-    for (TunedDimension& dimension : result.dimensions) {
-      const auto place =
-          static_cast<std::size_t>(std::find(order.begin(), order.end(), dimension.name) - order.begin());
-      // Beyond a tenth the parabolas no longer hold; the next round goes on from there.
-      const double step = std::clamp(local.point.dimensions[place] / dimension.value_m, 0.9, 1.1);
-      const double next = std::clamp(step * dimension.value_m, dimension.low_m, dimension.high_m);
-      stuck = stuck && std::abs(next / dimension.value_m - 1.0) < 1e-9;
-      dimension.at_bound = next == dimension.low_m || next == dimension.high_m;
-      dimension.value_m = next;
-      current.shape->dims[dimension.name] = next;
-    }
-    if (stuck) break;
+    const std::vector<double> wanted = space.local(0, fit.x).point.dimensions;
+    if (!step_towards(wanted, order, result.dimensions, *current.shape)) break;
     mesh::validate(*current.shape);
     body = make_body_like(current, material, body);
   }

@@ -15,11 +15,15 @@ namespace klang::fit {
 struct TuneTarget {
   std::string mode = "0";  ///< elastic mode index from 0, or "bending 1" (tube, rod, box: n-th flexural frequency)
   double frequency_hz = 0.0;
+  std::string over = {};  ///< another mode; then ratio is what counts
+  double ratio = 0.0;     ///< of the frequencies of mode and over
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"mode", "Index of the elastic mode from 0, or \"bending N\""}, self.mode);
-    visit({"frequency_hz", "What it is to sound at", inside(0.0, 1e6)}, self.frequency_hz);
+    visit({"frequency_hz", "What it is to sound at", between(0.0, 1e6)}, self.frequency_hz);
+    visit({"over", "Another mode; then the ratio is what counts"}, self.over);
+    visit({"ratio", "Of the two", between(0.0, 1e3)}, self.ratio);
   }
 };
 

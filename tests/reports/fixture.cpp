@@ -152,12 +152,13 @@ audio::Signal ringing(const std::vector<Tone>& tones, double rate, double second
 
 /// Found, with its 95 % interval.
 fit::FitParameter found(const char* name, double value, double std, double start, bool derived = false) {
-  return {name,  value,  std, std::array{value - 1.96 * std, value + 1.96 * std}, true, "", fit::Verdict::kTrusted,
-          start, derived};
+  return {
+      name,  value, std,    std::array{value - 1.96 * std, value + 1.96 * std}, true, "", fit::Verdict::kTrusted, start,
+      false, "",    derived};
 }
 
 fit::FitParameter not_found(const char* name, double value, const char* why, double start) {
-  return {name, value, {}, {}, false, why, fit::Verdict::kNotJudged, start, false};
+  return {name, value, {}, {}, false, why, fit::Verdict::kNotJudged, start, false, "", false};
 }
 
 fit::DampingRecord candidate(const char* model, std::vector<fit::FitParameter> parameters, double aicc, double weight,

@@ -8,6 +8,7 @@
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/config/toml_table.hpp"
 #include "core/geometry/shapes/shape_reader.hpp"
+#include "core/physics/solid/fitted_material.hpp"
 #include "core/physics/solid/material_reader.hpp"
 #include "core/sound/scene/detail/deform_reader.hpp"
 #include "core/sound/scene/scene.hpp"
@@ -45,8 +46,6 @@ const TomlField kSchema[] = {
     {"world.floor", "material", kText, "required", -kInf, kInf, "a material of the scene"},
 
     {"material", "name", kText, "required", -kInf, kInf, "by which bodies name it"},
-    {"material", "fit", kText, "none", -kInf, kInf,
-     "fit.json of `klang fit`: elastic constants, density and damping from there; what stands here goes first"},
     {"material", "restitution", kNumber, "0.5", 0, 1,
      "separation over approach speed of an impact; of two materials the smaller holds"},
     {"material", "friction", kNumber, "0.4", 0, 100, "Coulomb's coefficient; of two materials the smaller holds"},
@@ -148,48 +147,19 @@ void read_fitted_damping(const nlohmann::json& fit, SceneMaterial& material) {
   material.damping = std::move(value);
 }
 
-/// What `klang fit` found: material {lame_lambda_pa, lame_mu_pa, density_kg_m3}, and the parameters of the damping law that it chose.
-void read_fit(const TomlTable& table, const std::filesystem::path& folder, SceneMaterial& material) {
-  const std::filesystem::path path = existing_file(table.text("fit"), table.place("fit"), folder);
-  material.inputs.push_back(path);
-  const nlohmann::json json = parse_json(read_file(path), path.string());
-  const auto number = [&](const nlohmann::json& object, const std::string& key) {
-    if (!object.is_object() || !object.contains(key) || !object[key].is_number())
-      throw InputError(table.place("fit"), "lacks a number", path.string() + ": " + key);
-    return object[key].get<double>();
-  };
-  if (!json.contains("material")) throw InputError(table.place("fit"), "has no material", path.string());
-  material.elastic.lame_lambda_pa = number(json["material"], "lame_lambda_pa");
-  material.elastic.lame_mu_pa = number(json["material"], "lame_mu_pa");
-  material.elastic.density_kg_m3 = number(json["material"], "density_kg_m3");
-  material.elastic.name = material.name;
-  located(table.place("fit"), [&] {
-    validate(material.elastic);
-    return 0;
-  });
-  read_fitted_damping(json, material);
-}
-
 SceneMaterial read_scene_material(const TomlTable& table, const std::filesystem::path& folder) {
   SceneMaterial material;
   material.name = table.text("name");
   if (material.name.empty()) throw InputError(table.place("name"), "is empty");
-  const std::vector<std::string> keys = table.keys();
-  const auto is_elastic = [](const std::string& key) {
-    return key == "preset" || key == "lame_lambda_pa" || key == "lame_mu_pa" || key == "youngs_modulus_pa" ||
-           key == "poissons_ratio";
-  };
-  const bool elastic_given = std::any_of(keys.begin(), keys.end(), is_elastic);
+  const solid::MaterialInput input = solid::read_material(table, folder);
+  if (!input.density_given)
+    throw InputError(table.place("density_kg_m3"), "is missing", "", "a density, a preset or a fit");
+  material.elastic = input.material;
   if (table.has("fit")) {
-    if (elastic_given) throw InputError(table.place("fit"), "says the elasticity twice", "", "fit, or constants");
-    read_fit(table, folder, material);
-    if (const auto density = table.optional_number("density_kg_m3")) material.elastic.density_kg_m3 = *density;
-  } else {
-    const solid::MaterialInput input = solid::read_material(table);
-    if (!input.density_given)
-      throw InputError(table.place("density_kg_m3"), "is missing", "", "a density, or a preset");
-    material.elastic = input.material;
+    material.elastic.name = material.name;
+    for (const std::filesystem::path& file : input.files) read_fitted_damping(solid::read_fit_json(file), material);
   }
+  material.inputs = input.files;
   material.restitution = table.number("restitution", material.restitution);
   material.friction = table.number("friction", material.friction);
   material.tensile_strength_pa = table.optional_number("tensile_strength_pa");

@@ -69,45 +69,72 @@ JointMatchOptions match_options(const FitProblem& problem, const FitOptions& opt
   return match;
 }
 
-/// What errors of given dimensions, masses and density pull, in columns of ElasticFit::systematic: each tolerance moves the
-/// frequencies of its specimen together, so that no scatter shows it.
+/// The numbers of a specimen that are given and not fitted, with d ln f / d ln of each for its modes (mass and density: -1/2).
+std::vector<std::pair<std::string, Eigen::VectorXd>> given_slopes(const MaterialFit& fit, std::size_t s) {
+  const Specimen& specimen = fit.start.specimens[s];
+  const SpectrumModel& model = *fit.spectra[s];
+  std::vector<std::pair<std::string, Eigen::VectorXd>> given;
+  const std::vector<std::string> names = model.given_dimensions();
+  const Eigen::MatrixXd slopes = model.given_slopes(fit.space->local(s, fit.joint.fit.x).point);
+  for (std::size_t d = 0; d < names.size(); ++d) given.emplace_back(names[d], slopes.col(static_cast<Eigen::Index>(d)));
+  const Eigen::VectorXd by_mass = Eigen::VectorXd::Constant(model.n_modes(), -0.5);
+  // A mesh larger by a factor rings lower by it; with its mass given it is lighter, too.
+  if (specimen.mesh_file)
+    given.emplace_back("size", Eigen::VectorXd::Constant(model.n_modes(), specimen.mass_kg ? 0.5 : -1.0));
+  if (specimen.mass_kg) {
+    given.emplace_back("mass_kg", by_mass);
+  } else if (!fit.space->density_is_free()) {
+    given.emplace_back("density_kg_m3", by_mass);
+  }
+  return given;
+}
+
+double given_value(const MaterialFit& fit, const Specimen& specimen, const std::string& name) {
+  if (name == "mass_kg") return specimen.mass_kg.value_or(0.0);
+  return name == "density_kg_m3" ? fit.start.material.density_kg_m3 : specimen.shape->dims.at(name);
+}
+
+/// What errors of given dimensions, masses and density pull: ElasticFit::given, and for those with a tolerance a column of
+/// ElasticFit::systematic. Each moves the frequencies of its specimen together, so that no scatter shows it.
 void add_tolerances(MaterialFit& fit, const std::vector<PartialTable>& tables) {
   ElasticFit& elastic = fit.joint.fit;
   const auto data = elastic_data(tables, fit.joint.lines, fit.joint.matches);
   const auto n = static_cast<Eigen::Index>(data.size());
   if (elastic.derivative.rows() != n || fit.space->size() == 0) return;
-  Eigen::VectorXd weight(n), density = Eigen::VectorXd::Zero(n);
+  Eigen::VectorXd weight(n);
   for (Eigen::Index i = 0; i < n; ++i)
     weight[i] = elastic.weight[i] / (std::pow(item(data, i).sigma, 2) + elastic.scatter * elastic.scatter);
-  const auto add = [&](const Eigen::VectorXd& shift) {  // of ln f by one standard deviation
-    elastic.systematic.conservativeResize(Eigen::NoChange, elastic.systematic.cols() + 1);
-    elastic.systematic.rightCols(1) = elastic.derivative.transpose() * weight.cwiseProduct(shift);
-  };
+  GivenQuantity density{"density_kg_m3", Eigen::VectorXd::Zero(fit.space->size()), {}};
+  bool has_density = false;
   for (std::size_t s = 0; s < fit.specimens.size(); ++s) {
     const Specimen& specimen = fit.start.specimens[s];
-    if (!fit.specimens[s].spectrum || specimen.tolerance.empty()) continue;
-    const std::vector<std::string> names = fit.spectra[s]->given_dimensions();
-    const Eigen::MatrixXd slopes = fit.spectra[s]->given_slopes(fit.space->local(s, elastic.x).point);
-    for (const auto& [name, std] : specimen.tolerance) {
-      const auto at = std::find(names.begin(), names.end(), name) - names.begin();
-      const bool dimension = at < static_cast<std::ptrdiff_t>(names.size());
-      const double given =
-          dimension ? specimen.shape->dims.at(name) : specimen.mass_kg.value_or(fit.start.material.density_kg_m3);
-      Eigen::VectorXd shift = Eigen::VectorXd::Zero(n);
+    if (!fit.specimens[s].spectrum || specimen.predict) continue;
+    for (const auto& [name, slopes] : given_slopes(fit, s)) {
+      Eigen::VectorXd shift = Eigen::VectorXd::Zero(n);  // of ln f as ln of the given rises by 1
       for (Eigen::Index i = 0; i < n; ++i) {
         const ElasticDatum& datum = item(data, i);
         if (static_cast<std::size_t>(datum.specimen) != s) continue;
-        for (const int mode : datum.modes)
-          shift[i] += (dimension ? slopes(mode, at) : -0.5) * std / given / static_cast<double>(datum.modes.size());
+        for (const int mode : datum.modes) shift[i] += slopes[mode] / static_cast<double>(datum.modes.size());
       }
-      if (name == "density_kg_m3") {
-        density += shift;
-      } else {
-        add(shift);
+      GivenQuantity given{specimen.name + "." + name, elastic.derivative.transpose() * weight.cwiseProduct(shift), {}};
+      const auto tolerance = specimen.tolerance.find(name);
+      if (tolerance != specimen.tolerance.end())
+        given.relative_std = tolerance->second / given_value(fit, specimen, name);
+      if (name != density.name) {
+        elastic.given.push_back(std::move(given));
+        continue;
       }
+      density.pull += given.pull;  // one error for all specimens
+      if (given.relative_std) density.relative_std = given.relative_std;
+      has_density = true;
     }
   }
-  if (density.squaredNorm() > 0.0) add(density);
+  if (has_density) elastic.given.push_back(std::move(density));
+  for (const GivenQuantity& given : elastic.given) {
+    if (!given.relative_std) continue;
+    elastic.systematic.conservativeResize(Eigen::NoChange, elastic.systematic.cols() + 1);
+    elastic.systematic.rightCols(1) = *given.relative_std * given.pull;
+  }
 }
 
 /// Supports that cut through their body, bodies of a size that points to another unit.

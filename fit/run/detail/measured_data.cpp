@@ -23,7 +23,7 @@ PartialTable within(const PartialTable& table, const Band& band) {
 SpecimenData read_specimen_data(const Specimen& specimen, const Band& band) {
   SpecimenData data;
   if (specimen.partials) {
-    data.partials = within(read_partial_table(*specimen.partials), band);
+    data.partials = within(read_partial_table(*specimen.partials, specimen.name), band);
     return data;
   }
   std::vector<PartialTable> tables;

@@ -60,6 +60,13 @@ inline ShapeSpec cone_stump() {
 inline std::vector<ShapeSpec> examples_and_profile() {
   std::vector<ShapeSpec> all = examples();
   all.push_back(cone_stump());
+  all.push_back({"undercut_bar",
+                 {{"length_m", 0.1},
+                  {"width_m", 0.03},
+                  {"height_m", 0.02},
+                  {"undercut_length_m", 0.06},
+                  {"undercut_depth_m", 0.01}},
+                 {}});
   return all;
 }
 

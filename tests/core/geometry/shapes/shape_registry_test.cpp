@@ -33,9 +33,9 @@ double turned_volume_m3(const Section& section) {
 
 }  // namespace
 
-TEST(ShapeRegistry, HoldsTheEightKindsInTheOrderOfEveryList) {
-  const std::vector<std::string> expected{"tube",      "rod",    "box",  "shell_box",
-                                          "ellipsoid", "sphere", "bowl", "revolution"};
+TEST(ShapeRegistry, HoldsTheNineKindsInTheOrderOfEveryList) {
+  const std::vector<std::string> expected{"tube",   "rod",  "box",        "shell_box",   "ellipsoid",
+                                          "sphere", "bowl", "revolution", "undercut_bar"};
   EXPECT_EQ(shape_kinds(), expected);
   std::vector<std::string> shown;
   for (const ShapeSpec& spec : examples_and_profile()) shown.push_back(spec.kind);
@@ -49,7 +49,8 @@ TEST(ShapeRegistry, UnknownKindIsRefusedWithTheKnownOnes) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(),
-                 "shape: unknown kind (cone; allowed: tube, rod, box, shell_box, ellipsoid, sphere, bowl, revolution)");
+                 "shape: unknown kind (cone; allowed: tube, rod, box, shell_box, ellipsoid, sphere, bowl, revolution, "
+                 "undercut_bar)");
   }
 }
 

@@ -1,0 +1,29 @@
+#pragma once
+#include <filesystem>
+#include <vector>
+
+#include "core/foundation/base/monitor.hpp"
+#include "fit/iet/iet_document.hpp"
+
+namespace klang::fit {
+
+/// The specimens' file: a CSV with a head line; columns as IetSpecimen describes them.
+/// @throws InputError naming file, line and column: unknown or missing columns, a dimension that the shape needs or does not have,
+/// a value out of range, a recording that is not there, a name used twice
+std::vector<IetSpecimen> read_iet_specimens(const std::filesystem::path& path);
+
+/// Frequencies, moduli and damping of each, in parallel. Which partial is which: every pair of partials that can be the first
+/// flexural and first torsional (of a disc: first and second natural) frequency gives a material; the one is taken under which most of what
+/// rings is a mode of this body (reduced model of the full three-dimensional one).
+/// @param folder  that recordings are relative to
+std::vector<IetRow> measure_specimens(const std::vector<IetSpecimen>& specimens, const std::filesystem::path& folder,
+                                      Monitor& monitor = silent_monitor());
+
+/// Marks rows whose E or G (closed form) has a modified z-score 0.6745 |x - median| / MAD above 3.5 among five or more of a shape
+/// (Iglewicz and Hoaglin, How to Detect and Handle Outliers, 1993).
+void mark_outliers(std::vector<IetRow>& rows);
+
+/// Mean and standard deviation (n - 1) by shape of what was measured, without outliers.
+std::vector<IetSummary> summary_of(const std::vector<IetRow>& rows);
+
+}  // namespace klang::fit

@@ -13,6 +13,7 @@ pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5-serial>=1.10)
 pkg_check_modules(RSVG REQUIRED IMPORTED_TARGET librsvg-2.0>=2.54 cairo>=1.16)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus>=3.3)
 pkg_check_modules(BULLET REQUIRED bullet-float64>=3.24)  # float64: the other build's collision tolerances are 1e-3 m
+pkg_check_modules(PORTAUDIO IMPORTED_TARGET portaudio-2.0)  # only for klang listen --device
 find_package(PNG 1.6 REQUIRED)
 find_package(LibLZMA 5.2 REQUIRED)
 find_package(ZLIB 1.2 REQUIRED)

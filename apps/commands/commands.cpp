@@ -10,9 +10,14 @@ namespace klang::apps {
   COMMAND(modes) \
   COMMAND(stress) \
   COMMAND(analyze) \
+  COMMAND(listen) \
+  COMMAND(watch) \
   COMMAND(fit) \
+  COMMAND(iet) \
   COMMAND(tune) \
+  COMMAND(chime) \
   COMMAND(synth) \
+  COMMAND(export) \
   COMMAND(transfer) \
   GROUP(bubble, "Gas bubbles: how they ring, their sound, recordings of drops") \
   MEMBER(bubble, info) \

@@ -27,6 +27,7 @@ struct FitCommand {
 
 std::vector<std::filesystem::path> input_files(const FitCommand& options, const fit::FitProblem& problem) {
   std::vector<std::filesystem::path> files{options.problem};
+  files.insert(files.end(), problem.material_files.begin(), problem.material_files.end());
   for (const fit::Specimen& specimen : problem.specimens) {
     files.insert(files.end(), specimen.recordings.begin(), specimen.recordings.end());
     if (specimen.partials) files.push_back(*specimen.partials);
@@ -59,8 +60,10 @@ void print_parameters(const std::vector<fit::FitParameter>& parameters, const Co
     if (p.identifiable && p.std && p.ci95) {
       char interval[64];
       std::snprintf(interval, sizeof interval, "%.6g to %.6g", (*p.ci95)[0], (*p.ci95)[1]);
-      say(common, "%-26s %14.6g %11.2g   %-28s %s\n", p.name.c_str(), p.value, *p.std, interval,
-          std::string(to_text(p.verdict)).c_str());
+      say(common, "%-26s %14.6g %11.2g   %-28s %s%s%s\n", p.name.c_str(), p.value, *p.std, interval,
+          std::string(to_text(p.verdict)).c_str(), p.caveat.empty() ? "" : ", ", p.caveat.c_str());
+    } else if (p.given) {
+      say(common, "%-26s %14.6g %11s   given\n", p.name.c_str(), p.value, "-");
     } else {
       say(common, "%-26s %14.6g %11s   not determined: %s\n", p.name.c_str(), p.value, "-", p.why.c_str());
     }

@@ -50,7 +50,7 @@ int run_mesh(MeshOptions options, const CommonOptions& common) {
                                        {"max_edge_m", options.body.max_edge_m},
                                        {"max_triangles", options.body.max_triangles},
                                        {"unit_m", options.body.unit_m}},
-                                      options.body.inputs());
+                                      options.body.inputs({}));
   json.update(quality_json(quality));
   json["warnings"] = warnings;
   if (notes.repairs) json["repairs"] = json_of(*notes.repairs);

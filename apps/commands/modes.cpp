@@ -132,7 +132,7 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
                                {"max_edge_m", options.body.max_edge_m},
                                {"refinement", options.body.refinement}};
   modal::ModesDocument document;
-  document.header = make_header("modes", "converged", common, used, options.body.inputs());
+  document.header = make_header("modes", "converged", common, used, options.body.inputs(options.material));
   document.header.warnings = warnings;
   if (!result.message.empty()) document.header.warnings.push_back(result.message);
   document.repairs = notes.repairs;
@@ -181,7 +181,8 @@ Subcommand add_modes(CLI::App& program, CommonOptions& common) {
   CLI::App* app = program.add_subcommand("modes", "Eigenfrequencies and mode shapes of a body");
   options->body.add_to(*app, common);
   app->add_option("--material", options->material,
-                  "Preset, or name=value list: lame_lambda_pa, lame_mu_pa (or youngs_modulus_pa, poissons_ratio), "
+                  "Preset, fit.json of klang fit, or name=value list: lame_lambda_pa, lame_mu_pa (or "
+                  "youngs_modulus_pa, poissons_ratio), "
                   "density_kg_m3")
       ->capture_default_str();
   app->add_option("--support", options->support,

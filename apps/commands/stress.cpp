@@ -170,7 +170,7 @@ int run_stress(const StressOptions& options, const CommonOptions& common) {
       fracture::stress_document(solver, relief, forces, stress, options.tensile_strength_pa);
   std::vector<std::string> judged = stress.warnings;
   judged.insert(judged.end(), document.header.warnings.begin(), document.header.warnings.end());
-  document.header = make_header("stress", "solved", common, used, options.body.inputs());
+  document.header = make_header("stress", "solved", common, used, options.body.inputs(options.material));
   document.header.warnings = warnings;
   document.repairs = notes.repairs;
   document.decimation = notes.decimation;

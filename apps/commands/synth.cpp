@@ -9,11 +9,15 @@
 #include "apps/kit/strike_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/base/parse_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "core/sound/instrument/modal_bank.hpp"
 #include "core/sound/stage/listener_file.hpp"
 #include "core/sound/stage/modal_voice.hpp"
 #include "core/sound/stage/radiating_voice.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
+#include "fit/instrument/banks.hpp"
+#include "fit/instrument/fitted_body.hpp"
 
 namespace klang::apps {
 namespace {
@@ -34,7 +38,58 @@ struct SynthOptions {
   bool delay = false;
   bool unit_transfer = false;
   bool radiation_damping = false;
+  std::string specimen, dims, material;
 };
+
+/// What is struck, and how fast each mode dies away.
+struct Struck {
+  modal::ModalModel model;
+  Eigen::VectorXd decays;
+  std::vector<std::filesystem::path> inputs;
+};
+
+/// Damping by options goes first, then that of the fit; without either the modes ring on, and that is said.
+Struck struck_body(const SynthOptions& options, const std::string& kind, Monitor& monitor) {
+  Struck struck;
+  const bool damping_given = options.damping.any();
+  std::optional<Eigen::VectorXd> fitted;
+  if (kind == "fit") {
+    fit::BodyChange change;
+    if (!options.dims.empty()) change.dims = parse_assignments("--dims", options.dims);
+    if (!options.material.empty()) change.material = parse_material(options.material);
+    fit::FittedBody body =
+        fit::fitted_body(fit::read_fit_document(options.model), options.model, options.specimen, change, monitor);
+    struck.model = std::move(body.model);
+    fitted = std::move(body.decay_per_s);
+    struck.inputs = {options.model};
+  } else {
+    struck.model = modal::read_modal_model(options.model);
+    struck.inputs = {options.model};
+    if (const auto beside = fit::fit_beside(options.model); beside && !damping_given) {
+      fitted = fit::fitted_body(fit::read_fit_document(beside->path), beside->path, beside->specimen, {}).decay_per_s;
+      struck.inputs.push_back(beside->path);
+    }
+  }
+  struck.decays = fitted && !damping_given ? *fitted : decay_per_s(options.damping, struck.model);
+  return struck;
+}
+
+audio::Signal analysed_sound(const SynthOptions& options, std::vector<std::string>& warnings) {
+  if (!options.strikes.empty() || !options.transfer.empty() || options.damping.any())
+    throw InputError(options.model, "is a recording's analysis: it has its own strike and damping", "",
+                     "no --strike, --transfer or damping");
+  int n_undamped = 0;
+  const instrument::ModalBank bank = fit::bank_of(fit::read_analysis_document(options.model), &n_undamped);
+  if (n_undamped > 0)
+    warnings.push_back(std::to_string(n_undamped) + " partial(s) without a measured damping are left out");
+  if (bank.partials.empty()) throw InputError(options.model, "no partial has amplitude and damping");
+  audio::Signal sound;
+  sound.sample_rate_hz = options.sample_rate_hz;
+  sound.samples =
+      instrument::bank_sound(bank, options.sample_rate_hz,
+                             static_cast<Eigen::Index>(std::llround(options.duration_s * options.sample_rate_hz)));
+  return sound;
+}
 
 /// What --transfer adds to the result.
 struct EarSound {
@@ -82,19 +137,51 @@ EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& mod
   return sound;
 }
 
+/// Scales to --peak-db and writes. @return the gain
+double write_scaled(const SynthOptions& options, audio::Signal& sound) {
+  const double peak = sound.samples.cwiseAbs().maxCoeff();
+  if (!(peak > 0.0)) throw NumericalError("synth: the strikes excite no mode of this model");
+  const double gain = std::pow(10.0, options.peak_db_re_full_scale / 20.0) / peak;
+  sound.samples *= gain;
+  audio::write_sound(options.output, sound);
+  return gain;
+}
+
+int write_analysed(const SynthOptions& options, const CommonOptions& common) {
+  std::vector<std::string> warnings;
+  audio::Signal sound = analysed_sound(options, warnings);
+  const double gain = write_scaled(options, sound);
+  const nlohmann::json used = {{"duration_s", options.duration_s}, {"sample_rate_hz", options.sample_rate_hz}};
+  nlohmann::json json = result_header("synth", "done", common, used, {options.model});
+  json["warnings"] = warnings;
+  json["gain"] = gain;
+  write_json(common, json);
+  for (const std::string& warning : warnings) warn(warning);
+  say(common, "%s: %.2f s of the partials that were measured\n", options.output.c_str(), options.duration_s);
+  return kDone;
+}
+
 int run_synth(const SynthOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   options.damping.validate();
   checked("command line", "--duration-s", options.duration_s, 0.001, 3600.0);
   checked("command line", "--rate-hz", options.sample_rate_hz, 1000.0, 768000.0);
   checked("command line", "--peak-db", options.peak_db_re_full_scale, -120.0, 0.0);
-  const modal::ModalModel model = modal::read_modal_model(options.model);
+  const bool is_json = std::filesystem::path(options.model).extension() == ".json";
+  const std::string kind = is_json ? text_under(read_result_json(options.model), "kind") : "model";
+  if (kind != "fit" && kind != "analysis" && kind != "model")
+    throw InputError(options.model, "holds nothing to strike", kind, "a modal model (.vtu), fit.json or analysis.json");
+  if (kind != "fit" && !(options.specimen + options.dims + options.material).empty())
+    throw InputError("--specimen, --dims and --material", "belong to a fit.json", options.model);
+  if (kind == "analysis") return write_analysed(options, common);
+  const Struck struck = struck_body(options, kind, monitor);
+  const modal::ModalModel& model = struck.model;
   const auto strikes = read_strikes(options.strikes, options.duration_s, model);
   stage::SynthesisOptions synthesis;
   synthesis.sample_rate_hz = options.sample_rate_hz;
   synthesis.duration_s = options.duration_s;
-  Eigen::VectorXd decays = decay_per_s(options.damping, model);
-  std::vector<std::filesystem::path> inputs = {options.model};
+  Eigen::VectorXd decays = struck.decays;
+  std::vector<std::filesystem::path> inputs = struck.inputs;
   EarSound at_ears;
   if (!options.transfer.empty()) {
     const acoustics::TransferModel transfer = acoustics::read_transfer_model(options.transfer);
@@ -109,11 +196,7 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   }
   audio::Signal sound =
       options.transfer.empty() ? stage::synthesise(model, decays, strikes, synthesis) : at_ears.sound_pa;
-  const double peak = sound.samples.cwiseAbs().maxCoeff();
-  if (!(peak > 0.0)) throw NumericalError("synth: the strikes excite no mode of this model");
-  const double gain = std::pow(10.0, options.peak_db_re_full_scale / 20.0) / peak;
-  sound.samples *= gain;
-  audio::write_sound(options.output, sound);
+  const double gain = write_scaled(options, sound);
 
   nlohmann::json used = {{"duration_s", options.duration_s},
                          {"sample_rate_hz", options.sample_rate_hz},
@@ -121,6 +204,12 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   options.damping.write(used);
   nlohmann::json json = result_header("synth", "done", common, used, inputs);
   json["gain"] = gain;
+  if (!(decays.array() > 0.0).any()) {
+    const std::string text =
+        "no damping is given and none was fitted: the modes ring on (" + damping_option_names() + ")";
+    warn(text);
+    json["warnings"].push_back(text);
+  }
   if (!options.transfer.empty()) json["transfer"] = at_ears.json;
   const Eigen::VectorXd frequency_hz = model.frequency_hz();
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
@@ -137,8 +226,14 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
 Subcommand add_synth(CLI::App& program, CommonOptions& common) {
   auto options = std::make_shared<SynthOptions>();
   CLI::App* app = program.add_subcommand("synth", "Sound of strikes on a modal model");
-  app->add_option("model", options->model, "Modal model (.vtu) from klang modes -o or klang fit")->required();
+  app->add_option("model", options->model,
+                  "Modal model (.vtu) from klang modes -o or klang fit; fit.json in its folder; analysis.json")
+      ->required();
   app->add_option("-o,--output", options->output, "Sound file (.wav or .flac)")->required();
+  app->add_option("--specimen", options->specimen, "fit.json: which of its specimens; its fitted damping is used");
+  app->add_option("--dims", options->dims, "fit.json: the same thing of other dimensions: name_m=value,...");
+  app->add_option("--material", options->material,
+                  "fit.json: the same thing of other elasticity and density, as in klang modes");
   add_strike_option(*app, options->strikes);
   add_damping_options(*app, options->damping);
   app->add_option("--duration-s", options->duration_s, "Length of the sound")->capture_default_str();
@@ -173,6 +268,8 @@ Subcommand add_synth(CLI::App& program, CommonOptions& common) {
   app->footer(
       "Examples:\n"
       "  klang synth plate.vtu -o plate.wav --transfer plate-transfer.vtu --listener walk.csv --ears-m 0.17 --delay\n"
+      "  klang synth chimes/fit.json --specimen D5 --dims length_m=0.4 -o shorter.wav\n"
+      "  klang synth tap.json -o tap-again.wav\n"
       "  klang synth tube.vtu -o tube.wav --rayleigh-stiffness-s 1e-7 --rayleigh-mass-per-s 1 \\\n"
       "    --strike time_s=0,x_m=0.0125,z_m=0.2,fx_n_s=0.01,contact_s=5e-5 --strike time_s=1,x_m=0.0125,fx_n_s=0.02");
   return {app, [options, &common] { return run_synth(*options, common); }};

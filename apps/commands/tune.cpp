@@ -8,47 +8,117 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/geometry/shapes/shape_registry.hpp"
+#include "core/sound/audio/note.hpp"
+#include "fit/instrument/fitted_body.hpp"
 #include "fit/tune/tune_document.hpp"
 
 namespace klang::apps {
 namespace {
 
 struct TuneCommand {
-  std::string shape, dims, profile;
+  std::string shape, dims, profile, from, specimen;
   std::string material = "aluminium";
+  std::string temperament = "equal";
+  double a4_hz = audio::kConcertPitchHz;
   std::string support = "free";
   std::vector<std::string> vary;
   std::vector<std::string> targets;
   fit::TuneOptions tune;
 };
 
-/// "0=587.33" or "bending 1=587.33".
-fit::TuneTarget parse_target(const std::string& text) {
+/// "587.33" or "D5".
+double parse_pitch(const std::string& text, const audio::Temperament& temperament, double a4_hz) {
+  if (text.empty() || std::isdigit(static_cast<unsigned char>(text.front())) || text.front() == '.' ||
+      text.front() == '-')
+    return parse_assignments("--target", "hz=" + text).at("hz");
+  try {
+    return temperament.frequency_hz(audio::key_of_note(text), a4_hz);
+  } catch (const InputError& error) {
+    throw InputError("--target", error.what());
+  }
+}
+
+/// "0=587.33", "bending 1=C4", "bending 2/bending 1=4", or "D5" for the mode that is heard first.
+fit::TuneTarget parse_target(const std::string& text, const mesh::ShapeSpec& shape,
+                             const audio::Temperament& temperament, double a4_hz) {
   const std::size_t equals = text.rfind('=');
-  if (equals == std::string::npos)
-    throw InputError("--target", "is not MODE=HZ", text, "for example 0=587.33 or \"bending 1=587.33\"");
-  const auto values = parse_assignments("--target", "hz" + text.substr(equals));
-  return {text.substr(0, equals), values.at("hz")};
+  fit::TuneTarget target;
+  if (equals == std::string::npos) {
+    target.mode = mesh::find_shape(shape.kind).long_axis(shape) ? "bending 1" : "0";
+    target.frequency_hz = parse_pitch(text, temperament, a4_hz);
+    return target;
+  }
+  target.mode = text.substr(0, equals);
+  const std::size_t slash = target.mode.find('/');
+  if (slash == std::string::npos) {
+    target.frequency_hz = parse_pitch(text.substr(equals + 1), temperament, a4_hz);
+    return target;
+  }
+  target.over = target.mode.substr(slash + 1);
+  target.mode.resize(slash);
+  target.ratio = parse_assignments("--target", "ratio" + text.substr(equals)).at("ratio");
+  return target;
+}
+
+struct Start {
+  fit::Specimen specimen;
+  solid::Material material;
+};
+
+/// The body to start from: of a fit, or by --shape, --dims and --material.
+Start start_of(const TuneCommand& options) {
+  Start start;
+  if (options.from.empty()) {
+    if (options.shape.empty() || options.dims.empty())
+      throw InputError("tune", "no body is given", "", "--from FIT, or --shape and --dims");
+    start.specimen.name = options.shape;
+    start.specimen.shape = mesh::ShapeSpec{options.shape, parse_assignments("--dims", options.dims), options.profile};
+    mesh::validate(*start.specimen.shape);
+    start.material = parse_material(options.material);
+  } else {
+    if (!options.shape.empty()) throw InputError("--from", "excludes --shape", options.from);
+    const fit::FitDocument fit = fit::read_fit_document(options.from);
+    const fit::SpecimenRecord& record = fit::specimen_of(fit, options.specimen, options.from);
+    start.specimen.name = record.name;
+    start.specimen.shape = fit::fitted_shape(record, options.from);
+    if (!options.dims.empty())
+      for (const auto& [name, value] : parse_assignments("--dims", options.dims))
+        start.specimen.shape->dims[name] = value;
+    mesh::validate(*start.specimen.shape);
+    const mesh::ShapeSpec struck = fit::fitted_shape(record, options.from);
+    start.material = fit::stock_material(fit, record, struck, options.from);
+  }
+  start.specimen.support = solid::parse_support(options.support);
+  return start;
+}
+
+std::vector<std::filesystem::path> inputs_of(const TuneCommand& options) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& file : {options.from, options.profile, is_fit_file(options.material) ? options.material : ""})
+    if (!file.empty()) files.emplace_back(file);
+  return files;
 }
 
 int run_tune(const TuneCommand& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
-  fit::Specimen specimen;
-  specimen.name = options.shape;
-  specimen.shape = mesh::ShapeSpec{options.shape, parse_assignments("--dims", options.dims), options.profile};
-  mesh::validate(*specimen.shape);
-  specimen.support = solid::parse_support(options.support);
-  const solid::Material material = parse_material(options.material);
+  checked("command line", "--a4-hz", options.a4_hz, audio::kLowestA4Hz, audio::kHighestA4Hz);
+  const audio::Temperament temperament = audio::Temperament::parse(options.temperament);
+  if (options.from.empty() && !options.specimen.empty())
+    throw InputError("--specimen", "belongs to --from", options.specimen);
+  const auto [specimen, material] = start_of(options);
   fit::TuneOptions tune = options.tune;
   tune.dimensions = options.vary;
-  for (const std::string& target : options.targets) tune.targets.push_back(parse_target(target));
+  for (const std::string& target : options.targets)
+    tune.targets.push_back(parse_target(target, *specimen.shape, temperament, options.a4_hz));
   const fit::TuneResult result = fit::tune_dimensions(specimen, material, tune, monitor);
 
   const nlohmann::json used = {{"vary", options.vary},
                                {"targets", options.targets},
                                {"widest_change", tune.widest_change},
                                {"tolerance_cents", tune.tolerance_cents}};
-  write_json(common, json_of(fit::tune_document(result, make_provenance(common.command_line, common.seed, used, {}))));
+  write_json(common, json_of(fit::tune_document(
+                         result, make_provenance(common.command_line, common.seed, used, inputs_of(options)))));
   for (const fit::TunedDimension& d : result.dimensions) {
     say(common, "%-18s %.6f m -> %.6f m (%+.3f mm)%s\n", d.name.c_str(), d.start_m, d.value_m,
         1e3 * (d.value_m - d.start_m), d.at_bound ? "  at its bound" : "");
@@ -74,19 +144,32 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
 Subcommand add_tune(CLI::App& program, CommonOptions& common) {
   auto options = std::make_shared<TuneCommand>();
   CLI::App* app = program.add_subcommand("tune", "Dimensions that bring given modes to given frequencies");
-  app->add_option("--shape", options->shape, "Shape, as in klang modes")->required();
-  app->add_option("--dims", options->dims, "Its dimensions to start from: name_m=value,...")->required();
+  app->add_option("--shape", options->shape, "Shape, as in klang modes");
+  app->add_option("--from", options->from, "fit.json of klang fit: start from one of its specimens, with its material");
+  app->add_option("--specimen", options->specimen, "Of --from, where it has several");
+  app->add_option("--dims", options->dims,
+                  "Its dimensions to start from: name_m=value,... (with --from: those that differ)");
   app->add_option("--profile", options->profile, "revolution: CSV file of the closed profile");
   app->add_option("--material", options->material, "As in klang modes")->capture_default_str();
   app->add_option("--support", options->support, "As in klang modes")->capture_default_str();
   app->add_option("--vary", options->vary, "Dimension that may change; may be repeated")->required();
-  app->add_option("--target", options->targets, "MODE=HZ; MODE is an index from 0 or \"bending N\"; may be repeated")
+  app->add_option(
+         "--target", options->targets,
+         "MODE=HZ or MODE=NOTE, MODE/MODE=RATIO, or a NOTE alone for the first bending (else lowest) mode; MODE is an "
+         "index from 0 or \"bending N\"; may be repeated")
       ->required();
+  app->add_option("--a4-hz", options->a4_hz, "Frequency of A4, 300 to 600")->capture_default_str();
+  app->add_option("--temperament", options->temperament, "Of notes: equal, just (from C) or a Scala file (.scl)")
+      ->capture_default_str();
   add_fields(*app, common, options->tune, {{"widest_change"}, {"tolerance_cents"}});
   app->footer(
-      "Example (a chime brought to D5):\n"
+      "Examples (a chime brought to D5; a fitted one; a marimba bar 1:4):\n"
       "  klang tune --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 --material aluminium \\\n"
-      "    --vary length_m --target \"bending 1=587.33\"");
+      "    --vary length_m --target \"bending 1=587.33\"\n"
+      "  klang tune --from chimes/fit.json --specimen D5 --vary length_m --target E5\n"
+      "  klang tune --shape undercut_bar --material youngs_modulus_pa=1.6e10,poissons_ratio=0.35,density_kg_m3=830 \\\n"
+      "    --dims length_m=0.4,width_m=0.05,height_m=0.022,undercut_length_m=0.24,undercut_depth_m=0.012 \\\n"
+      "    --vary undercut_depth_m --target \"bending 2/bending 1=4\"");
   return {app,
           [options, &common] { return run_tune(*options, common); },
           {result_kind<fit::TuneDocument>("tune", "the result of `klang tune`")}};

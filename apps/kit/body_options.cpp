@@ -2,9 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <nlohmann/json.hpp>
 
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/physics/solid/fitted_material.hpp"
 
 namespace klang::apps {
 
@@ -33,15 +35,19 @@ std::map<std::string, double> parse_assignments(const std::string& option, const
   return values;
 }
 
+bool is_fit_file(const std::string& material) { return material.ends_with(".json"); }
+
 solid::Material parse_material(const std::string& text) {
+  if (is_fit_file(text)) return solid::fitted_material(solid::read_fit_json(text), text);
   if (text.find('=') == std::string::npos) return solid::material_preset(text);
   auto values = parse_assignments("--material", text);
   const auto take = [&](const std::string& name) {
     const auto found = values.find(name);
     if (found == values.end()) {
-      throw InputError("--material", "lacks " + name, text,
-                       "a preset, or lame_lambda_pa, lame_mu_pa, density_kg_m3, or youngs_modulus_pa, poissons_ratio, "
-                       "density_kg_m3");
+      throw InputError(
+          "--material", "lacks " + name, text,
+          "a preset, a fit.json, or lame_lambda_pa, lame_mu_pa, density_kg_m3, or youngs_modulus_pa, poissons_ratio, "
+          "density_kg_m3");
     }
     const double value = found->second;
     values.erase(found);
@@ -135,10 +141,11 @@ mesh::TetMesh BodyOptions::build_and_tell(const CommonOptions& common, mesh::Bod
   return build(0.0, &notes, monitor);
 }
 
-std::vector<std::filesystem::path> BodyOptions::inputs() const {
+std::vector<std::filesystem::path> BodyOptions::inputs(const std::string& material) const {
   std::vector<std::filesystem::path> files;
   if (!mesh_file.empty()) files.emplace_back(mesh_file);
   if (!profile.empty()) files.emplace_back(profile);
+  if (is_fit_file(material)) files.emplace_back(material);
   return files;
 }
 

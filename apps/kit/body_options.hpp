@@ -18,7 +18,10 @@ namespace klang::apps {
 /// "length_m=0.5,wall_m=0.001" as names and numbers; InputError names the option and the bad part.
 std::map<std::string, double> parse_assignments(const std::string& option, const std::string& text);
 
-/// A preset's name, or lame_lambda_pa=..,lame_mu_pa=..,density_kg_m3=.. or youngs_modulus_pa=..,poissons_ratio=..,density..
+/// Whether --material names a file: the fit.json of klang fit.
+bool is_fit_file(const std::string& material);
+
+/// A preset's name, the path of a fit.json, or lame_lambda_pa=..,lame_mu_pa=..,density_kg_m3=.. or youngs_modulus_pa=..,poissons_ratio=..,density..
 solid::Material parse_material(const std::string& text);
 
 /// The options that say which body: --shape with --dims and --profile, or --mesh; and how it is meshed.
@@ -43,7 +46,7 @@ struct BodyOptions {
   /// The same, with notes and warnings on the terminal; warnings are added to those of the result, too.
   mesh::TetMesh build_and_tell(const CommonOptions& common, mesh::BodyNotes& notes, std::vector<std::string>& warnings,
                                Monitor& monitor) const;
-  std::vector<std::filesystem::path> inputs() const;
+  std::vector<std::filesystem::path> inputs(const std::string& material) const;  ///< files that were read
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {

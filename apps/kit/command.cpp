@@ -88,8 +88,16 @@ void write_json(const CommonOptions& common, const nlohmann::json& result) {
   }
 }
 
+void write_table(const std::filesystem::path& path, const std::string& text) {
+  if (path == "-") {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  } else {
+    write_file(path, text);
+  }
+}
+
 void say(const CommonOptions& common, const char* format, ...) {
-  if (common.quiet || common.json == "-") return;
+  if (common.quiet || common.json == "-" || common.table_on_stdout) return;
   std::va_list arguments;
   va_start(arguments, format);
   std::vprintf(format, arguments);

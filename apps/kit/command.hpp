@@ -23,6 +23,7 @@ struct CommonOptions {
   int n_threads = 0;
   std::uint64_t seed = 1;
   std::string command_line;
+  bool table_on_stdout = false;  ///< set by a command whose table goes there
   /// What each command calls the fields of its options structs: library code names fields in its messages, users know flags.
   std::map<const CLI::App*, std::map<std::string, std::string>> flags;
 };
@@ -59,7 +60,10 @@ nlohmann::json result_header(std::string_view kind, std::string_view status, con
 /// Writes to --json where it was given.
 void write_json(const CommonOptions& common, const nlohmann::json& result);
 
-/// printf to standard output, unless --quiet.
+/// A table to a file, or to standard output where the path is "-" (the caller sets CommonOptions::table_on_stdout).
+void write_table(const std::filesystem::path& path, const std::string& text);
+
+/// printf to standard output, unless --quiet or where standard output holds JSON or a table.
 void say(const CommonOptions& common, const char* format, ...) __attribute__((format(printf, 2, 3)));
 
 /// One line to standard error, "klang: warning: ...".

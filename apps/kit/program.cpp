@@ -101,6 +101,21 @@ int Program::run(int argc, char** argv) {
   return code;
 }
 
+int Program::call(std::vector<std::string> words) {
+  common_.command_line = "klang";
+  for (const std::string& word : words) common_.command_line.append(" ").append(word);
+  try {
+    std::vector<std::string> backwards(words.rbegin(), words.rend());
+    app_.parse(backwards);
+    set_thread_count(common_.n_threads);
+    return run_parsed();
+  } catch (const CLI::ParseError& error) {
+    throw InputError(parse_complaint(words, error));
+  } catch (const OptionsError& error) {
+    throw InputError(error.text([this](const std::string& field) { return flag_or_field(field); }));
+  }
+}
+
 void Program::ask_for_help(std::vector<std::string>& words) const {
   const std::size_t first = next_plain_word(app_, words, 0);
   const bool asks = first < words.size() && words[first] == "help";

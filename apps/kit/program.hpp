@@ -27,6 +27,10 @@ class Program {
   /// Parses, runs the subcommand and says what went wrong in one line. @return the exit code
   int run(int argc, char** argv);
 
+  /// Parses and runs one command within another program: no signals are heeded, nothing is said of errors. Once for each object.
+  /// @return the exit code @throws InputError: the words too; NumericalError and others as the command
+  int call(std::vector<std::string> words);
+
   const CLI::App& app() const { return app_; }
   std::vector<const CLI::App*> commands() const;       ///< without groups, in the order of --help
   std::string path_of(const CLI::App& command) const;  ///< "klang bubble fit"

@@ -5,8 +5,8 @@
 
 #include "apps/kit/body_options.hpp"
 #include "core/foundation/base/errors.hpp"
-#include "core/geometry/mesh/quality.hpp"
 #include "core/physics/modal/damping/damping_laws.hpp"
+#include "fit/instrument/banks.hpp"
 
 namespace klang::apps {
 
@@ -33,6 +33,12 @@ void for_each_parameter(Options& options, Visit&& visit) {
 
 DampingOptions::DampingOptions() {
   for (const damping::DampingLaw* law : laws()) parameters.emplace_back(law->parameters().size(), 0.0);
+}
+
+bool DampingOptions::any() const {
+  bool any = false;
+  for_each_parameter(*this, [&](const damping::LawParameter&, double value) { any = any || value != 0.0; });
+  return any;
 }
 
 void DampingOptions::validate() const {
@@ -104,19 +110,7 @@ std::vector<events::Strike> read_strikes(const std::vector<std::string>& texts, 
     strikes.push_back(strike);
   }
   if (strikes.empty()) {
-    const Eigen::RowVector3d low = model.mesh.nodes_m.colwise().minCoeff();
-    const Eigen::RowVector3d size = model.mesh.nodes_m.colwise().maxCoeff() - low;
-    Eigen::Index thin = 0, along = 0;
-    size.minCoeff(&thin);
-    size.maxCoeff(&along);
-    events::Strike strike;
-    strike.shape = events::PulseShape::kGaussian;
-    Eigen::Vector3d end = (low + 0.5 * size).transpose();
-    end[along] = low[along] + size[along];
-    strike.point_m = end;
-    strike.impulse_n_s[thin] = 1.0;
-    strike.duration_s = 2e-5;
-    strikes.push_back(strike);
+    strikes.push_back(fit::default_strike(model));
   }
   return strikes;
 }

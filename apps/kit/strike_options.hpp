@@ -15,6 +15,7 @@ namespace klang::apps {
 struct DampingOptions {
   std::vector<std::vector<double>> parameters;  ///< of each law of damping_laws(LawUse::kOptions)
   DampingOptions();
+  bool any() const;                           ///< one of them is not 0
   void validate() const;                      ///< InputError
   void write(nlohmann::json& options) const;  ///< by parameter name
 };

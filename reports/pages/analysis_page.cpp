@@ -103,6 +103,34 @@ std::vector<std::string> sentences_of(const fit::AnalysisDocument& data) {
   return sentences;
 }
 
+/// Hum, prime, tierce, quint, nominal and strike note of a bell.
+std::string bell_table(const fit::Bell& bell, double a4_hz) {
+  std::string body;
+  const auto add = [&](const char* name, const std::optional<double>& frequency_hz) {
+    std::string cells = number_cell("not found") + tag("td", "—") + number_cell("—") + number_cell("—");
+    if (frequency_hz) {
+      const audio::NearestNote note = audio::nearest_note(*frequency_hz, a4_hz);
+      cells = number_cell(fixed(*frequency_hz, 2)) + tag("td", escaped(note.name)) +
+              number_cell(signed_cents(note.cents)) +
+              number_cell(bell.nominal_hz ? fixed(*frequency_hz / *bell.nominal_hz, 4) : "—");
+    }
+    body += "<tr>" + tag("th", name, "scope=\"row\"") + cells + "</tr>\n";
+  };
+  add("Hum", bell.hum_hz);
+  add("Prime", bell.prime_hz);
+  add("Tierce", bell.tierce_hz);
+  add("Quint", bell.quint_hz);
+  add("Nominal", bell.nominal_hz);
+  add("Strike note", bell.strike_note_hz);
+  return scrolled(
+      "<table><caption>The bell’s partials by their names. The strike note is half the nominal: it is heard, and "
+      "need not be there.</caption><thead><tr><th scope=\"col\">Partial</th><th class=\"n\" scope=\"col\">Frequency "
+      "[Hz]</th><th scope=\"col\">Note</th><th class=\"n\" scope=\"col\">Cents</th><th class=\"n\" scope=\"col\">to "
+      "the nominal</th></tr></thead>\n<tbody>" +
+          body + "</tbody></table>",
+      "Partials of the bell");
+}
+
 std::string key_figures(const fit::AnalysisDocument& data) {
   KeyFigures keys;
   keys.add("Partials", std::to_string(data.partials.size()));
@@ -167,6 +195,8 @@ Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
     partials = figure(sheet(*spectrum), "Each partial at the moment of the first strike.");
   }
   if (!data.partials.empty()) partials += scrolled(partial_table(data.partials), "Partials");
+  if (data.a4_hz) partials += "<p class=\"caption\">Notes by A4 = " + rounded(*data.a4_hz, 5) + " Hz.</p>";
+  if (data.bell && data.bell->found()) partials += bell_table(*data.bell, data.a4_hz.value_or(audio::kConcertPitchHz));
   const SoundPair sounds = sounds_of(data, folder);
   const SoundMedia media = sound_media(sounds, 1, folder);
   BodyFacts facts;

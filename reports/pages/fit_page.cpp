@@ -96,7 +96,9 @@ std::string key_figures(const fit::FitDocument& data) {
       if (e.name != name || !e.identifiable || n >= kMostKeyParameters) continue;
       const ShownEstimate text = shown(e);
       keys.add(name_html(text.quantity), with_unit(text.value, text.quantity),
-               text.std.empty() ? "" : "± " + with_unit(text.std, text.quantity));
+               text.std.empty()
+                   ? ""
+                   : "± " + with_unit(text.std, text.quantity) + (e.caveat.empty() ? "" : ", " + escaped(e.caveat)));
       ++n;
     }
   }
@@ -306,8 +308,9 @@ Page make(const fit::FitDocument& data, ReportFolder& folder) {
   page.key_figures = key_figures(data);
   page.sections.push_back({"verdict", "Verdict", judgement_html(data.judgement)});
   if (!data.parameters.empty())
-    page.sections.push_back({"parameters", "Parameters",
-                             scrolled(parameter_table(data.parameters), "Parameters") + correlation_table(data)});
+    page.sections.push_back(
+        {"parameters", "Parameters",
+         scrolled(parameter_table(data.parameters), "Parameters") + budget_table(data) + correlation_table(data)});
   page.sections.push_back({"partials", "Partials", partials_html(data, folder)});
   page.sections.push_back({"damping", "Damping", damping_html(data, folder)});
   const std::vector<SpecimenView> views = specimen_views(data, folder);

@@ -73,6 +73,7 @@ std::string the_specimens(const fit::FitDocument& data) {
 void say_material(const fit::FitDocument& data, std::vector<std::string>& sentences) {
   std::vector<std::string> found;
   std::vector<std::pair<std::string, std::vector<std::string>>> missing;  // why, and what
+  std::string caveat;
   for (const char* name :
        {"youngs_modulus_pa", "poissons_ratio", "shear_modulus_pa", "lame_mu_pa", "bulk_modulus_pa", "lame_lambda_pa"}) {
     for (const fit::FitParameter& parameter : data.parameters) {
@@ -85,7 +86,8 @@ void say_material(const fit::FitDocument& data, std::vector<std::string>& senten
         found.size() < 5) {
       found.push_back(said(parameter));
     }
-    if (parameter.identifiable || damping(parameter.name)) continue;
+    if (!parameter.caveat.empty()) caveat = parameter.caveat;
+    if (parameter.identifiable || parameter.given || damping(parameter.name)) continue;
     const Quantity name = quantity(parameter.name, measured(parameter.value).value_or(1));
     std::string why = parameter.why;
     while (!why.empty() && (why.back() == '.' || why.back() == ' ')) why.pop_back();
@@ -105,7 +107,7 @@ void say_material(const fit::FitDocument& data, std::vector<std::string>& senten
     sentences.push_back(
         the_specimens(data) +
         (data.material_start.preset.empty() ? "" : ", taken as " + escaped(data.material_start.preset) + ",") +
-        (plural ? " ring with " : " rings with ") + list_of(found) + ".");
+        (plural ? " ring with " : " rings with ") + list_of(found) + (caveat.empty() ? "" : " (" + caveat + ")") + ".");
   }
   std::string open;
   for (const auto& [why, names] : missing) {

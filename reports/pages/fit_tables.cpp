@@ -32,18 +32,20 @@ std::string parameter_table(const std::vector<fit::FitParameter>& parameters) {
     const ShownEstimate text = shown(e);
     const bool known = e.identifiable;
     const bool noted = !e.why.empty();
-    std::string classes = known ? "" : "open";
+    std::string classes = known || e.given ? "" : "open";
     if (noted) classes += classes.empty() ? "pair" : " pair";
     body += "<tr" + (classes.empty() ? "" : " class=\"" + classes + "\"") + ">";
     body += tag("th", name_html(text.quantity) + (e.derived ? " <small>(derived)</small>" : ""), "scope=\"row\"");
     const std::string value = text.std.empty() || !known ? text.value : text.value + " ± " + text.std;
-    body += number_cell(with_unit(value, text.quantity));
+    body += number_cell(with_unit(value, text.quantity) +
+                        (e.caveat.empty() ? "" : "<br><small>" + escaped(e.caveat) + "</small>"));
     body += number_cell(known ? escaped(text.interval()) : "—");
     body += number_cell(std::isfinite(e.start_value)
                             ? with_unit(rounded(e.start_value * text.quantity.factor, 5), text.quantity)
                             : "—");
-    std::string by_data =
-        known ? "<span class=\"tag good\">determined</span>" : "<span class=\"tag fair\">not determined</span>";
+    std::string by_data = e.given ? "<span class=\"tag\">given</span>"
+                          : known ? "<span class=\"tag good\">determined</span>"
+                                  : "<span class=\"tag fair\">not determined</span>";
     if (e.verdict != fit::Verdict::kNotJudged)
       by_data += std::string(" <span class=\"tag ") +
                  (e.verdict == fit::Verdict::kTrusted    ? "good"
@@ -59,6 +61,27 @@ std::string parameter_table(const std::vector<fit::FitParameter>& parameters) {
          "<th scope=\"col\" class=\"n\">95 % interval</th><th scope=\"col\" class=\"n\">Start</th><th "
          "scope=\"col\">By these data</th></tr></thead>\n<tbody>" +
          body + "</tbody></table>";
+}
+
+std::string budget_table(const fit::FitDocument& data) {
+  std::string body;
+  for (const fit::BudgetEntry& entry : data.budget) {
+    const Quantity q = quantity(entry.parameter, entry.contribution_std.value_or(1.0));
+    body += "<tr>" + tag("th", name_html(q), "scope=\"row\"") + tag("td", escaped(entry.source)) +
+            number_cell(entry.sensitivity ? fixed(*entry.sensitivity, 2) : "—") +
+            number_cell(entry.contribution_std ? with_unit(rounded(q.factor * *entry.contribution_std, 2), q)
+                                               : "no tolerance given") +
+            number_cell(entry.share ? fixed(100 * *entry.share, 1) : "—") + "</tr>\n";
+  }
+  if (body.empty()) return {};
+  return more("What contributes how much to the standard deviations",
+              scrolled("<table><caption>A parameter’s standard deviation is the root of the sum of squares of its "
+                       "contributions. The sensitivity says by how many per cent it moves when the source is 1 % "
+                       "larger.</caption><thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\">Source</th><th "
+                       "class=\"n\" scope=\"col\">Sensitivity</th><th class=\"n\" scope=\"col\">Contribution</th><th "
+                       "class=\"n\" scope=\"col\">Share [%]</th></tr></thead>\n<tbody>" +
+                           body + "</tbody></table>",
+                       "Uncertainty budget"));
 }
 
 std::string correlation_table(const fit::FitDocument& data) {
@@ -157,18 +180,23 @@ std::string match_table(const std::vector<fit::MatchRecord>& matches) {
 
 std::string partial_table(const std::vector<fit::Partial>& partials) {
   std::string body;
+  const bool noted =
+      std::any_of(partials.begin(), partials.end(), [](const fit::Partial& p) { return !p.note.empty(); });
   for (const fit::Partial& p : partials) {
     body += "<tr>" + number_cell(escaped(plus_minus(p.frequency_hz, p.frequency_std_hz, 7))) +
             number_cell(escaped(plus_minus(p.decay_per_s, p.decay_std_per_s))) +
             number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3) : "—") +
             number_cell(p.amplitude && *p.amplitude > 0 ? fixed(20 * std::log10(*p.amplitude), 1) : "—") +
-            number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—") + "</tr>\n";
+            number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—") +
+            (noted ? tag("td", escaped(p.note)) + number_cell(p.cents ? signed_cents(*p.cents) : "—") : std::string()) +
+            "</tr>\n";
   }
   return "<table><thead><tr><th class=\"n\" scope=\"col\">Frequency [Hz]</th><th class=\"n\" "
          "scope=\"col\">Decay [1/s]</th>"
          "<th class=\"n\" scope=\"col\">60 dB in [s]</th><th class=\"n\" scope=\"col\">Level [dB]</th>"
-         "<th class=\"n\" scope=\"col\">Phase [rad]</th></tr></thead>\n<tbody>" +
-         body + "</tbody></table>";
+         "<th class=\"n\" scope=\"col\">Phase [rad]</th>" +
+         std::string(noted ? "<th scope=\"col\">Note</th><th class=\"n\" scope=\"col\">Cents</th>" : "") +
+         "</tr></thead>\n<tbody>" + body + "</tbody></table>";
 }
 
 std::string mode_list(const std::vector<fit::PredictedRecord>& modes) {

@@ -27,6 +27,7 @@ std::string plus_minus(const Number& value, const Number& std, int digits = 4);
 
 /// Tables of a fit's page, as HTML.
 std::string parameter_table(const std::vector<fit::FitParameter>& parameters);
+std::string budget_table(const fit::FitDocument& data);       ///< empty without one
 std::string correlation_table(const fit::FitDocument& data);  ///< empty for fewer than two
 std::string damping_table(const fit::FitDocument& data);
 std::string match_table(const std::vector<fit::MatchRecord>& matches);

@@ -1,0 +1,93 @@
+// The compiled half of the Python package klangprobe: commands, and sounds as numpy arrays. apps/python/klangprobe/__init__.py gives
+// them their shape.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "apps/commands/commands.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/json.hpp"
+#include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "core/sound/instrument/modal_bank.hpp"
+#include "fit/instrument/banks.hpp"
+#include "fit/instrument/fitted_body.hpp"
+#include "fit/ringdown/analysis_document.hpp"
+
+namespace py = pybind11;
+using namespace klang;
+
+namespace {
+
+using Samples = py::array_t<double, py::array::f_style | py::array::forcecast>;
+
+int call(const std::vector<std::string>& words) {
+  const py::gil_scoped_release released;
+  apps::Program program(apps::all_commands());
+  return program.call(words);
+}
+
+/// @param samples  n_frames, or n_frames x n_channels
+std::string analyze(const Samples& samples, double rate_hz, double a4_hz, double low_hz, double high_hz) {
+  audio::Signal signal;
+  signal.sample_rate_hz = rate_hz;
+  if (samples.ndim() < 1 || samples.ndim() > 2)
+    throw InputError("samples", "must have one or two dimensions", std::to_string(samples.ndim()));
+  const Eigen::Index n = samples.shape(0), n_channels = samples.ndim() == 2 ? samples.shape(1) : 1;
+  if (!(rate_hz > 0.0)) throw InputError("rate", "is out of range", to_text(rate_hz), "above 0");
+  checked("analyze", "a4_hz", a4_hz, audio::kLowestA4Hz, audio::kHighestA4Hz);
+  signal.samples = Eigen::Map<const Eigen::MatrixXd>(samples.data(), n, n_channels);
+  const py::gil_scoped_release released;
+  fit::RingdownOptions options;
+  options.band = {low_hz, high_hz};
+  const fit::RingdownResult result = fit::identify_ringdown(signal, options);
+  if (!result.usable()) throw NumericalError(result.message);
+  ResultHeader header;
+  header.kind = "analysis";
+  header.status = "ok";
+  header.provenance = make_provenance("klangprobe.analyze", 1, {{"a4_hz", a4_hz}}, {});
+  fit::AnalysisDocument document = fit::analysis_document(std::move(header), result, a4_hz);
+  document.duration_s = signal.duration_s();
+  document.n_channels = static_cast<int>(n_channels);
+  return json_text(json_of(document));
+}
+
+/// A specimen of a fit.json after the default strike, peak -3 dB re full scale.
+py::array_t<double> synth(const std::string& path, const std::string& specimen,
+                          const std::map<std::string, double>& dims, double duration_s, double rate_hz) {
+  checked("synth", "duration_s", duration_s, 0.001, 3600.0);
+  checked("synth", "rate_hz", rate_hz, 1000.0, 768000.0);
+  Eigen::VectorXd sound;
+  {
+    const py::gil_scoped_release released;
+    const fit::FittedBody body = fit::fitted_body(fit::read_fit_document(path), path, specimen, {dims, {}});
+    if (!body.decay_per_s) throw InputError(path, "has no damping: the sound would never end");
+    instrument::ModalBank bank =
+        instrument::struck_bank(body.model, *body.decay_per_s, fit::default_strike(body.model));
+    instrument::normalise(bank, instrument::kPeak, rate_hz, std::min(duration_s, instrument::kPeakWithinS));
+    sound = instrument::bank_sound(bank, rate_hz, static_cast<Eigen::Index>(std::llround(duration_s * rate_hz)));
+  }
+  return py::array_t<double>(sound.size(), sound.data());
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_klangprobe, module) {
+  module.doc() = "Commands of klang, and sounds as arrays; use the package klangprobe";
+  static const py::exception<NumericalError> error(module, "Error", PyExc_RuntimeError);
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const InputError& problem) {
+      PyErr_SetString(PyExc_ValueError, problem.what());
+    } catch (const NumericalError& problem) {
+      PyErr_SetString(error.ptr(), problem.what());
+    }
+  });
+  module.def("version", [] { return version(); });
+  module.def("call", &call, py::arg("words"));
+  module.def("analyze", &analyze, py::arg("samples"), py::arg("rate_hz"), py::arg("a4_hz"), py::arg("low_hz"),
+             py::arg("high_hz"));
+  module.def("synth", &synth, py::arg("path"), py::arg("specimen"), py::arg("dims"), py::arg("duration_s"),
+             py::arg("rate_hz"));
+}

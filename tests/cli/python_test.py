@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""The Python package gives what the program gives: python_test.py KLANG PACKAGE_FOLDER ROOT"""
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+KLANG, PACKAGE, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+sys.path.insert(0, PACKAGE)
+import numpy as np
+
+import klangprobe
+
+ROD = {"length_m": 0.2, "radius_m": 0.005}
+ALUMINIUM = {"youngs_modulus_pa": 7.1e10, "poissons_ratio": 0.33, "density_kg_m3": 2700}
+
+
+def command(folder, *words):
+    subprocess.run([KLANG, *words, "--quiet", "--json", "result.json"], cwd=folder, check=True)
+    return json.loads(pathlib.Path(folder, "result.json").read_text())
+
+
+class Package(unittest.TestCase):
+    def setUp(self):
+        self.holder = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.holder.name)
+        self.addCleanup(self.holder.cleanup)
+
+    def test_modes_have_the_digits_of_the_command(self):
+        modes = klangprobe.modes("rod", ROD, ALUMINIUM, count=4, threads=1)
+        told = command(self.folder, "modes", "--shape", "rod", "--dims", "length_m=0.2,radius_m=0.005", "--count", "4", "--threads", "1",
+                       "--material", "youngs_modulus_pa=7.1e10,poissons_ratio=0.33,density_kg_m3=2700")
+        self.assertIsInstance(modes.frequency_hz, np.ndarray)
+        self.assertEqual(modes.frequency_hz.tolist(), [mode["frequency_hz"] for mode in told["modes"]])
+
+    def test_partials_of_an_array(self):
+        rate, t = 16000, np.arange(16000) / 16000
+        found = klangprobe.analyze(0.3 * np.exp(-5 * t) * np.cos(2 * np.pi * 440 * t), rate)
+        self.assertEqual(len(found.partials), 1)
+        self.assertAlmostEqual(found.partials[0].frequency_hz, 440, places=3)
+        self.assertEqual(found.partials[0].note, "A4")
+        stereo = klangprobe.analyze(np.stack([np.exp(-5 * t) * np.cos(2 * np.pi * 440 * t)] * 2, axis=1), rate)
+        self.assertEqual(stereo.data["n_channels"], 2)
+
+    def test_a_fit_and_its_sound(self):
+        modes = klangprobe.modes("rod", ROD, ALUMINIUM, count=6).frequency_hz
+        rows = [f"{f!r},0.1,{np.pi * f * 1e-3!r},{0.02 * np.pi * f * 1e-3!r}" for f in modes.tolist()]
+        (self.folder / "p.csv").write_text("frequency_hz,frequency_std_hz,decay_per_s,decay_std_per_s\n" + "\n".join(rows) + "\n")
+        (self.folder / "rod.toml").write_text(
+            '[material]\nyoungs_modulus_pa = 7e10\npoissons_ratio = 0.33\ndensity_kg_m3 = 2700\n[[specimen]]\nname = "rod"\n'
+            'shape = { kind = "rod", length_m = 0.2, radius_m = 0.005 }\npartials = "p.csv"\n'
+            '[fit]\nparameters = ["youngs_modulus_pa"]\n')
+        fit = klangprobe.fit(self.folder / "rod.toml")
+        told = command(self.folder, "fit", "rod.toml", "-o", "out", "--no-pictures")
+        self.assertEqual(fit.parameters["youngs_modulus_pa"].value, told["parameters"][0]["value"])
+        self.assertEqual(fit.parameters["youngs_modulus_pa"].std, told["parameters"][0]["std"])
+        sound = klangprobe.synth(fit, "rod", 0.5, 44100)
+        self.assertEqual(sound.shape, (22050,))
+        self.assertAlmostEqual(np.abs(sound).max(), 10 ** (-3 / 20), places=6)
+        again = klangprobe.fit(self.folder / "out/fit.json")
+        np.testing.assert_array_equal(klangprobe.synth(again, "rod", 0.5, 44100), sound)
+
+    def test_a_bubble(self):
+        self.assertEqual(klangprobe.bubble_info(0.001)["damped_frequency_hz"],
+                         command(self.folder, "bubble", "info", "--radius-m", "0.001")["damped_frequency_hz"])
+
+    def test_bad_input_is_a_value_error_of_one_line(self):
+        for wrong in (lambda: klangprobe.modes("rood", ROD), lambda: klangprobe.fit(self.folder / "none.toml"),
+                      lambda: klangprobe.analyze(np.zeros(1000), 8000), lambda: klangprobe.modes("rod", ROD, "alumium"),
+                      lambda: klangprobe.bubble_info(-1), lambda: klangprobe.analyze(np.zeros((2, 2, 2)), 8000)):
+            with self.assertRaises(ValueError) as caught:
+                wrong()
+            self.assertNotIn("\n", str(caught.exception))
+        with self.assertRaises(klangprobe.Error):
+            klangprobe.analyze(np.random.default_rng(1).normal(size=8000) * 0.1, 8000)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -92,7 +92,7 @@ class IetModel {
     const SpecimenBody body = make_body(specimen_, start, 12.0 * first_hz);
     ReducedSpectrumOptions options;
     options.count = 14;
-    options.band = {0.0, 1e9};
+    options.band = {0.0, 12.0 * first_hz};
     model_.emplace(specimen_, body, std::vector<std::string>{}, options, silent_monitor());
     find_modes(given.shape);
   }

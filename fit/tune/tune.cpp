@@ -87,11 +87,11 @@ int mode_of(const std::string& mode, const mesh::ShapeSpec& shape, const modal::
 double first_frequency_hz(const Specimen& specimen, const solid::Material& material) {
   double longest_m = 0.0;
   for (const auto& [name, value] : specimen.shape->dims) longest_m = std::max(longest_m, value);
-  const SpecimenBody body =
-      make_body(specimen, material, std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3) / longest_m);
+  const double highest_hz = std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3) / longest_m;
+  const SpecimenBody body = make_body(specimen, material, highest_hz);
   ReducedSpectrumOptions options;
   options.count = 1;
-  options.band = {0.0, 1e9};
+  options.band = {0.0, highest_hz};
   options.vary_ratio = false;
   const ReducedSpectrum spectrum(specimen, body, {}, options);
   return spectrum.nominal().model.frequency_hz()[0];

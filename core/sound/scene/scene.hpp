@@ -57,8 +57,9 @@ struct CrackSettings {
 
 /// How a modal body moves.
 struct ModalSettings {
-  int n_modes = 20;             ///< elastic ones, from the lowest
-  bool linear_program = false;  ///< H03's contact, which is not the contact problem (erratum 71)
+  int n_modes = 20;                   ///< elastic ones, from the lowest
+  bool residual_flexibility = false;  ///< discarded modes are springs between body and floor, not stiff
+  bool linear_program = false;        ///< H03's contact, which is not the contact problem (erratum 71)
 };
 
 /// A place of a body that is moved from outside.

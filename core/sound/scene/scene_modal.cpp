@@ -7,6 +7,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/physics/fracture/quasistatic/free_body_solver.hpp"
 #include "core/physics/modal/constraints/contact_problem.hpp"
 #include "core/physics/modal/constraints/modal_step.hpp"
 #include "core/physics/modal/modes_of.hpp"
@@ -20,6 +21,8 @@ using Eigen::Vector3d;
 
 constexpr double kHighestModeHz = 1e7;
 constexpr int kMostSubsteps = 500;
+constexpr std::array<int, 3> kAxes = {2, 0, 1};  // of a contact: its normal, then along the floor
+constexpr std::size_t kMostFlexiblePlaces = 700;
 
 std::size_t index(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
@@ -51,7 +54,9 @@ struct ModalBody {
   Matrix3d inertia;
   Eigen::Quaterniond turn;
   modal::ModalState modes{Eigen::VectorXd(), Eigen::VectorXd()};
-  std::vector<ModalPlace> places;  ///< corners of the surface
+  std::vector<ModalPlace> places;    ///< corners of the surface
+  Eigen::MatrixXd residual_m_per_n;  ///< of the discarded modes between places, body's frame; empty: they are stiff
+  double spring_j = 0.0;             ///< in the discarded modes
   std::vector<HeldPlace> held;
   std::vector<char> was_down;
   rigid::EnergyLedger ledger;  ///< losses alone
@@ -67,8 +72,11 @@ struct ModalBody {
     return 0.5 * mass_kg * velocity_m_s.squaredNorm() + 0.5 * angular_momentum.dot(spin()) +
            0.5 * modes.v.squaredNorm();
   }
-  double strain_j() const { return 0.5 * modes.z.dot(modes.lambda().cwiseProduct(modes.z)); }
+  double strain_j() const { return 0.5 * modes.z.dot(modes.lambda().cwiseProduct(modes.z)) + spring_j; }
+  Eigen::MatrixXd flexibility(const std::vector<std::size_t>& down) const;
+  Eigen::MatrixXd rows_of(const std::vector<std::size_t>& down, Eigen::Index per) const;
   Vector3d arm(const ModalPlace& p) const { return turn * (p.rest_m + p.shape * modes.z); }
+  void aim(Eigen::VectorXd& b, const Vector3d& gravity) const;
   void fly(double dt, const Vector3d& gravity);
   void push(bool has_floor, const Vector3d& gravity);
   void keep_pose();
@@ -94,6 +102,50 @@ void ModalBody::fly(double dt, const Vector3d& gravity) {
   ledger.viscous_j += before - modes.energy_j();
 }
 
+/// Of the discarded modes along the floor's normal, between places that are down.
+Eigen::MatrixXd ModalBody::flexibility(const std::vector<std::size_t>& down) const {
+  const Vector3d up = turn.conjugate() * Vector3d::UnitZ();
+  Eigen::MatrixXd c(down.size(), down.size());
+  for (std::size_t i = 0; i < down.size(); ++i)
+    for (std::size_t j = 0; j < down.size(); ++j)
+      c(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = up.dot(
+          residual_m_per_n.block<3, 3>(3 * static_cast<Eigen::Index>(down[i]), 3 * static_cast<Eigen::Index>(down[j])) *
+          up);
+  return c;
+}
+
+/// Speeds of places over those of the centre, the spin and the modes: held places along x, y, z; then places that are down along
+/// kAxes.
+Eigen::MatrixXd ModalBody::rows_of(const std::vector<std::size_t>& down, Eigen::Index per) const {
+  const Eigen::Index n_held = static_cast<Eigen::Index>(3 * held.size()), n_modes = modes.z.size(),
+                     n = n_held + per * static_cast<Eigen::Index>(down.size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(n, 6 + n_modes);
+  const Matrix3d r = turn.toRotationMatrix();
+  const auto set = [&](Eigen::Index row, const ModalPlace& place, const Vector3d& along) {
+    rows.block<1, 3>(row, 0) = along.transpose();
+    rows.block<1, 3>(row, 3) = arm(place).cross(along).transpose();
+    if (n_modes > 0) rows.block(row, 6, 1, n_modes) = (r.transpose() * along).transpose() * place.shape;
+  };
+  for (std::size_t h = 0; h < held.size(); ++h)
+    for (int axis = 0; axis < 3; ++axis)
+      set(static_cast<Eigen::Index>(3 * h) + axis, held[h].place, Vector3d::Unit(axis));
+  for (std::size_t k = 0; k < down.size(); ++k)
+    for (Eigen::Index a = 0; a < per; ++a)
+      set(n_held + per * static_cast<Eigen::Index>(k) + a, places[down[k]], Vector3d::Unit(kAxes[index(a)]));
+  return rows;
+}
+
+/// Takes from the speeds of held places those that bring them to their paths at the end of the next small step.
+void ModalBody::aim(Eigen::VectorXd& b, const Vector3d& gravity) const {
+  for (std::size_t h = 0; h < held.size(); ++h) {
+    const HeldPlace& hold = held[h];
+    const Vector3d wanted =
+        (hold.origin_m + hold.path->displacement_m(time_s + dt_s) - centre_m - arm(hold.place)) / dt_s -
+        0.5 * dt_s * gravity;
+    b.segment<3>(static_cast<Eigen::Index>(3 * h)) -= wanted;
+  }
+}
+
 /// Impulses of the floor and of holds, at the end of a small step.
 void ModalBody::push(bool has_floor, const Vector3d& gravity) {
   std::vector<std::size_t> down;
@@ -108,25 +160,13 @@ void ModalBody::push(bool has_floor, const Vector3d& gravity) {
   const bool slides = friction > 0.0 && !linear_program;
   const Eigen::Index per = slides ? 3 : 1, n_down = per * static_cast<Eigen::Index>(down.size());
   if (n_held + n_down == 0) {
+    ledger.contact_j += spring_j;
+    spring_j = 0.0;
     was_down = std::move(now);
     return;
   }
-  // Rows: held places along x, y, z; then places that are down: normal z, and along x, y.
   const Eigen::Index n = n_held + n_down, n_modes = modes.z.size();
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(n, 6 + n_modes);
-  const Matrix3d r = turn.toRotationMatrix();
-  const auto set = [&](Eigen::Index row, const ModalPlace& place, const Vector3d& along) {
-    rows.block<1, 3>(row, 0) = along.transpose();
-    rows.block<1, 3>(row, 3) = arm(place).cross(along).transpose();
-    if (n_modes > 0) rows.block(row, 6, 1, n_modes) = (r.transpose() * along).transpose() * place.shape;
-  };
-  for (std::size_t h = 0; h < held.size(); ++h)
-    for (int axis = 0; axis < 3; ++axis)
-      set(static_cast<Eigen::Index>(3 * h) + axis, held[h].place, Vector3d::Unit(axis));
-  const std::array<int, 3> axes = {2, 0, 1};
-  for (std::size_t k = 0; k < down.size(); ++k)
-    for (Eigen::Index a = 0; a < per; ++a)
-      set(n_held + per * static_cast<Eigen::Index>(k) + a, places[down[k]], Vector3d::Unit(axes[index(a)]));
+  const Eigen::MatrixXd rows = rows_of(down, per);
   Eigen::VectorXd speed(6 + n_modes);
   speed << velocity_m_s, spin(), modes.v;
   Eigen::MatrixXd mobile = rows.transpose();  // M^-1 J^T
@@ -135,23 +175,29 @@ void ModalBody::push(bool has_floor, const Vector3d& gravity) {
   const Eigen::MatrixXd a = rows * mobile;
   const Eigen::VectorXd before = rows * speed;
   Eigen::VectorXd b = before;
-  for (std::size_t h = 0; h < held.size(); ++h) {
-    const HeldPlace& hold = held[h];
-    const Vector3d wanted =
-        (hold.origin_m + hold.path->displacement_m(time_s + dt_s) - centre_m - arm(hold.place)) / dt_s -
-        0.5 * dt_s * gravity;
-    b.segment<3>(static_cast<Eigen::Index>(3 * h)) -= wanted;
-  }
+  aim(b, gravity);
   const double slow = 2.0 * gravity.norm() * dt_s;
   for (std::size_t k = 0; k < down.size(); ++k) {
     const Eigen::Index row = n_held + per * static_cast<Eigen::Index>(k);
-    if (was_down[down[k]] == 0 && before[row] < -slow) b[row] += restitution * before[row];
+    if (residual_m_per_n.size() > 0) {
+      b[row] += (centre_m.z() + arm(places[down[k]]).z()) / dt_s;
+    } else if (was_down[down[k]] == 0 && before[row] < -slow) {
+      b[row] += restitution * before[row];
+    }
   }
   // Holds are met whatever the contacts exert: they are taken out of the contact problem.
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> holds;
   holds.setThreshold(1e-10);
   Eigen::MatrixXd inner = a.bottomRightCorner(n_down, n_down);
   Eigen::VectorXd right = b.tail(n_down);
+  Eigen::MatrixXd springs;
+  if (residual_m_per_n.size() > 0 && n_down > 0) {
+    springs = flexibility(down) / (dt_s * dt_s);
+    for (std::size_t i = 0; i < down.size(); ++i)
+      for (std::size_t j = 0; j < down.size(); ++j)
+        inner(per * static_cast<Eigen::Index>(i), per * static_cast<Eigen::Index>(j)) +=
+            springs(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  }
   if (n_held > 0) {
     holds.compute(a.topLeftCorner(n_held, n_held));
     inner -= a.bottomLeftCorner(n_down, n_held) * Eigen::MatrixXd(holds.solve(a.topRightCorner(n_held, n_down)));
@@ -182,11 +228,19 @@ void ModalBody::push(bool has_floor, const Vector3d& gravity) {
     const Eigen::Index row = n_held + per * static_cast<Eigen::Index>(k);
     Vector3d impulse(0.0, 0.0, impulses[row]);
     for (Eigen::Index along = 1; along < per; ++along) {
-      impulse[axes[index(along)]] = impulses[row + along];
+      impulse[kAxes[index(along)]] = impulses[row + along];
       sliding_j -= impulses[row + along] * mean[row + along];
     }
     if (impulse.squaredNorm() > 0.0) touches.push_back({time_s, dt_s, down[k], was_down[down[k]] == 0, impulse});
   }
+  const double spring_before_j = spring_j;
+  spring_j = 0.0;
+  if (springs.size() > 0) {
+    Eigen::VectorXd normal(static_cast<Eigen::Index>(down.size()));
+    for (Eigen::Index k = 0; k < normal.size(); ++k) normal[k] = impulses[n_held + per * k];
+    spring_j = 0.5 * normal.dot(springs * normal);
+  }
+  ledger.contact_j += spring_before_j - spring_j;
   ledger.work_j += held_j;
   ledger.friction_j += sliding_j;
   ledger.contact_j += start_j + held_j - sliding_j - moving_j();
@@ -207,6 +261,31 @@ ModalPlace place_of(const modal::ModalModel& model, Eigen::Index n_modes, int no
   place.rest_m = model.mesh.nodes_m.row(node).transpose() - centre_m;
   place.shape = model.shapes.block(3 * node, 0, 3, n_modes);
   return place;
+}
+
+/// Flexibility of all elastic modes between the surface's corners, from statics of the free body, less that of the kept ones.
+Eigen::MatrixXd residual_flexibility(const ModalBody& body, const std::vector<int>& nodes, const mesh::TetMesh& mesh,
+                                     const solid::Material& material) {
+  if (nodes.size() > kMostFlexiblePlaces)
+    throw InputError("residual_flexibility", "has too many corners of the surface", std::to_string(nodes.size()),
+                     "up to " + std::to_string(kMostFlexiblePlaces) + ": a larger max_edge_m");
+  fracture::FreeBodySolver solver(mesh, material);
+  if (!solver.usable()) throw NumericalError("residual flexibility: " + solver.message());
+  const Eigen::Index n = static_cast<Eigen::Index>(3 * nodes.size());
+  Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * mesh.n_nodes(), n);
+  std::vector<Eigen::Index> rows;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      loads(3 * nodes[i] + axis, static_cast<Eigen::Index>(3 * i) + axis) = 1.0;
+      rows.push_back(3 * nodes[i] + axis);
+    }
+  Eigen::MatrixXd flexible = solver.solve(loads).displacement_m(rows, Eigen::all);
+  Eigen::MatrixXd shapes(n, body.modes.z.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    shapes.middleRows(static_cast<Eigen::Index>(3 * i), 3) = body.places[i].shape;
+  if (body.modes.z.size() > 0)
+    flexible -= shapes * body.modes.lambda().cwiseInverse().asDiagonal() * shapes.transpose();
+  return 0.5 * (flexible + flexible.transpose());
 }
 
 ModalBody body_of(const Scene& scene, int row, const rigid::RigidBodySpec& spec, const SceneNotes& notes,
@@ -257,8 +336,15 @@ ModalBody body_of(const Scene& scene, int row, const rigid::RigidBodySpec& spec,
   const mesh::SurfaceMesh surface = mesh::boundary_surface(model.mesh);
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
     for (int c = 0; c < 3; ++c) corner[static_cast<std::size_t>(surface.triangles(t, c))] = true;
+  std::vector<int> corners;
   for (int i = 0; i < model.mesh.n_nodes(); ++i)
-    if (corner[static_cast<std::size_t>(i)]) made.places.push_back(place_of(model, n_modes, i, spec.centre_m));
+    if (corner[static_cast<std::size_t>(i)]) {
+      made.places.push_back(place_of(model, n_modes, i, spec.centre_m));
+      corners.push_back(i);
+    }
+  if (body.modal.residual_flexibility)
+    made.residual_m_per_n =
+        located(body.place, [&] { return residual_flexibility(made, corners, model.mesh, material.elastic); });
   made.was_down.assign(made.places.size(), 0);
   for (const SceneHold& hold : scene.holds) {
     if (hold.body != row) continue;

@@ -92,7 +92,9 @@ std::vector<TomlField> modal_fields(const char* table) {
   using enum TomlType;
   return {
       {table, "n_modes", kNumber, "20", 0, 1000, "elastic modes from the lowest"},
-      {table, "residual_flexibility", kBoolean, "false", -kInf, kInf, "not in scenes yet: true is refused"},
+      {table, "residual_flexibility", kBoolean, "false", -kInf, kInf,
+       "discarded modes are springs of their static compliance between body and floor, instead of stiff; no "
+       "restitution then"},
       {table, "contact", kText, "`lcp`", -kInf, kInf,
        "`lcp`, or `lp`: H03's linear program, without friction (erratum 71)"},
   };
@@ -105,10 +107,8 @@ ModalSettings read_modal(const TomlTable& scene, const TomlTable& own) {
   const double n = modes.number("n_modes", settings.n_modes);
   if (n != std::floor(n)) throw InputError(modes.place("n_modes"), "is no whole number", to_text(n));
   settings.n_modes = static_cast<int>(n);
-  const TomlTable& residual = table_of("residual_flexibility");
-  if (residual.boolean("residual_flexibility", false))
-    throw InputError(residual.place("residual_flexibility"), "is not in scenes yet", "true",
-                     "false; more modes bring the contact's compliance nearer (docs/fracture.md)");
+  settings.residual_flexibility =
+      table_of("residual_flexibility").boolean("residual_flexibility", settings.residual_flexibility);
   settings.linear_program = table_of("contact").choice("contact", {"lcp", "lp"}) == "lp";
   return settings;
 }

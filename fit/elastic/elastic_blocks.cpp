@@ -8,6 +8,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/modal/box_modes.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
+#include "core/physics/solid/rigid_modes.hpp"
 
 namespace klang::fit::detail {
 namespace {
@@ -93,6 +94,7 @@ class TetBlocks : public ElasticBlocks {
   Eigen::MatrixXd projected_mass(std::size_t, const Eigen::MatrixXd& basis) const override {
     return product(assembled_.mass_unit_density, basis);
   }
+  Eigen::MatrixXd rigid_motions(std::size_t) const override { return solid::rigid_modes(mesh_, assembled_); }
   BlockMatrices projected(std::size_t, const Eigen::MatrixXd& basis) const override {
     return {product(assembled_.stiffness_lambda, basis), product(assembled_.stiffness_mu, basis),
             product(assembled_.mass_unit_density, basis)};

@@ -34,6 +34,10 @@ class ElasticBlocks {
   /// The lowest counts[b] modes of each block.
   virtual std::vector<Eigen::MatrixXd> vectors(const solid::Material& material, const std::vector<int>& counts) = 0;
   virtual Eigen::MatrixXd projected_mass(std::size_t block, const Eigen::MatrixXd& basis) const = 0;
+  /// Rigid motions that a basis has to hold beside the modes of bodies with other dimensions (n_dofs x n): where these move the centre
+  /// of mass their modes are not free of them, and what is left of a rigid motion would look like a soft mode. None where symmetry
+  /// keeps the modes of every dimension apart from them.
+  virtual Eigen::MatrixXd rigid_motions(std::size_t /*block*/) const { return {}; }
   virtual BlockMatrices projected(std::size_t block, const Eigen::MatrixXd& basis) const = 0;
 };
 

@@ -126,7 +126,10 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
         given_names_.push_back(dimension);
     }
   }
-  const Changed watched = changed_about(specimen, body, given_names_, options, monitor, given_);
+  ReducedSpectrumOptions slopes_only =
+      options;  // a short step leaves less in central differences; curvature is not asked for
+  slopes_only.relative_step = std::min(options.relative_step, 1e-3);
+  const Changed watched = changed_about(specimen, body, given_names_, slopes_only, monitor, given_);
   for (std::size_t b = 0; b < counts.size(); ++b) {
     Block block;
     block.multiplicity = system->multiplicity(b);
@@ -136,7 +139,19 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
         for (Axis& axis : *axes) axis.slope.emplace_back(), axis.curvature.emplace_back();
       }
     } else {
-      const Projection onto = projection(*system, b, counts[b], vectors, lowest.correction);
+      Eigen::MatrixXd rigid;
+      if (!changed.blocks.empty() || !watched.blocks.empty()) {
+        rigid = system->rigid_motions(b);
+        block.n_rigid = rigid.cols();
+        for (const auto* others : {&changed, &watched})
+          for (const auto& blocks : others->blocks) {
+            const Eigen::MatrixXd more = blocks->rigid_motions(b);
+            if (more.cols() == 0) continue;
+            rigid.conservativeResize(more.rows(), rigid.cols() + more.cols());
+            rigid.rightCols(more.cols()) = more;
+          }
+      }
+      const Projection onto = projection(*system, b, counts[b], vectors, rigid, lowest.correction);
       block.centre = onto.matrices(*system, b);
       for (std::size_t a = 0; a < axes_.size(); ++a)
         axes_[a].add_block(onto.matrices(*changed.blocks[2 * a], b), block.centre,
@@ -201,7 +216,7 @@ Eigen::MatrixXd ReducedSpectrum::given_slopes(const SpectrumPoint& point) const 
     const Matrices at = matrices_at(point, b);
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(
         lambda * at.stiffness_lambda + mu * at.stiffness_mu, density * at.mass);
-    const Eigen::MatrixXd u = pairs.eigenvectors().leftCols(n);
+    const Eigen::MatrixXd u = pairs.eigenvectors().middleCols(blocks_[b].n_rigid, n);
     Eigen::MatrixXd slopes(n, n_given);
     for (Eigen::Index g = 0; g < n_given; ++g) {
       const Axis& axis = item(given_, g);
@@ -209,7 +224,7 @@ Eigen::MatrixXd ReducedSpectrum::given_slopes(const SpectrumPoint& point) const 
       const Eigen::MatrixXd stiffness = lambda * s.stiffness_lambda + mu * s.stiffness_mu;
       for (Eigen::Index k = 0; k < n; ++k) {
         const auto shape = u.col(k);
-        slopes(k, g) = 0.5 * (shape.dot(stiffness * shape) / pairs.eigenvalues()[k] -
+        slopes(k, g) = 0.5 * (shape.dot(stiffness * shape) / pairs.eigenvalues()[blocks_[b].n_rigid + k] -
                               density * shape.dot(s.mass * shape) + (mass_kg_ ? axis.volume_slope : 0.0));
       }
     }
@@ -229,10 +244,15 @@ ReducedSpectrum::Matrices ReducedSpectrum::Projection::matrices(const detail::El
 
 ReducedSpectrum::Projection ReducedSpectrum::projection(const detail::ElasticBlocks& system, std::size_t block,
                                                         Eigen::Index n_modes, const BlockVectors& vectors,
+                                                        const Eigen::MatrixXd& rigid,
                                                         const std::vector<Eigen::VectorXd>& correction) {
-  Eigen::MatrixXd collected(vectors.front()[block].rows(), n_modes * static_cast<Eigen::Index>(vectors.size()));
+  const auto n_vectors = n_modes * static_cast<Eigen::Index>(vectors.size());
+  Eigen::MatrixXd collected(vectors.front()[block].rows(), n_vectors + rigid.cols());
   for (std::size_t v = 0; v < vectors.size(); ++v)
     collected.middleCols(static_cast<Eigen::Index>(v) * n_modes, n_modes) = vectors[v][block];
+  // As long as a mode, so that the cut below treats them alike.
+  for (Eigen::Index r = 0; r < rigid.cols(); ++r)
+    collected.col(n_vectors + r) = rigid.col(r) * (collected.col(0).norm() / rigid.col(r).norm());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(system.projected_mass(block, collected));
   const auto& weight = gram.eigenvalues();
   const Eigen::Index rank = (weight.array() > kBasisCut * kBasisCut * weight[weight.size() - 1]).count();
@@ -274,7 +294,7 @@ std::vector<Eigen::Index> ReducedSpectrum::order_at_start(const solid::Material&
         Eigen::EigenvaluesOnly);
     for (Eigen::Index k = 0; k < block.n_modes; ++k) {
       for (int copy = 0; copy < block.multiplicity; ++copy)
-        lines.emplace_back(pairs.eigenvalues()[k], static_cast<Eigen::Index>(lines.size()));
+        lines.emplace_back(pairs.eigenvalues()[block.n_rigid + k], static_cast<Eigen::Index>(lines.size()));
     }
   }
   std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -319,8 +339,8 @@ Spectrum ReducedSpectrum::spectrum(const SpectrumPoint& point) const {
     const Eigen::MatrixXd &k_lambda = at.stiffness_lambda, &k_mu = at.stiffness_mu, &mass = at.mass;
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> pairs(lambda * k_lambda + mu * k_mu,
                                                                           density * mass);
-    const Eigen::VectorXd value = pairs.eigenvalues().head(n);
-    const Eigen::MatrixXd u = pairs.eigenvectors().leftCols(n);  // u^T (rho M) u = 1
+    const Eigen::VectorXd value = pairs.eigenvalues().segment(block.n_rigid, n);
+    const Eigen::MatrixXd u = pairs.eigenvectors().middleCols(block.n_rigid, n);  // u^T (rho M) u = 1
     const auto quadratic = [&](const Eigen::MatrixXd& a) -> Eigen::VectorXd {
       return u.cwiseProduct(a * u).colwise().sum().transpose();
     };

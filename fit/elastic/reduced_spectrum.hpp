@@ -98,10 +98,12 @@ class ReducedSpectrum : public SpectrumModel {
   };
   using BlockVectors = std::vector<std::vector<Eigen::MatrixXd>>;  // of each material or shape, by block
   static Projection projection(const detail::ElasticBlocks& system, std::size_t block, Eigen::Index n_modes,
-                               const BlockVectors& vectors, const std::vector<Eigen::VectorXd>& correction);
+                               const BlockVectors& vectors, const Eigen::MatrixXd& rigid,
+                               const std::vector<Eigen::VectorXd>& correction);
   struct Block {
     int multiplicity = 1;
     Eigen::Index n_modes = 0;
+    Eigen::Index n_rigid = 0;  // eigenvalues below the modes: rigid motions in the basis
     Matrices centre;
   };
   /// Meshes with one dimension changed down and up.

@@ -1,5 +1,6 @@
 #include "fit/tune/tune.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -9,7 +10,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
-#include "fit/elastic/elastic_fit.hpp"
+#include "fit/elastic/parameter_space.hpp"
 #include "fit/elastic/reduced_spectrum.hpp"
 
 namespace klang::fit {
@@ -115,7 +116,7 @@ FitProblem problem_at(const Specimen& specimen, const solid::Material& material,
   return problem;
 }
 
-/// Beyond a tenth the parabolas no longer hold: no dimension goes farther in a round, and the direction stays.
+/// Beyond a tenth the tangents no longer hold: no dimension goes farther in a round, and the direction stays.
 /// @param wanted  in the order of the names. @return whether anything moved
 bool step_towards(const std::vector<double>& wanted, const std::vector<std::string>& order,
                   std::vector<TunedDimension>& dimensions, mesh::ShapeSpec& shape) {
@@ -136,6 +137,29 @@ bool step_towards(const std::vector<double>& wanted, const std::vector<std::stri
     shape.dims[dimension.name] = next;
   }
   return moved;
+}
+
+/// The dimensions at which the tangents meet the targets, in least squares where they cannot, by the smallest change where there are
+/// dimensions to spare. Tangents, not the parabolas of the reduced spectrum: these hold where a dimension only stretches the body, and
+/// each round has its own solve. A dimension at a bound that would go beyond it stays.
+std::vector<double> linear_step(const Eigen::MatrixXd& slopes, const Eigen::VectorXd& missing,
+                                const std::vector<std::string>& order, const std::vector<TunedDimension>& dimensions) {
+  Eigen::MatrixXd free = slopes;
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(slopes.cols());
+  std::vector<double> wanted(order.size());
+  for (std::size_t pass = 0; pass <= order.size(); ++pass) {
+    step = free.completeOrthogonalDecomposition().solve(missing);
+    bool fixed = false;
+    for (const TunedDimension& dimension : dimensions) {
+      const auto place = std::find(order.begin(), order.end(), dimension.name) - order.begin();
+      const bool beyond = (dimension.value_m >= dimension.high_m && step[place] > 0.0) ||
+                          (dimension.value_m <= dimension.low_m && step[place] < 0.0);
+      if (beyond) free.col(place).setZero(), fixed = true;
+      item(wanted, place) = dimension.value_m * std::exp(step[place]);
+    }
+    if (!fixed) break;
+  }
+  return wanted;
 }
 
 }  // namespace
@@ -204,6 +228,9 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     ReducedSpectrumOptions reduced;
     reduced.band = {0.0, 1.5 * highest_hz};
     reduced.vary_ratio = false;
+    // Tangents alone are used. A mode carried to a body whose dimension does more than stretch it is strained by h^2 of its stiffest
+    // motion, which leaves h^2 in a central difference: at 0.01 half of a slender bar's slope.
+    reduced.relative_step = 1e-3;
     const FitProblem problem = problem_at(current, material, options);
     const ParameterSpace space(problem);
     // The space orders dimensions by name.
@@ -213,7 +240,13 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     const Eigen::VectorXd frequency = model.frequency_hz();
     const Spectrum here = spectrum->spectrum(space.local(0, space.start()).point);
 
-    std::vector<ElasticDatum> data;
+    const auto n_dimensions = static_cast<Eigen::Index>(order.size());
+    // d ln(frequency or ratio) / d ln(dimension), and what is missing to the target.
+    Eigen::MatrixXd slopes(static_cast<Eigen::Index>(options.targets.size()), n_dimensions);
+    Eigen::VectorXd missing(slopes.rows());
+    const auto log_slope_of = [&](int mode, Eigen::Index place) {
+      return 0.5 * here.derivative(mode, 3 + place) * current.shape->dims.at(item(order, place));
+    };
     result.targets.resize(options.targets.size());
     double worst = 0.0;
     for (std::size_t t = 0; t < options.targets.size(); ++t) {
@@ -235,28 +268,19 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
         target.hz_per_mm[d] = 1e-3 * target.reached_hz * log_slope;
         target.cents_per_tenth_mm[d] = 1e-4 * log_slope * 1200.0 / std::log(2.0);
       }
-      if (is_ratio) {
-        target.mode += "/" + options.targets[t].over;
-        data.push_back({0, {target.mode_index}, std::log(options.targets[t].ratio), 0.0, {base}});
-      } else {
-        data.push_back({0, {target.mode_index}, std::log(target.wanted_hz), 0.0, {}});
-      }
+      const auto row = static_cast<Eigen::Index>(t);
+      missing[row] = std::log(target.wanted_hz / target.reached_hz);
+      for (Eigen::Index d = 0; d < n_dimensions; ++d)
+        slopes(row, d) = log_slope_of(target.mode_index, d) - (is_ratio ? log_slope_of(base, d) : 0.0);
+      if (is_ratio) target.mode += "/" + options.targets[t].over;
     }
     if (worst <= options.tolerance_cents) {
       result.status = TuneStatus::kReached;
       break;
     }
     if (round + 1 == options.max_rounds) break;
-    ElasticFitOptions solver;
-    solver.model_std = 1e-6;
-    solver.robust = false;
-    solver.max_rounds = 1;
-    // With a dimension to spare the regularisation picks the smallest change; it is too weak to spoil a target.
-    const bool spare = options.dimensions.size() > options.targets.size();
-    const ElasticFit fit = fit_elastic(space, {spectrum}, data, space.start(),
-                                       Eigen::VectorXd::Constant(space.size(), spare ? 1.0 : 0.0), solver);
-    const std::vector<double> wanted = space.local(0, fit.x).point.dimensions;
-    if (!step_towards(wanted, order, result.dimensions, *current.shape)) break;
+    if (!step_towards(linear_step(slopes, missing, order, result.dimensions), order, result.dimensions, *current.shape))
+      break;
     mesh::validate(*current.shape);
     body = make_body_like(current, material, body);
   }

@@ -120,7 +120,7 @@ std::string bash_completion(const Program& program) {
   }
   std::string groups;
   for (const CLI::App* child : commands_below(program.app()))
-    if (!commands_below(*child).empty()) groups += (groups.empty() ? "" : "|") + child->get_name();
+    if (!commands_below(*child).empty()) groups += (groups.empty() ? "'klang " : "|'klang ") + child->get_name() + "'";
   return "# bash completion for klang, made from its own descriptions\n"
          "_klang() {\n"
          "  local current=${COMP_WORDS[COMP_CWORD]} path=klang words='' i\n"
@@ -130,9 +130,9 @@ std::string bash_completion(const Program& program) {
          "      *)\n"
          "        case $path in\n"
          "          klang) path=\"klang ${COMP_WORDS[i]}\" ;;\n"
-         "          'klang '@(" +
+         "          " +
          groups +
-         ")) path=\"$path ${COMP_WORDS[i]}\" ;;\n"
+         ") path=\"$path ${COMP_WORDS[i]}\" ;;\n"
          "        esac ;;\n"
          "    esac\n"
          "  done\n"

@@ -94,7 +94,7 @@ TEST(StudyJson, HasTheMainSeriesOnTopAndNullForWhatWasNotMeasured) {
   EXPECT_TRUE(json["levels"][0]["pairwise_order"].is_null());
   const std::string csv = levels_csv(study);
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
-            "series,level,h_m,n,error,value,pairwise_order,excluded,n_unknowns,error_low,error_high");
+            "series,level,h_m,n,error,value,exact,shape_error,pairwise_order,excluded,n_unknowns,error_low,error_high");
   EXPECT_NE(csv.find("\"a,b\",2,0.025,,"), std::string::npos) << csv;
   study.claims.push_back(judged({"c", "", 2.0, 1.0, 0.5, {}, false}));
   EXPECT_FALSE(study.passed()) << "the worst verdict counts";

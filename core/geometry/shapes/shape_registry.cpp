@@ -16,8 +16,9 @@ namespace klang::mesh {
 
 const std::vector<const ShapeKind*>& registered_shapes() {
   static const std::vector<const ShapeKind*> kinds{
-      &detail::tube_shape(),      &detail::rod_shape(),    &detail::box_shape(),  &detail::shell_box_shape(),
-      &detail::ellipsoid_shape(), &detail::sphere_shape(), &detail::bowl_shape(), &detail::revolution_shape(), &detail::undercut_bar_shape(),
+      &detail::tube_shape(),      &detail::rod_shape(),        &detail::box_shape(),
+      &detail::shell_box_shape(), &detail::ellipsoid_shape(),  &detail::sphere_shape(),
+      &detail::bowl_shape(),      &detail::revolution_shape(), &detail::undercut_bar_shape(),
   };
   return kinds;
 }

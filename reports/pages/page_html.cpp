@@ -83,7 +83,8 @@ std::string page_top(const Page& page, const std::vector<std::string>& warnings,
 }  // namespace
 
 Verdict status_verdict(const ResultHeader& header) {
-  const bool good = header.status == "ok" || header.status == "converged" || header.status.empty();
+  const bool good =
+      header.status == "ok" || header.status == "done" || header.status == "converged" || header.status.empty();
   std::string words = header.status.empty() ? "Done" : header.status;
   std::replace(words.begin(), words.end(), '_', ' ');
   words = capitalised(words);

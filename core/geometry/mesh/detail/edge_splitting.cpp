@@ -35,7 +35,9 @@ bool split_once(TetMesh& mesh, double max_edge_m) {
   if (elements_of.empty()) return false;
   std::vector<Eigen::RowVector3d> nodes;
   std::vector<Eigen::RowVector4i> added;
-  for (const auto& [edge, around] : elements_of) {
+  for (const auto& entry : elements_of) {
+    const Edge& edge = entry.first;
+    const std::vector<int>& around = entry.second;
     const bool is_longest = std::all_of(around.begin(), around.end(),
                                         [&](int e) { return longest[static_cast<std::size_t>(e)].edge == edge; });
     if (!is_longest) continue;

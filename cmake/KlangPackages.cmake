@@ -17,6 +17,7 @@ set(CPACK_DEBIAN_KLANGPROBE_PACKAGE_NAME klangprobe)
 set(CPACK_DEBIAN_KLANGPROBE_PACKAGE_SECTION sound)
 set(CPACK_DEBIAN_KLANGPROBE_PACKAGE_SHLIBDEPS ON)
 # Pictures need a display, of which Xvfb makes one; modes on other devices need an OpenCL driver.
+set(CPACK_DEBIAN_KLANGPROBE_PACKAGE_SUGGESTS klangprobe-mpi)
 set(CPACK_DEBIAN_KLANGPROBE_PACKAGE_RECOMMENDS "xvfb, libgl1-mesa-dri, pocl-opencl-icd, fonts-dejavu-core")
 set(CPACK_COMPONENT_KLANGPROBE_DESCRIPTION
   "Klangprobe finds elastic constants and damping of a struck body from its recording and its dimensions, with
@@ -31,6 +32,12 @@ if(PORTAUDIO_FOUND)
   string(APPEND CPACK_DEBIAN_LIBKLANGPROBE-DEV_PACKAGE_DEPENDS ", portaudio19-dev")
 endif()
 set(CPACK_COMPONENT_LIBKLANGPROBE-DEV_DESCRIPTION "Libraries and headers of Klangprobe, with a CMake package: find_package(klangprobe).")
+
+set(CPACK_DEBIAN_KLANGPROBE-MPI_PACKAGE_NAME klangprobe-mpi)
+set(CPACK_DEBIAN_KLANGPROBE-MPI_PACKAGE_SECTION sound)
+set(CPACK_DEBIAN_KLANGPROBE-MPI_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_KLANGPROBE-MPI_PACKAGE_DEPENDS "klangprobe (= ${PROJECT_VERSION}), openmpi-bin")
+set(CPACK_COMPONENT_KLANGPROBE-MPI_DESCRIPTION "Spreads Klangprobe's work over processes and machines: mpirun -n 4 klang ...")
 
 set(CPACK_DEBIAN_PYTHON3-KLANGPROBE_PACKAGE_NAME python3-klangprobe)
 set(CPACK_DEBIAN_PYTHON3-KLANGPROBE_PACKAGE_SECTION python)

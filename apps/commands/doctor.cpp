@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/ranks.hpp"
 #include "apps/kit/versions.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/parallel.hpp"
@@ -43,7 +44,9 @@ int run_doctor(const CommonOptions& common) {
   }
   if (devices.empty()) say(common, "  none\n");
   json["opencl_devices"] = json["devices"];  // as it was called before
-  json["mpi"] = {{"built_in", false}, {"version", nullptr}};
+  const std::optional<std::string> mpi = mpi_version();
+  json["mpi"] = {{"built_in", mpi.has_value()}, {"version", mpi ? nlohmann::json(*mpi) : nlohmann::json()}};
+  say(common, "\nseveral processes\n  %s\n", mpi ? mpi->c_str() : "no MPI: klang runs as one process");
   say(common, "\npictures\n  DISPLAY %s; Xvfb %s\n", display != nullptr ? display : "is not set",
       has_xvfb ? "is installed" : "is NOT installed");
   if (display == nullptr && !has_xvfb) say(common, "  mode pictures will be left out: install the package xvfb\n");

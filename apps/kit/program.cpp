@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <new>
 
+#include "apps/kit/ranks.hpp"
 #include "apps/kit/signals.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/nearest_word.hpp"
@@ -15,6 +16,9 @@
 namespace klang::apps {
 namespace {
 
+/// What complain() said last, for the other processes of the run.
+std::string last_complaint;
+
 /// One line whatever the parser or the library had to say; bytes of a file never reach the terminal as its commands.
 int complain(const char* what, int code) {
   std::string line(what);
@@ -22,6 +26,7 @@ int complain(const char* what, int code) {
     if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = ' ';
   }
   std::fprintf(stderr, "klang: %s\n", line.c_str());
+  last_complaint = line;
   return code;
 }
 
@@ -87,7 +92,9 @@ int Program::run(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) common_.command_line.append(" ").append(argv[i]);
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   int code = kDone;
+  std::unique_ptr<Ranks> ranks;
   try {
+    ranks = Ranks::join(words);
     ask_for_help(words);
     std::vector<std::string> backwards(words.rbegin(), words.rend());
     app_.parse(backwards);
@@ -96,6 +103,11 @@ int Program::run(int argc, char** argv) {
     code = run_parsed();
   } catch (const std::exception&) {
     code = exit_code_of_exception(words);
+  }
+  if (ranks) {
+    work_is_over(code);
+    const Ranks::End end = ranks->leave(code, last_complaint);
+    if (end.code != code) code = complain(end.complaint.c_str(), end.code);
   }
   work_is_over(code);
   return code;

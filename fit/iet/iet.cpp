@@ -5,7 +5,8 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/shared_jobs.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "fit/elastic/reduced_spectrum.hpp"
 #include "fit/iet/iet_formulas.hpp"
@@ -300,13 +301,24 @@ IetRow measured_row(const IetSpecimen& given, const std::filesystem::path& folde
   return row;
 }
 
+std::string packed(const IetRow& row) {
+  std::string bytes;
+  nlohmann::json::to_cbor(json_of(row), bytes);
+  return bytes;
+}
+
+IetRow unpacked(std::string_view bytes) {
+  return read_fields<IetRow>(nlohmann::json::from_cbor(bytes), "a message between processes");
+}
+
 }  // namespace
 
 std::vector<IetRow> measure_specimens(const std::vector<IetSpecimen>& specimens, const std::filesystem::path& folder,
                                       Monitor& monitor) {
   std::vector<IetRow> rows(specimens.size());
-  for_each_job(
-      specimens.size(), [&](std::size_t i) { rows[i] = measured_row(specimens[i], folder); }, "specimens", monitor);
+  for_each_shared_job(
+      specimens.size(), [&](std::size_t i) { return packed(measured_row(specimens[i], folder)); },
+      [&](std::size_t i, std::string_view result) { rows[i] = unpacked(result); }, "specimens", monitor);
   mark_outliers(rows);
   return rows;
 }

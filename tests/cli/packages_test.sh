@@ -9,6 +9,13 @@ fail() { echo "$*"; exit 1; }
 program=$(ls "$scratch"/klangprobe_*.deb) library=$(ls "$scratch"/libklangprobe-dev_*.deb)
 dpkg-deb -f "$program" Depends | grep -q libsndfile1 || fail "the program's libraries are not among what it depends on"
 dpkg-deb -f "$library" Depends | grep -q libeigen3-dev || fail "libklangprobe-dev does not depend on libeigen3-dev"
+if ls "$scratch"/klangprobe-mpi_*.deb > /dev/null 2>&1; then
+  dpkg-deb -f "$scratch"/klangprobe-mpi_*.deb Depends | grep -q libopenmpi3 || fail "klangprobe-mpi does not depend on MPI"
+  ! dpkg-deb -f "$program" Depends | grep -q mpi || fail "klangprobe depends on MPI"
+  dpkg-deb -x "$program" "$scratch/root"
+  dpkg-deb -x "$scratch"/klangprobe-mpi_*.deb "$scratch/root"
+  "$scratch/root/usr/bin/klang" doctor | grep -q "Open MPI" || fail "the installed program does not find klang_mpi.so"
+fi
 dpkg-deb -x "$program" "$scratch/root"
 dpkg-deb -x "$library" "$scratch/root"
 for file in bin/klang share/man/man1/klang.1.gz share/man/man1/klang-bubble-fit.1.gz share/bash-completion/completions/klang \

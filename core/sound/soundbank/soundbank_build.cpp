@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <set>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/packed.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/shared_jobs.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 
 namespace klang::soundbank {
@@ -61,6 +62,7 @@ class Builder {
   ShapePoint shape_of(const ShapePlace& place) const;
   void refine_by_probes();
   void refine_by_checks();
+  Cell make_cell(const ShapePoint& shape) const;
   void make_cells();
   void save(bool now = false);
 
@@ -70,7 +72,6 @@ class Builder {
   const std::function<void(const BuildProgress&)>& saved_;
   const double depth_;
   Stopwatch since_save_;
-  std::mutex mutex_;
   Soundbank bank_;
   std::map<ShapePoint, int> node_of_;
   std::vector<int> level_;
@@ -135,14 +136,21 @@ void Builder::make_frequencies(const std::vector<ShapePoint>& shapes, const char
     if (!progress_.frequencies.contains(shape)) missing.push_back(shape);
   std::sort(missing.begin(), missing.end());
   missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
-  for_each_job(
+  for_each_shared_job(
       missing.size(),
       [&](std::size_t i) {
         const EllipsoidModes modes = solve(missing[i]);
+        Packer frequencies;
+        for (int c = 0; c < kModeClasses; ++c) {
+          const Eigen::VectorXd of_class = modes.angular_frequency_rad_s(c) / options_.material.shear_speed_m_s();
+          frequencies.add_list(of_class);
+        }
+        return frequencies.take();
+      },
+      [&](std::size_t i, std::string_view result) {
+        Unpacker from(result);
         ClassFrequencies frequencies;
-        for (int c = 0; c < kModeClasses; ++c)
-          frequencies[c] = modes.angular_frequency_rad_s(c) / options_.material.shear_speed_m_s();
-        const std::lock_guard lock(mutex_);
+        for (Eigen::VectorXd& of_class : frequencies) of_class = from.take_list<Eigen::VectorXd>();
         progress_.frequencies.emplace(missing[i], std::move(frequencies));
         ++n_solves_;
         save();
@@ -240,6 +248,58 @@ void Builder::refine_by_checks() {
   }
 }
 
+Cell Builder::make_cell(const ShapePoint& shape) const {
+  const EllipsoidModes modes = solve(shape);
+  EllipsoidRadiationOptions radiation;
+  radiation.medium = options_.medium;
+  radiation.boundary_tolerance = options_.boundary_tolerance;
+  Cell cell{shape, {}};
+  for (const ModeId& id : modes.lowest(options_.modes_per_cell)) {
+    monitor_.throw_if_stopped();
+    CellMode mode;
+    mode.id = id;
+    mode.angular_frequency_rad_s = modes.angular_frequency_rad_s(id);
+    mode.coefficients = modes.coefficients(id).cast<float>();
+    if (options_.radiation) {
+      const EllipsoidRadiation sound = radiate(modes, id, radiation);
+      mode.order = sound.multipole.order;
+      mode.packed_pa = packed_multipole(sound.multipole.coefficients_pa, mode.order, id.mode_class);
+      mode.radiated_power_w = sound.radiated_power_w;
+      mode.kept_power_fraction = sound.kept_power_fraction;
+      mode.boundary_error = sound.boundary_error;
+    }
+    cell.modes.push_back(std::move(mode));
+  }
+  return cell;
+}
+
+std::string packed(const Cell& cell) {
+  Packer to;
+  to.add(cell.shape).add(cell.modes.size());
+  for (const CellMode& mode : cell.modes) {
+    to.add(mode.id).add(mode.angular_frequency_rad_s).add_list(mode.coefficients).add(mode.order);
+    to.add_list(mode.packed_pa).add(mode.radiated_power_w).add(mode.kept_power_fraction).add(mode.boundary_error);
+  }
+  return to.take();
+}
+
+Cell unpacked_cell(std::string_view bytes) {
+  Unpacker from(bytes);
+  Cell cell{from.take<ShapePoint>(), {}};
+  cell.modes.resize(from.take<std::size_t>());
+  for (CellMode& mode : cell.modes) {
+    mode.id = from.take<ModeId>();
+    mode.angular_frequency_rad_s = from.take<double>();
+    mode.coefficients = from.take_list<Eigen::VectorXf>();
+    mode.order = from.take<int>();
+    mode.packed_pa = from.take_list<std::vector<std::complex<float>>>();
+    mode.radiated_power_w = from.take<double>();
+    mode.kept_power_fraction = from.take<double>();
+    mode.boundary_error = from.take<double>();
+  }
+  return cell;
+}
+
 void Builder::make_cells() {
   std::set<int> corners;
   for (const ShapeTriangle& t : bank_.triangles)
@@ -248,33 +308,10 @@ void Builder::make_cells() {
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < list.size(); ++i)
     if (!progress_.cells.contains(bank_.nodes[list[i]])) missing.push_back(i);
-  for_each_job(
-      missing.size(),
-      [&](std::size_t j) {
-        const ShapePoint shape = bank_.nodes[list[missing[j]]];
-        const EllipsoidModes modes = solve(shape);
-        EllipsoidRadiationOptions radiation;
-        radiation.medium = options_.medium;
-        radiation.boundary_tolerance = options_.boundary_tolerance;
-        Cell cell{shape, {}};
-        for (const ModeId& id : modes.lowest(options_.modes_per_cell)) {
-          monitor_.throw_if_stopped();
-          CellMode mode;
-          mode.id = id;
-          mode.angular_frequency_rad_s = modes.angular_frequency_rad_s(id);
-          mode.coefficients = modes.coefficients(id).cast<float>();
-          if (options_.radiation) {
-            const EllipsoidRadiation sound = radiate(modes, id, radiation);
-            mode.order = sound.multipole.order;
-            mode.packed_pa = packed_multipole(sound.multipole.coefficients_pa, mode.order, id.mode_class);
-            mode.radiated_power_w = sound.radiated_power_w;
-            mode.kept_power_fraction = sound.kept_power_fraction;
-            mode.boundary_error = sound.boundary_error;
-          }
-          cell.modes.push_back(std::move(mode));
-        }
-        const std::lock_guard lock(mutex_);
-        progress_.cells.emplace(shape, std::move(cell));
+  for_each_shared_job(
+      missing.size(), [&](std::size_t j) { return packed(make_cell(bank_.nodes[list[missing[j]]])); },
+      [&](std::size_t j, std::string_view result) {
+        progress_.cells.emplace(bank_.nodes[list[missing[j]]], unpacked_cell(result));
         save();
       },
       "sound of the cells", monitor_);

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <mutex>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/packed.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/shared_jobs.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/geometry/mesh/surface_coarsening.hpp"
 #include "core/sound/transfer/modal_surface.hpp"
@@ -30,6 +31,31 @@ struct Level {
   RadiatingSurface elements;
 };
 
+std::string packed(const ModeTransfer& mode) {
+  const Multipole& m = mode.multipole;
+  Packer to;
+  to.add(mode.mode).add(mode.frequency_hz).add_list(m.centre_m).add(m.wavenumber_per_m).add(m.order);
+  to.add_list(m.coefficients_pa).add(mode.radiated_power_w).add(mode.decay_radiation_per_s);
+  return to.add(mode.kept_power_fraction).add(mode.n_bem_elements).add(mode.residual).take();
+}
+
+ModeTransfer unpacked(std::string_view bytes) {
+  Unpacker from(bytes);
+  ModeTransfer mode;
+  mode.mode = from.take<int>();
+  mode.frequency_hz = from.take<double>();
+  mode.multipole.centre_m = from.take_list<Eigen::Vector3d>();
+  mode.multipole.wavenumber_per_m = from.take<double>();
+  mode.multipole.order = from.take<int>();
+  mode.multipole.coefficients_pa = from.take_list<Eigen::VectorXcd>();
+  mode.radiated_power_w = from.take<double>();
+  mode.decay_radiation_per_s = from.take<double>();
+  mode.kept_power_fraction = from.take<double>();
+  mode.n_bem_elements = from.take<int>();
+  mode.residual = from.take<std::optional<double>>();
+  return mode;
+}
+
 class Radiation {
  public:
   Radiation(const modal::ModalModel& model, const RadiateOptions& options, Monitor& monitor,
@@ -49,7 +75,6 @@ class Radiation {
   Monitor& monitor_;
   const std::function<void(const ModeTransfer&)>& done_;
   RadiateResult result_;
-  std::mutex mutex_;
   std::size_t n_done_ = 0;
 };
 
@@ -101,29 +126,25 @@ ModeTransfer Radiation::solve_mode(int mode, const ModalSurface& surface, const 
 
 void Radiation::solve_level(const Level& level, const ModalSurface& surface, const HelmholtzBem& solver) {
   const ModalSurface::Carrier carrier = surface.carrier(solver.surface());
-  const auto job = [&](std::size_t i) {
-    ModeTransfer transfer = solve_mode(level.modes[i], surface, solver, carrier);
-    const std::lock_guard lock(mutex_);
+  const auto take_in = [&](ModeTransfer transfer) {
     if (done_) done_(transfer);
     result_.transfer.modes.push_back(std::move(transfer));
     ++n_done_;
     monitor_.progress("transfer", static_cast<double>(n_done_) / static_cast<double>(model_.n_modes()));
   };
-  if (solver.surface().n_vertices() < kManyUnknowns) {
-    // Progress is of all modes, not of this mesh's.
-    struct StopOnly : Monitor {
-      explicit StopOnly(Monitor& m) : monitor(m) {}
-      bool stop_requested() const override { return monitor.stop_requested(); }
-      Monitor& monitor;
-    } stop(monitor_);
-    const BlasThreads one(1);
-    for_each_job(level.modes.size(), job, "transfer", stop);
-  } else {
-    for (std::size_t i = 0; i < level.modes.size(); ++i) {
-      monitor_.throw_if_stopped();
-      job(i);
-    }
-  }
+  // Progress is of all modes, not of this mesh's.
+  struct StopOnly : Monitor {
+    explicit StopOnly(Monitor& m) : monitor(m) {}
+    bool stop_requested() const override { return monitor.stop_requested(); }
+    Monitor& monitor;
+  } stop(monitor_);
+  const bool many_unknowns = solver.surface().n_vertices() >= kManyUnknowns;
+  std::optional<BlasThreads> one;
+  if (!many_unknowns) one.emplace(1);
+  for_each_shared_job(
+      level.modes.size(), [&](std::size_t i) { return packed(solve_mode(level.modes[i], surface, solver, carrier)); },
+      [&](std::size_t, std::string_view result) { take_in(unpacked(result)); }, "transfer", stop,
+      many_unknowns ? JobThreads::kAllForOneJob : JobThreads::kOneForEachJob);
 }
 
 RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {

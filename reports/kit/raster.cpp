@@ -2,6 +2,7 @@
 
 #include <cairo.h>
 #include <librsvg/rsvg.h>
+#include <openssl/evp.h>
 #include <png.h>
 
 #include <algorithm>
@@ -155,19 +156,10 @@ std::string png_of_svg(std::string_view svg, double scale) {
 }
 
 std::string base64(std::string_view bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const auto byte = [&](std::size_t k) -> std::uint32_t {
-      return i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u;
-    };
-    const std::uint32_t word = (byte(0) << 16) | (byte(1) << 8) | byte(2);
-    text += kDigits[word >> 18];
-    text += kDigits[(word >> 12) & 63];
-    text += i + 1 < bytes.size() ? kDigits[(word >> 6) & 63] : '=';
-    text += i + 2 < bytes.size() ? kDigits[word & 63] : '=';
-  }
+  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');  // EVP_EncodeBlock ends it with a 0
+  const int n = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
+                                reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size()));
+  text.resize(static_cast<std::size_t>(n));
   return text;
 }
 

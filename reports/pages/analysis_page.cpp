@@ -11,54 +11,13 @@
 #include "reports/pages/key_figures.hpp"
 #include "reports/pages/page.hpp"
 #include "reports/pages/page_parts.hpp"
-#include "reports/pages/plot_parts.hpp"
 #include "reports/pages/sound_media.hpp"
+#include "reports/pages/spectrum_view.hpp"
 
 namespace klang::reports::detail {
 namespace {
 
 std::string bold(const std::string& text) { return "<b>" + escaped(text) + "</b>"; }
-
-/// Partials as lines: level over frequency; empty without one.
-std::optional<Svg> spectrum_figure(const fit::AnalysisDocument& data) {
-  constexpr double kHeight = 340, kLeft = 66, kTop = 24;
-  std::vector<double> frequencies, levels;
-  for (const fit::Partial& p : data.partials) {
-    if (!p.amplitude || !(*p.amplitude > 0) || !(p.frequency_hz > 0)) continue;
-    frequencies.push_back(p.frequency_hz);
-    levels.push_back(20 * std::log10(*p.amplitude));
-  }
-  if (frequencies.empty()) return {};
-  const AxisSpec x = axis_around("Frequency [Hz]", Scale::kLog, frequencies, 0.08);
-  AxisSpec y = axis_around("Level at the strike [dB re full scale]", Scale::kLinear, levels, 0.1);
-  y.low = 10 * std::floor((y.low - 6) / 10);
-  y.high = 5 * std::ceil((y.high + 3) / 5);
-  Svg svg(kPageWidth, kHeight,
-          "Partials as lines: level at the strike over frequency, " +
-              counted(frequencies.size(), "partial", "partials") + ".");
-  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - 14, kHeight - kTop - 48}, x, y);
-  frame.draw_axes(9, 6, false, true);
-  std::vector<std::size_t> loudest(frequencies.size());
-  for (std::size_t i = 0; i < loudest.size(); ++i) loudest[i] = i;
-  std::stable_sort(loudest.begin(), loudest.end(), [&](std::size_t a, std::size_t b) { return levels[a] > levels[b]; });
-  for (std::size_t i = 0; i < frequencies.size(); ++i) {
-    svg.line(frame.x(frequencies[i]), frame.bottom(), frame.x(frequencies[i]), frame.y(levels[i]), "accent");
-    svg.marker(0, frame.x(frequencies[i]), frame.y(levels[i]), 4,
-               hertz(frequencies[i]) + ", " + fixed(levels[i], 1) + " dB");
-  }
-  // Frequencies of the loudest, where their words do not overlap.
-  std::vector<double> taken;
-  for (const std::size_t i : loudest) {
-    const double at = frame.x(frequencies[i]);
-    const bool clear =
-        std::none_of(taken.begin(), taken.end(), [&](double other) { return std::abs(other - at) < 46; });
-    if (!clear || taken.size() >= 14) continue;
-    taken.push_back(at);
-    svg.text(std::clamp(at, frame.left() + 18, frame.right() - 18), frame.y(levels[i]) - 9,
-             fixed(frequencies[i], frequencies[i] < 1000 ? 1 : 0), "tiny", Anchor::kMiddle);
-  }
-  return svg;
-}
 
 std::vector<std::string> sentences_of(const fit::AnalysisDocument& data) {
   std::vector<std::string> sentences;
@@ -190,14 +149,13 @@ Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
                      "Decay rate of the amplitude; a partial falls by 60 dB in 6.91 divided by "
                      "it. Bars are one standard deviation.");
   }
-  if (const std::optional<Svg> spectrum = spectrum_figure(data)) {
-    folder.add_figure("partials", *spectrum);
-    partials = figure(sheet(*spectrum), "Each partial at the moment of the first strike.");
-  }
-  if (!data.partials.empty()) partials += scrolled(partial_table(data.partials), "Partials");
+  const SoundPair sounds = sounds_of(data, folder);
+  SpectrumView spectrum{data.name, sounds.recorded, sounds.computed, 0, data.partials};
+  if (!data.strikes_s.empty()) spectrum.strike_s = data.strikes_s.front();
+  partials = spectrum_html(spectrum, folder);
+  if (!data.partials.empty()) partials += scrolled(partial_table(data.partials, data.partials), "Partials");
   if (data.a4_hz) partials += "<p class=\"caption\">Notes by A4 = " + rounded(*data.a4_hz, 5) + " Hz.</p>";
   if (data.bell && data.bell->found()) partials += bell_table(*data.bell, data.a4_hz.value_or(audio::kConcertPitchHz));
-  const SoundPair sounds = sounds_of(data, folder);
   const SoundMedia media = sound_media(sounds, 1, folder);
   BodyFacts facts;
   facts.explained_energy = data.explained_energy;

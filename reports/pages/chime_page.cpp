@@ -58,8 +58,9 @@ Page make(const fit::ChimeDocument& data, ReportFolder& folder) {
   for (const fit::ChimeNote& note : data.notes)
     sounds.highest_hz = std::max(sounds.highest_hz, 6.0 * note.frequency_hz);
   const SoundMedia media = sound_media(sounds, 1, folder);
-  page.sections = {{"cut-list", "Cut list", cut_list(data)},
-                   {"sound", "Sound", players(media, sounds) + spectrogram_html(media, "The set, one strike each.")}};
+  page.sections = {
+      {"cut-list", "Cut list", cut_list(data)},
+      {"sound", "Sound", players(media, sounds) + spectrogram_html(media, "", "The set, one strike each.")}};
   add_table("cut-list.csv", csv_table(data.notes), data.header.provenance.inputs, folder, page.downloads);
   add_if_there(data.sound, "– the set, one strike each", folder, page.downloads);
   return page;

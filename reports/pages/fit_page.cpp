@@ -15,7 +15,9 @@
 #include "reports/pages/mode_shapes.hpp"
 #include "reports/pages/page.hpp"
 #include "reports/pages/page_parts.hpp"
+#include "reports/pages/shape_view.hpp"
 #include "reports/pages/sound_media.hpp"
+#include "reports/pages/spectrum_view.hpp"
 
 namespace klang::reports::detail {
 namespace {
@@ -28,6 +30,7 @@ struct SpecimenView {
   ShapeWords shape;
   SoundPair sounds;
   SoundMedia media;
+  std::string spectrum, turning;  ///< its figures
   std::vector<ModePicture> pictures;
 };
 
@@ -187,6 +190,19 @@ SoundPair sounds_of(const fit::FitDocument& data, std::size_t index, ReportFolde
   return sounds;
 }
 
+std::vector<fit::Partial> partials_of(const fit::SpecimenRecord& specimen) {
+  return {specimen.partials.begin(), specimen.partials.end()};
+}
+
+std::string spectrum_of(const fit::FitDocument& data, std::size_t index, const SoundPair& sounds,
+                        ReportFolder& folder) {
+  const fit::SpecimenRecord& specimen = data.specimens[index];
+  SpectrumView view{specimen.name, sounds.recorded, sounds.computed, 0, partials_of(specimen)};
+  if (!specimen.strikes_s.empty()) view.strike_s = specimen.strikes_s.front();
+  view.stem.clear();
+  return spectrum_html(view, folder);
+}
+
 /// Modes that were heard, else all.
 BodyModes modes_of(const fit::FitDocument& data, std::size_t index, const SpecimenView& view) {
   std::set<int> heard;
@@ -221,13 +237,17 @@ std::vector<SpecimenView> specimen_views(const fit::FitDocument& data, ReportFol
       folder.warn("sounds and spectrograms of " + counted(n - kMaxMedia, "specimen", "specimens") +
                   " are left out of the page to keep it small; they lie beside it");
     view.media = sound_media(view.sounds, i < kMaxMedia ? n : 0, folder);
+    if (i < kMaxMedia) view.spectrum = spectrum_of(data, i, view.sounds, folder);
     view.sounds.recorded = view.sounds.computed = {};  // minutes of sound are not kept
     folder.monitor().progress("report", 0.1 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(n));
   }
   std::vector<BodyModes> bodies;
   for (std::size_t i = 0; i < n; ++i) bodies.push_back(modes_of(data, i, views[i]));
   std::vector<std::vector<ModePicture>> pictures = mode_pictures(bodies, folder);
-  for (std::size_t i = 0; i < n; ++i) views[i].pictures = std::move(pictures[i]);
+  for (std::size_t i = 0; i < n; ++i) {
+    views[i].pictures = std::move(pictures[i]);
+    if (i < kMaxMedia) views[i].turning = shape_view_html(bodies[i], std::min(n, kMaxMedia), folder);
+  }
   return views;
 }
 
@@ -240,14 +260,15 @@ std::string summary_line(const fit::SpecimenRecord& specimen, const SpecimenRows
   return text;
 }
 
-std::string tables_html(const SpecimenRows& rows) {
+std::string tables_html(const SpecimenRows& rows, const std::vector<fit::Partial>& heard) {
   std::string tables;
   if (!rows.matches.empty())
     tables += more(counted(rows.matches.size(), "matched partial", "matched partials"),
-                   scrolled(match_table(rows.matches), "Matched partials"));
+                   scrolled(match_table(rows.matches, heard), "Matched partials"));
   if (!rows.unmatched.empty())
-    tables += more(counted(rows.unmatched.size(), "partial", "partials") + " without a mode",
-                   scrolled(partial_table({rows.unmatched.begin(), rows.unmatched.end()}), "Partials without a mode"));
+    tables +=
+        more(counted(rows.unmatched.size(), "partial", "partials") + " without a mode",
+             scrolled(partial_table({rows.unmatched.begin(), rows.unmatched.end()}, heard), "Partials without a mode"));
   if (!rows.unheard.empty())
     tables += more(counted(rows.unheard.size(), "mode", "modes") + " of the model that no partial matches",
                    "<p>" + mode_list(rows.unheard) + "</p>");
@@ -256,11 +277,12 @@ std::string tables_html(const SpecimenRows& rows) {
 
 std::string specimen_html(const fit::FitDocument& data, std::size_t index, const SpecimenView& view) {
   const fit::SpecimenRecord& specimen = data.specimens[index];
-  std::string body = players(view.media, view.sounds) + spectrogram_html(view.media, kSpectrogramCaption);
-  body += shapes_html(view.pictures) +
+  std::string body =
+      players(view.media, view.sounds) + spectrogram_html(view.media, kSpectrogramCaption) + view.spectrum;
+  body += view.turning + shapes_html(view.pictures) +
           facts_html({specimen.mass_kg, specimen.explained_energy, specimen.strikes_s.size(), specimen.n_nodes,
                       specimen.n_elements, specimen.none_missing}) +
-          tables_html(view.rows);
+          tables_html(view.rows, view.spectrum.empty() ? std::vector<fit::Partial>() : partials_of(specimen));
   const bool open = index == 0 || data.specimens.size() <= kMostOpenSpecimens;
   return "<details class=\"body\" id=\"specimen-" + std::to_string(index) + "\"" + (open ? " open" : "") +
          "><summary><h3>" + escaped(specimen.name.empty() ? "specimen " + std::to_string(index + 1) : specimen.name) +

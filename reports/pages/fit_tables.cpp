@@ -4,8 +4,25 @@
 #include <cmath>
 
 #include "reports/pages/page_parts.hpp"
+#include "reports/pages/spectrum_view.hpp"
 
 namespace klang::reports::detail {
+namespace {
+
+/// The cell of a row's buttons, empty where the partial is none of those heard.
+std::string hear(const std::vector<fit::Partial>& heard, double frequency_hz) {
+  if (heard.empty()) return {};
+  const auto found =
+      std::find_if(heard.begin(), heard.end(), [&](const fit::Partial& p) { return p.frequency_hz == frequency_hz; });
+  if (found == heard.end() || !(found->amplitude.value_or(0.0) > 0)) return tag("td", "", "class=\"act\"");
+  return hear_cell(static_cast<std::size_t>(found - heard.begin()), frequency_hz);
+}
+
+std::string hear_head(const std::vector<fit::Partial>& heard) {
+  return heard.empty() ? "" : "<th class=\"act\" scope=\"col\" data-plain>Listen</th>";
+}
+
+}  // namespace
 
 ShownEstimate shown(const fit::FitParameter& parameter) {
   return shown(parameter.name, measured(parameter.value), parameter.std, parameter.ci95);
@@ -142,7 +159,7 @@ std::string damping_table(const fit::FitDocument& data) {
       "Damping models");
 }
 
-std::string match_table(const std::vector<fit::MatchRecord>& matches) {
+std::string match_table(const std::vector<fit::MatchRecord>& matches, const std::vector<fit::Partial>& heard) {
   std::string body;
   const bool radiates = std::any_of(matches.begin(), matches.end(),
                                     [](const fit::MatchRecord& m) { return m.radiation_decay_per_s.has_value(); });
@@ -162,7 +179,7 @@ std::string match_table(const std::vector<fit::MatchRecord>& matches) {
                                             ? fixed(100 * *m.radiation_decay_per_s / *m.decay_per_s, 0)
                                             : "—")
                       : std::string()) +
-            "</tr>\n";
+            hear(heard, m.frequency_hz) + "</tr>\n";
   }
   return "<table><thead><tr><th class=\"n\" scope=\"col\">Mode</th><th class=\"n\" scope=\"col\">Measured "
          "[Hz]</th>"
@@ -175,10 +192,10 @@ std::string match_table(const std::vector<fit::MatchRecord>& matches) {
                  ? "<th class=\"n\" scope=\"col\">Radiated [1/s]</th><th class=\"n\" scope=\"col\">of the measured "
                    "[%]</th>"
                  : "") +
-         "</tr></thead>\n<tbody>" + body + "</tbody></table>";
+         hear_head(heard) + "</tr></thead>\n<tbody>" + body + "</tbody></table>";
 }
 
-std::string partial_table(const std::vector<fit::Partial>& partials) {
+std::string partial_table(const std::vector<fit::Partial>& partials, const std::vector<fit::Partial>& heard) {
   std::string body;
   const bool noted =
       std::any_of(partials.begin(), partials.end(), [](const fit::Partial& p) { return !p.note.empty(); });
@@ -189,14 +206,14 @@ std::string partial_table(const std::vector<fit::Partial>& partials) {
             number_cell(p.amplitude && *p.amplitude > 0 ? fixed(20 * std::log10(*p.amplitude), 1) : "—") +
             number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—") +
             (noted ? tag("td", escaped(p.note)) + number_cell(p.cents ? signed_cents(*p.cents) : "—") : std::string()) +
-            "</tr>\n";
+            hear(heard, p.frequency_hz) + "</tr>\n";
   }
   return "<table><thead><tr><th class=\"n\" scope=\"col\">Frequency [Hz]</th><th class=\"n\" "
          "scope=\"col\">Decay [1/s]</th>"
          "<th class=\"n\" scope=\"col\">60 dB in [s]</th><th class=\"n\" scope=\"col\">Level [dB]</th>"
          "<th class=\"n\" scope=\"col\">Phase [rad]</th>" +
          std::string(noted ? "<th scope=\"col\">Note</th><th class=\"n\" scope=\"col\">Cents</th>" : "") +
-         "</tr></thead>\n<tbody>" + body + "</tbody></table>";
+         hear_head(heard) + "</tr></thead>\n<tbody>" + body + "</tbody></table>";
 }
 
 std::string mode_list(const std::vector<fit::PredictedRecord>& modes) {

@@ -30,8 +30,9 @@ std::string parameter_table(const std::vector<fit::FitParameter>& parameters);
 std::string budget_table(const fit::FitDocument& data);       ///< empty without one
 std::string correlation_table(const fit::FitDocument& data);  ///< empty for fewer than two
 std::string damping_table(const fit::FitDocument& data);
-std::string match_table(const std::vector<fit::MatchRecord>& matches);
-std::string partial_table(const std::vector<fit::Partial>& partials);
+/// @param heard  partials of the spectrum on the same part of the page: rows get buttons that play them; empty: none
+std::string match_table(const std::vector<fit::MatchRecord>& matches, const std::vector<fit::Partial>& heard = {});
+std::string partial_table(const std::vector<fit::Partial>& partials, const std::vector<fit::Partial>& heard = {});
 std::string mode_list(const std::vector<fit::PredictedRecord>& modes);
 
 }  // namespace klang::reports::detail

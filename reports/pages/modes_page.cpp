@@ -11,6 +11,7 @@
 #include "reports/pages/page.hpp"
 #include "reports/pages/page_parts.hpp"
 #include "reports/pages/plot_parts.hpp"
+#include "reports/pages/shape_view.hpp"
 
 namespace klang::reports::detail {
 namespace {
@@ -82,13 +83,14 @@ std::string shapes_of(const modal::ModesDocument& data, const ShapeWords& shape,
     modes.back().frequency_hz = mode.frequency_hz;
   }
   const std::string file = data.files && data.files->modes ? *data.files->modes : "";
-  const auto pictures = mode_pictures({{file, "mode", shape.kind, without_twins(modes)}}, folder);
+  const BodyModes body{file, "mode", shape.kind, without_twins(modes)};
+  const auto pictures = mode_pictures({body}, folder);
   BodyFacts facts;
   facts.mass_kg = data.mass_kg;
   facts.n_nodes = data.n_nodes;
   facts.n_elements = data.n_elements;
   facts.none_missing = data.none_missing;
-  return shapes_html(pictures.front()) + facts_html(facts);
+  return shape_view_html(body, 1, folder) + shapes_html(pictures.front()) + facts_html(facts);
 }
 
 Page make(const modal::ModesDocument& data, ReportFolder& folder) {

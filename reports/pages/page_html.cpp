@@ -62,12 +62,12 @@ std::string warning_box(const Page& page, const std::vector<std::string>& warnin
 }
 
 /// The policy makes sure that nothing is ever fetched: all a browser may load is in this file.
-std::string document_head(const std::string& title) {
+std::string document_head(const std::string& title, const std::string& content) {
   return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-         "media-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n"
+         "media-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline' data:\">\n"
          "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>" +
-         escaped(title) + "</title>\n<style>" + page_css() + "</style>\n</head>\n";
+         escaped(title) + "</title>\n<style>" + page_css(content) + "</style>\n</head>\n";
 }
 
 std::string page_top(const Page& page, const std::vector<std::string>& warnings, const std::string& contents) {
@@ -116,9 +116,10 @@ std::string page_html(const Page& page, const std::vector<std::string>& warnings
     contents += "<li><a href=\"#" + section.id + "\">" + section.name + "</a></li>";
     sections += "<section id=\"" + section.id + "\"><h2>" + section.name + "</h2>\n" + section.html + "</section>\n";
   }
-  return document_head(page.title) + "<body>\n" + page_top(page, warnings, contents) + "<main>\n" + sections +
-         "</main>\n<footer>This page is one file and needs no network. " + page.footer + "</footer>\n<script>" +
-         page_script() + "</script>\n</body>\n</html>\n";
+  return document_head(page.title, sections) + "<body>\n" + page_top(page, warnings, contents) + "<main>\n" + sections +
+         "</main>\n<footer>This page is one file and needs no network. " + page.footer +
+         "</footer>\n<button type=\"button\" class=\"hush\" data-action=\"stop\">Stop</button>\n" +
+         page_scripts(sections) + "</body>\n</html>\n";
 }
 
 }  // namespace klang::reports::detail

@@ -10,6 +10,7 @@
 #include "reports/pages/key_figures.hpp"
 #include "reports/pages/page.hpp"
 #include "reports/pages/page_parts.hpp"
+#include "reports/pages/sound_media.hpp"
 
 namespace klang::reports::detail {
 namespace {
@@ -280,13 +281,14 @@ std::string sounds_html(ReportFolder& folder, std::vector<Download>& downloads) 
        {std::pair{"target.wav", "Body"}, {"before.wav", "First proxy"}, {"after.wav", "Fitted proxy"}}) {
     const audio::Signal sound = folder.sound_beside(file);
     if (sound.n_frames() == 0) continue;
-    const std::string wav = wav_clip(sound, kLongestClipS, clip_gain(sound, kLongestClipS));
+    const std::string flac = flac_clip(sound, kLongestClipS, clip_gain(sound, kLongestClipS));
     clips += std::string("<label>") + what + "<audio controls preload=\"auto\" aria-label=\"" + what + "\" src=\"" +
-             data_uri("audio/wav", wav) + "\"></audio></label>";
+             data_uri("audio/flac", flac) + "\"></audio></label>";
     downloads.push_back({file, "– sound"});
   }
   if (clips.empty()) return {};
-  return "<div class=\"listen\">" + clips + "</div>\n<p class=\"how\"><small>Each at its own level.</small></p>\n";
+  return "<div class=\"listen\">" + clips + listen_actions() +
+         "</div>\n<p class=\"how\"><small>Each at its own level.</small></p>\n";
 }
 
 Page make(const ProxyFitDocument& data, ReportFolder& folder) {

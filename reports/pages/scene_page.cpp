@@ -198,9 +198,8 @@ Page make(const SceneDocument& data, ReportFolder& folder) {
         pair.strikes_s.push_back(impact.time_s);
     const SoundMedia media = sound_media(pair, 1, folder);
     sound = players(media, pair);
-    if (media.spectrogram)
-      sound += figure(sheet(*media.spectrogram),
-                      "Spectrogram of the sound at the listener; triangles mark the hardest impacts.");
+    sound +=
+        spectrogram_html(media, "", "Spectrogram of the sound at the listener; triangles mark the hardest impacts.");
   }
   if (const std::optional<Svg> svg = impact_figure(data)) {
     folder.add_figure("impacts", *svg);

@@ -11,13 +11,14 @@
 namespace klang::reports::detail {
 namespace {
 
-constexpr double kAudioBytes = 6e6, kLongestClipS = 10.0, kHighestClipRateHz = 48000.0;
+/// Of 16-bit samples in a page; FLAC makes about half of them.
+constexpr double kAudioBytes = 3.5e6, kLongestClipS = 10.0, kHighestClipRateHz = 48000.0;
 constexpr Eigen::Index kLeastFrames = 16;
 
-std::string player(const std::string& wav, const std::string& what, const std::string& name) {
-  if (wav.empty()) return {};
+std::string player(const std::string& flac, const std::string& what, const std::string& name) {
+  if (flac.empty()) return {};
   return "<label>" + what + "<audio controls preload=\"auto\" aria-label=\"" +
-         escaped(name.empty() ? what : what + ", " + name) + "\" src=\"" + data_uri("audio/wav", wav) +
+         escaped(name.empty() ? what : what + ", " + name) + "\" src=\"" + data_uri("audio/flac", flac) +
          "\"></audio></label>";
 }
 
@@ -37,35 +38,52 @@ SoundMedia sound_media(const SoundPair& sounds, std::size_t n_in_page, ReportFol
   spec.strikes_s = sounds.strikes_s;
   spec.range = range;
   spec.ridges = sounds.ridges;
+  spec.small = n_in_page > 3;
   Svg svg = spectrogram_figure(first, both ? sounds.computed : audio::Signal{}, spec);
   folder.add_figure(sounds.stem, svg);
   if (n_in_page == 0) return media;
   media.spectrogram = std::move(svg);
+  media.spectrogram_s = range.duration_s;
   const double n_clips = 2.0 * static_cast<double>(std::min(kMaxMedia, n_in_page));
   const double rate = std::min(kHighestClipRateHz, first.sample_rate_hz);
   media.clip_s = std::min(kLongestClipS, kAudioBytes / n_clips / (2 * rate));
   media.cut = media.clip_s < first.duration_s();
   media.gain = clip_gain(first, media.clip_s);
   if (both) media.gain = std::min(media.gain, clip_gain(sounds.computed, media.clip_s));
-  if (sounds.recorded.n_frames() > 0) media.recorded_wav = wav_clip(sounds.recorded, media.clip_s, media.gain);
-  if (sounds.computed.n_frames() > 0) media.computed_wav = wav_clip(sounds.computed, media.clip_s, media.gain);
+  if (sounds.recorded.n_frames() > 0) media.recorded_flac = flac_clip(sounds.recorded, media.clip_s, media.gain);
+  if (sounds.computed.n_frames() > 0) media.computed_flac = flac_clip(sounds.computed, media.clip_s, media.gain);
   return media;
 }
 
-std::string spectrogram_html(const SoundMedia& media, const std::string& caption) {
+std::string spectrogram_html(const SoundMedia& media, const std::string& caption, const std::string& alone) {
   if (!media.spectrogram) return {};
-  return figure(sheet(*media.spectrogram),
-                media.computed_wav.empty() ? "Spectrogram of the recording; triangles mark strikes." : caption);
+  const bool compared = !media.computed_flac.empty() && !media.recorded_flac.empty();
+  std::string lines;
+  for (const auto& [left, width] : spectrogram_panels(compared)) {
+    const std::string at = coordinate(left);
+    lines += "<i data-left=\"" + at + "\" data-width=\"" + coordinate(width) + "\" style=\"left:" + at + "%\"></i>";
+  }
+  return "<figure data-figure=\"spectrogram\" data-duration-s=\"" + rounded(media.spectrogram_s, 6) +
+         "\"><div class=\"sheet scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Spectrogram, scrolls sideways on a "
+         "small screen\"><div class=\"plot\">" +
+         media.spectrogram->inline_markup() + "<div data-playhead data-time-s=\"0\" aria-hidden=\"true\">" + lines +
+         "</div></div></div>" + tag("figcaption", media.computed_flac.empty() ? alone : caption) + "</figure>\n";
+}
+
+std::string listen_actions() {
+  return "<div class=\"actions\"><button type=\"button\" data-action=\"play\">Play</button><button type=\"button\" "
+         "data-action=\"stop\">Stop</button><button type=\"button\" data-action=\"loop\" "
+         "aria-pressed=\"false\">Loop</button></div>";
 }
 
 std::string players(const SoundMedia& media, const SoundPair& sounds) {
-  if (media.recorded_wav.empty() && media.computed_wav.empty()) return {};
-  const bool both = !media.recorded_wav.empty() && !media.computed_wav.empty();
+  if (media.recorded_flac.empty() && media.computed_flac.empty()) return {};
+  const bool both = !media.recorded_flac.empty() && !media.computed_flac.empty();
   std::string html = "<div class=\"listen\"" + std::string(both ? " data-switch" : "") + ">" +
-                     player(media.recorded_wav, sounds.recorded_words, sounds.name) +
-                     player(media.computed_wav, sounds.computed_words, sounds.name);
-  if (both) html += "<button type=\"button\" hidden>Compare</button>";
-  html += "</div>\n";
+                     player(media.recorded_flac, sounds.recorded_words, sounds.name) +
+                     player(media.computed_flac, sounds.computed_words, sounds.name);
+  if (both) html += "<button type=\"button\" class=\"compare\" hidden>Compare</button>";
+  html += listen_actions() + "</div>\n";
   std::string note;
   if (media.cut) note = "The first " + rounded(media.clip_s, 2) + " s; the whole sound lies beside this page.";
   const double gain_db = 20 * std::log10(media.gain);

@@ -25,12 +25,13 @@ struct SoundPair {
 /// What a page shows of it.
 struct SoundMedia {
   std::optional<Svg> spectrogram;
-  std::string recorded_wav, computed_wav;  ///< clips for the players, empty without
+  std::string recorded_flac, computed_flac;  ///< clips for the players, empty without
+  double spectrogram_s = 0;                  ///< how far the spectrogram reaches
   double clip_s = 0, gain = 1;
   bool cut = false;  ///< the clip is shorter than the recording
 };
 
-/// What keeps a page under about 15 MB whatever the number of specimens.
+/// What keeps a page under about 10 MB whatever the number of specimens.
 inline constexpr std::size_t kMaxMedia = 12;
 
 /// Adds the spectrogram to the folder. @param n_in_page  how many pairs share the page's room for sounds; 0: this one is not in
@@ -43,7 +44,11 @@ inline constexpr const char* kSpectrogramCaption =
     "bright there is energy that one of the two has and the other has not. Triangles mark strikes.";
 
 /// The spectrogram with its caption, which is another where there is no computed sound; empty without a spectrogram.
-std::string spectrogram_html(const SoundMedia& media, const std::string& caption);
+std::string spectrogram_html(const SoundMedia& media, const std::string& caption,
+                             const std::string& alone = "Spectrogram of the recording; triangles mark strikes.");
+
+/// Play, stop and loop of a box of players.
+std::string listen_actions();
 
 /// The players of a pair, with a button that switches between the two; empty without a clip.
 std::string players(const SoundMedia& media, const SoundPair& sounds);

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,7 @@ struct SpectrogramSpec {
   std::vector<double> strikes_s;                            ///< marked on the time axis
   std::string recorded_words = "Recorded", computed_words;  ///< titles of the panels
   Ridges ridges;
+  bool small = false;  ///< fewer pixels: many share a page
 };
 
 /// Recorded, computed and what lies between them on one scale of level. The third panel is the difference of
@@ -38,5 +40,8 @@ struct SpectrogramSpec {
 /// energy only. With no computed sound (no frames) there is one wide panel. Level: 20 log10 of the amplitude of
 /// a sine that gives it, full scale = 0 dB.
 Svg spectrogram_figure(const audio::Signal& recorded, const audio::Signal& computed, const SpectrogramSpec& spec);
+
+/// Where the panels stand across the figure, in per cent of its width: left edge and width.
+std::vector<std::array<double, 2>> spectrogram_panels(bool compared);
 
 }  // namespace klang::reports::detail

@@ -2,6 +2,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -39,14 +40,37 @@ function look(){
   var sounds_bad=sounds.filter(function(s){return s.error||!(s.readyState>=2)||!isFinite(s.duration)||!(s.duration>0);}).length;
   var button=document.querySelector("[data-switch] button"),said=[];
   if(button){said.push(button.textContent);button.click();said.push(button.textContent);button.click();said.push(button.textContent);}
-  var verdict={errors:__errors,images:images.length,images_bad:images.filter(function(i){return !(i.naturalWidth>0&&i.alt);}).length,
+  var hooks={figures:[].map.call(document.querySelectorAll("[data-figure]"),function(f){return f.dataset.figure;}),
+    layers:[].map.call(document.querySelectorAll("[data-layer]"),function(f){return f.dataset.layer;}),playing:[],sorted:[]};
+  var spectrum=document.querySelector("[data-range-hz]"),zoom=document.querySelector("[data-action=zoom-in]");
+  if(spectrum){hooks.range=[spectrum.dataset.rangeHz];}
+  ["hear","hear-without"].forEach(function(action){
+    var hear=document.querySelector("button[data-action="+action+"]");
+    if(!hear)return;
+    hear.click();hooks.playing.push(document.body.hasAttribute("data-playing"));
+    document.querySelector("button.hush").click();hooks.playing.push(document.body.hasAttribute("data-playing"));
+  });
+  var loop=document.querySelector("button[data-action=loop]");
+  if(loop){loop.click();hooks.loop=document.querySelector("audio").loop;loop.click();}
+  var head=document.querySelector("th[aria-sort]");
+  if(head){
+    var column=[].indexOf.call(head.parentNode.children,head),cells=function(){
+      return [].map.call(head.closest("table").tBodies[0].rows,function(r){return parseFloat(r.cells[column].textContent);});};
+    head.click();hooks.sorted.push(head.getAttribute("aria-sort"));hooks.up=cells();
+    head.click();hooks.sorted.push(head.getAttribute("aria-sort"));hooks.down=cells();
+  }
+  if(zoom)zoom.click();
+  var verdict={hooks:hooks,errors:__errors,images:images.length,images_bad:images.filter(function(i){return !(i.naturalWidth>0&&i.alt);}).length,
     sounds:sounds.length,sounds_bad:sounds_bad,
     durations:sounds.map(function(s){return s.duration;}),pictures:pictures.length,
     pictures_bad:pictures.filter(function(p){return !(p.getBoundingClientRect().height>=0&&p.href.baseVal.indexOf("data:image/png")===0);}).length,
     nameless:[].filter.call(document.querySelectorAll("svg[role=img]"),function(s){return !s.getAttribute("aria-label");}).length,
     wide:document.documentElement.scrollWidth-innerWidth,said:said,headings:document.querySelectorAll("h1").length};
+  setTimeout(function(){
+  if(spectrum)hooks.range.push(spectrum.dataset.rangeHz);
   var out=document.createElement("pre");out.id="verdict";out.textContent="VERDICT"+JSON.stringify(verdict)+"TCIDREV";
   document.body.appendChild(out);
+  },200);
 }
 look();});</script>)";
 
@@ -132,6 +156,25 @@ class Browser : public ::testing::Test {
     EXPECT_LE(verdict["wide"].get<int>(), 0) << "the page itself must not scroll sideways";
   }
 
+  /// What a page of a recording answers to: figures, zoom, single partials by ear, stop, loop, tables that sort.
+  static void expect_hooks(const json& hooks) {
+    EXPECT_EQ(hooks["figures"], json({"spectrogram", "spectrum"}));
+    EXPECT_EQ(hooks["layers"], json({"measured", "model", "partials"}));
+    EXPECT_EQ(hooks["playing"], json({true, false, true, false}));
+    EXPECT_EQ(hooks["loop"], true);
+    EXPECT_EQ(hooks["sorted"], json({"ascending", "descending"}));
+    std::vector<double> up = hooks["up"], down = hooks["down"];
+    EXPECT_TRUE(std::is_sorted(up.begin(), up.end())) << hooks["up"];
+    EXPECT_TRUE(std::is_sorted(down.rbegin(), down.rend())) << hooks["down"];
+    ASSERT_EQ(hooks["range"].size(), 2u);
+    const auto width = [&](std::size_t i) {
+      double low = 0, high = 0;
+      EXPECT_EQ(std::sscanf(hooks["range"][i].get<std::string>().c_str(), "%lf %lf", &low, &high), 2);
+      return high - low;
+    };
+    EXPECT_NEAR(width(1) / width(0), 0.5, 1e-3);
+  }
+
   fs::path folder_;
 };
 
@@ -163,7 +206,10 @@ TEST_F(Browser, PlaysRecordingsOf384Kilohertz) {
 TEST_F(Browser, SeesAnalysisAndModesWithoutAnyError) {
   fixture::write_analysis(folder_ / "a");
   const ReportResult analysis = write_report(folder_ / "a" / "analysis.json");
-  expect_clean(judged(analysis.page, folder_, 1200), 2, 0);
+  const json seen = judged(analysis.page, folder_, 1200);
+  expect_clean(seen, 2, 0);
+  expect_hooks(seen["hooks"]);
+  expect_clean(judged(analysis.page, folder_, 500), 2, 0);
   screenshot(analysis.page, "analysis", 1200, 3000);
   fixture::write_modes(folder_ / "m");
   const ReportResult modes = write_report(folder_ / "m" / "modes.json", {.pictures = true, .max_mode_pictures = 9});

@@ -192,6 +192,86 @@ Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
   return signal;
 }
 
+namespace {
+
+/// Bytes that libsndfile writes in memory.
+struct Pad {
+  std::string bytes;
+  sf_count_t at = 0;
+};
+
+sf_count_t pad_length(void* user) { return static_cast<sf_count_t>(static_cast<Pad*>(user)->bytes.size()); }
+sf_count_t pad_seek(sf_count_t offset, int whence, void* user) {
+  auto& pad = *static_cast<Pad*>(user);
+  const auto length = static_cast<sf_count_t>(pad.bytes.size());
+  pad.at = std::clamp<sf_count_t>(offset + (whence == SEEK_CUR ? pad.at : whence == SEEK_END ? length : 0), 0, length);
+  return pad.at;
+}
+sf_count_t pad_read(void* target, sf_count_t count, void* user) {
+  auto& pad = *static_cast<Pad*>(user);
+  const sf_count_t n = std::clamp<sf_count_t>(count, 0, static_cast<sf_count_t>(pad.bytes.size()) - pad.at);
+  std::memcpy(target, pad.bytes.data() + pad.at, static_cast<std::size_t>(n));
+  pad.at += n;
+  return n;
+}
+sf_count_t pad_write(const void* source, sf_count_t count, void* user) {
+  auto& pad = *static_cast<Pad*>(user);
+  const auto at = static_cast<std::size_t>(pad.at), n = static_cast<std::size_t>(count);
+  pad.bytes.resize(std::max(pad.bytes.size(), at + n));
+  std::memcpy(pad.bytes.data() + at, source, n);
+  pad.at += count;
+  return count;
+}
+sf_count_t pad_tell(void* user) { return static_cast<Pad*>(user)->at; }
+
+/// All samples, in blocks.
+void write_samples(File file, const Signal& signal, int subformat, const std::string& place) {
+  if (!file) throw InputError(place, std::string("cannot write: ") + sf_strerror(nullptr));
+  sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);  // it would hold the time of writing
+  constexpr Eigen::Index kBlock = 16384;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> block;
+  std::vector<int> integers;
+  for (Eigen::Index begin = 0; begin < signal.n_frames(); begin += kBlock) {
+    const Eigen::Index n = std::min(kBlock, signal.n_frames() - begin);
+    block = signal.samples.middleRows(begin, n);
+    sf_count_t written = 0;
+    if (subformat == SF_FORMAT_FLOAT) {
+      written = sf_writef_double(file.get(), block.data(), n);
+    } else {
+      // libsndfile truncates when it clips; rounding to the nearest step halves the error.
+      const int bits = subformat == SF_FORMAT_PCM_16 ? 16 : 24;
+      const double full = std::ldexp(1.0, bits - 1);
+      integers.resize(static_cast<std::size_t>(block.size()));
+      for (Eigen::Index i = 0; i < block.size(); ++i) {
+        const double step = std::clamp(std::nearbyint(block.data()[i] * full), -full, full - 1);
+        integers[static_cast<std::size_t>(i)] = static_cast<int>(step * std::ldexp(1.0, 32 - bits));
+      }
+      written = sf_writef_int(file.get(), integers.data(), n);
+    }
+    if (written != n) {
+      throw InputError(place, std::string("cannot write: ") + sf_strerror(file.get()));
+    }
+  }
+  SNDFILE* raw = file.release();
+  if (const int error = sf_close(raw); error != 0) {
+    throw InputError(place, std::string("cannot write: ") + sf_error_number(error));
+  }
+}
+
+/// What a format can hold.
+void check_writable(const Signal& signal, bool flac, const std::string& place) {
+  if (signal.samples.size() == 0) throw InputError(place, "no samples to write");
+  checked(place, "sample_rate_hz", signal.sample_rate_hz, 1, flac ? 655350 : 1e7);
+  if (signal.sample_rate_hz != std::round(signal.sample_rate_hz)) {
+    throw InputError(place, "sample_rate_hz must be whole", to_text(signal.sample_rate_hz));
+  }
+  checked(place, "channels", static_cast<double>(signal.n_channels()), 1, flac ? 8 : 1024);
+  if (!flac) checked(place, "samples", static_cast<double>(signal.samples.size()), 1, 1e9);  // WAV sizes are 32 bit
+  if (!signal.samples.allFinite()) throw InputError(place, "cannot write samples that are not finite numbers");
+}
+
+}  // namespace
+
 void write_sound(const fs::path& path, const Signal& signal, SampleFormat format) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -201,15 +281,7 @@ void write_sound(const fs::path& path, const Signal& signal, SampleFormat format
     throw InputError(path.string(), "cannot write sound with this extension", extension, ".wav or .flac");
   }
   const std::string place = path.string();
-  if (signal.samples.size() == 0) throw InputError(place, "no samples to write");
-  checked(place, "sample_rate_hz", signal.sample_rate_hz, 1, flac ? 655350 : 1e7);
-  if (signal.sample_rate_hz != std::round(signal.sample_rate_hz)) {
-    throw InputError(place, "sample_rate_hz must be whole", to_text(signal.sample_rate_hz));
-  }
-  checked(place, "channels", static_cast<double>(signal.n_channels()), 1, flac ? 8 : 1024);
-  if (!flac) checked(place, "samples", static_cast<double>(signal.samples.size()), 1, 1e9);  // WAV sizes are 32 bit
-  if (!signal.samples.allFinite()) throw InputError(place, "cannot write samples that are not finite numbers");
-
+  check_writable(signal, flac, place);
   SF_INFO info{};
   info.samplerate = static_cast<int>(signal.sample_rate_hz);
   info.channels = static_cast<int>(signal.n_channels());
@@ -219,38 +291,22 @@ void write_sound(const fs::path& path, const Signal& signal, SampleFormat format
   const bool extensible = !flac && info.channels > 2;
   info.format = (flac ? SF_FORMAT_FLAC : extensible ? SF_FORMAT_WAVEX : SF_FORMAT_WAV) | subformat;
   write_file_with(path, [&](const fs::path& temporary) {
-    File file(sf_open(temporary.c_str(), SFM_WRITE, &info));
-    if (!file) throw InputError(place, std::string("cannot write: ") + sf_strerror(nullptr));
-    sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);  // it would hold the time of writing
-    constexpr Eigen::Index kBlock = 16384;
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> block;
-    std::vector<int> integers;
-    for (Eigen::Index begin = 0; begin < signal.n_frames(); begin += kBlock) {
-      const Eigen::Index n = std::min(kBlock, signal.n_frames() - begin);
-      block = signal.samples.middleRows(begin, n);
-      sf_count_t written = 0;
-      if (subformat == SF_FORMAT_FLOAT) {
-        written = sf_writef_double(file.get(), block.data(), n);
-      } else {
-        // libsndfile truncates when it clips; rounding to the nearest step halves the error.
-        const int bits = subformat == SF_FORMAT_PCM_16 ? 16 : 24;
-        const double full = std::ldexp(1.0, bits - 1);
-        integers.resize(static_cast<std::size_t>(block.size()));
-        for (Eigen::Index i = 0; i < block.size(); ++i) {
-          const double step = std::clamp(std::nearbyint(block.data()[i] * full), -full, full - 1);
-          integers[static_cast<std::size_t>(i)] = static_cast<int>(step * std::ldexp(1.0, 32 - bits));
-        }
-        written = sf_writef_int(file.get(), integers.data(), n);
-      }
-      if (written != n) {
-        throw InputError(place, std::string("cannot write: ") + sf_strerror(file.get()));
-      }
-    }
-    SNDFILE* raw = file.release();
-    if (const int error = sf_close(raw); error != 0) {
-      throw InputError(place, std::string("cannot write: ") + sf_error_number(error));
-    }
+    write_samples(File(sf_open(temporary.c_str(), SFM_WRITE, &info)), signal, subformat, place);
   });
+}
+
+std::string flac_bytes(const Signal& signal, SampleFormat format) {
+  const std::string place = "flac";
+  check_writable(signal, true, place);
+  SF_INFO info{};
+  info.samplerate = static_cast<int>(signal.sample_rate_hz);
+  info.channels = static_cast<int>(signal.n_channels());
+  const int subformat = format == SampleFormat::kPcm16 ? SF_FORMAT_PCM_16 : SF_FORMAT_PCM_24;
+  info.format = SF_FORMAT_FLAC | subformat;
+  SF_VIRTUAL_IO io{pad_length, pad_seek, pad_read, pad_write, pad_tell};
+  Pad pad;
+  write_samples(File(sf_open_virtual(&io, SFM_WRITE, &info, &pad)), signal, subformat, place);
+  return std::move(pad.bytes);
 }
 
 }  // namespace klang::audio

@@ -33,4 +33,7 @@ Signal read_sound_bytes(std::string_view bytes, const std::string& name);
 ///         cannot hold, a path that cannot be written.
 void write_sound(const std::filesystem::path& path, const Signal& signal, SampleFormat format = SampleFormat::kPcm24);
 
+/// The bytes of a FLAC file, 16 or 24 bits. @throws InputError as write_sound
+std::string flac_bytes(const Signal& signal, SampleFormat format = SampleFormat::kPcm16);
+
 }  // namespace klang::audio

@@ -286,6 +286,7 @@ TEST(KlangInterrupt, ControlCEndsWith130AndNothingWritten) {
   EXPECT_TRUE(scratch.files().empty());
 }
 
+// mesh_signals_ignored
 TEST(KlangInterrupt, EverySignalEndsAMeshThatTheLibraryWillNotStopAndNothingIsLeft) {
   const Scratch scratch;
   // A surface whose tetrahedra take much longer than the signal waits.

@@ -42,6 +42,7 @@ void expect_partials(const std::string& name, const std::vector<TruePartial>& tr
 
 }  // namespace
 
+// loudest_partial_lost_glass
 TEST(RingdownFiles, GlassesOfWaterKeepTheirLoudestRing) {
   for (const auto& [name, loudest_hz] : {std::pair{"glass-B4_04.flac", 493.4},
                                          {"glass-D5_01.flac", 587.5},
@@ -56,6 +57,7 @@ TEST(RingdownFiles, GlassesOfWaterKeepTheirLoudestRing) {
   }
 }
 
+// loudest_partial_lost_lossy
 TEST(RingdownFiles, LossyFilesKeepTheirPartials) {
   const std::vector<TruePartial> three{{1000, 5, 0, 0}, {2730, 9, 0, 0}, {5300, 20, 0, 0}};
   expect_partials("ring.ogg", three);

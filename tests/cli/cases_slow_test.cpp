@@ -1,0 +1,25 @@
+// fit_band_edge_null: the last partial matches a mode whose corrected frequency alone lies in the band; half a minute.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
+
+namespace klang::test {
+
+TEST(CasesSlow, fit_band_edge_null) {
+  const Scratch scratch;
+  std::filesystem::copy(std::string(KLANG_TEST_DATA) + "/cases/fit_band_edge_null", scratch.path() / "case");
+  const RunResult run = run_klang("fit case/specimen.toml -o out --no-pictures -q", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json fit = read_json(scratch.path() / "out/fit.json");
+  EXPECT_EQ(fit["status"], "converged");
+  EXPECT_EQ(fit["parameters"][0]["name"], "youngs_modulus_pa");
+  EXPECT_LE(std::abs(fit["parameters"][0]["value"].get<double>() / 70e9 - 1), 1e-3);
+  EXPECT_EQ(fit["matches"].size(), 25u);
+}
+
+}  // namespace klang::test

@@ -26,6 +26,9 @@ double mean_edge_m(const CrackMesh& mesh) {
   return sum / n;
 }
 
+constexpr double kTurnsOff = 0.5;    ///< cosine: a plane that differs by more is a new crack's
+constexpr double kFrontReach = 2.5;  ///< mean edges
+
 using Edge = std::array<int, 2>;
 
 /// Edges opposite to a node in its star, ascending.
@@ -41,21 +44,21 @@ std::set<Edge> link_edges(const CrackMesh& mesh, int node) {
   return edges;
 }
 
-/// Distances of a star's corners from the plane; 0 where they count as in it.
+/// Distances of a star's corners from the plane, in rest coordinates; 0 where they count as in it.
 class Sides {
  public:
-  Sides(const CrackMesh& mesh, int node, const Vector3d& normal, double snap_rad)
-      : mesh_(mesh), node_(node), normal_(normal) {
+  Sides(const CrackMesh& mesh, int node, const Vector3d& normal, double offset_m, double snap_rad)
+      : mesh_(mesh), node_(node), normal_(normal), offset_m_(offset_m) {
     shortest_m_ = HUGE_VAL;
     for (const int element : mesh.star(node))
       for (const int other : mesh.nodes_of(element)) {
         if (other == node) continue;
-        const double length = (mesh.place_m[at(other)] - mesh.place_m[at(node)]).norm();
+        const double length = (mesh.rest_m[at(other)] - mesh.rest_m[at(node)]).norm();
         shortest_m_ = std::min(shortest_m_, length);
         distance_[other] = std::abs(raw(other)) <= std::sin(snap_rad) * length ? 0.0 : raw(other);
       }
   }
-  double raw(int node) const { return normal_.dot(mesh_.place_m[at(node)] - mesh_.place_m[at(node_)]); }
+  double raw(int node) const { return normal_.dot(mesh_.rest_m[at(node)] - mesh_.rest_m[at(node_)]) - offset_m_; }
   double operator()(int node) const { return distance_.at(node); }
   void put_in_plane(int node) { distance_[node] = 0.0; }
   bool cuts(const Edge& edge) const { return distance_.at(edge[0]) * distance_.at(edge[1]) < 0.0; }
@@ -78,7 +81,7 @@ class Sides {
   const CrackMesh& mesh_;
   int node_;
   Vector3d normal_;
-  double shortest_m_ = 0.0;
+  double offset_m_ = 0.0, shortest_m_ = 0.0;
   std::map<int, double> distance_;
 };
 
@@ -112,14 +115,19 @@ Cracker::Cracker(const ExplicitSolid& solid, const CrackOptions& options)
   viscosity_ = {solid.options().viscosity_lambda_pa_s, solid.options().viscosity_mu_pa_s};
   front_speed_m_s_ =
       options_.speed_limit * rayleigh_over_shear(material_.poissons_ratio()) * material_.shear_speed_m_s();
-  smallest_height_m_ = options_.smallest_height * mean_edge_m(solid.mesh());
+  mean_edge_m_ = mean_edge_m(solid.mesh());
+  smallest_height_m_ = options_.smallest_height * mean_edge_m_;
   ready_s_.assign(at(solid.mesh().n_nodes()), 0.0);
   on_crack_.assign(ready_s_.size(), 0);
+  fronts_.assign(ready_s_.size(), {});
+  front_until_s_.assign(ready_s_.size(), 0.0);
+  slit_.resize(ready_s_.size());
+  for (int i = 0; i < solid.mesh().n_nodes(); ++i) root_.push_back(i);
   const double rayleigh = rayleigh_over_shear(material_.poissons_ratio()) * material_.shear_speed_m_s();
   const double pressure_m_s =
       std::sqrt((material_.lame_lambda_pa + 2.0 * material_.lame_mu_pa) / material_.density_kg_m3);
-  look_s_ = options_.total_stress ? 0.0 : 0.05 * mean_edge_m(solid.mesh()) / pressure_m_s;
-  pause_s_ = 4.0 * mean_edge_m(solid.mesh()) / (options_.speed_limit > 0.0 ? front_speed_m_s_ : rayleigh);
+  look_s_ = options_.total_stress ? 0.0 : 0.05 * mean_edge_m_ / pressure_m_s;
+  pause_s_ = 4.0 * mean_edge_m_ / (options_.speed_limit > 0.0 ? front_speed_m_s_ : rayleigh);
 }
 
 int Cracker::open(ExplicitSolid& solid) {
@@ -141,18 +149,32 @@ int Cracker::open(ExplicitSolid& solid) {
     int node = 0;
     Vector3d normal;
   };
-  std::vector<Candidate> found;
+  std::vector<Candidate> found, fronts;
   const Viscosity* extra = options_.total_stress ? &viscosity_ : nullptr;
+  const double now = solid.time_s();
+  const bool runs = running_s_ >= 0.0 && now < running_s_ + pause_s_;
   for (int i = 0; i < mesh.n_nodes(); ++i) {
-    if (!asked[at(i)] || mesh.held[at(i)] >= 0 || solid.time_s() < ready_s_[at(i)] || mesh.star(i).size() < 2) continue;
+    if (!asked[at(i)] || mesh.held[at(i)] >= 0 || mesh.star(i).size() < 2) continue;
+    const bool is_front = options_.new_crack_factor > 1.0 && now < front_until_s_[at(i)];
+    if (now < ready_s_[at(i)] && !is_front) continue;
     const Separation separation = separation_at(mesh, i, material_, options_.criterion, extra);
     const double over = options_.strength_pa ? separation.stress_pa / *options_.strength_pa
                                              : separation.force_n / *options_.toughness_n;
     highest_ = std::max(highest_, over);
-    if (!(over > 1.0)) continue;
-    const bool starts = !on_crack_[at(i)] && running_s_ >= 0.0 && solid.time_s() < running_s_ + pause_s_;
-    if (!starts || over > options_.new_crack_factor) found.push_back({over, i, separation.normal});
+    if (is_front) fronts.push_back({over, i, separation.normal});
+    if (!(over > 1.0) || now < ready_s_[at(i)]) continue;
+    if (on_crack_[at(i)] || !runs || over > options_.new_crack_factor) found.push_back({over, i, separation.normal});
   }
+  // What is overstressed because a front is near that has not got further yet is left to the front.
+  const auto is_left_to_front = [&](const Candidate& candidate) {
+    if (on_crack_[at(candidate.node)]) return false;
+    for (const Candidate& front : fronts)
+      if (candidate.over <= options_.new_crack_factor * front.over &&
+          (mesh.rest_m[at(front.node)] - mesh.rest_m[at(candidate.node)]).norm() < kFrontReach * mean_edge_m_)
+        return true;
+    return false;
+  };
+  found.erase(std::remove_if(found.begin(), found.end(), is_left_to_front), found.end());
   std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.over > b.over; });
   std::vector<bool> touched(at(mesh.n_nodes()), false);
   int n = 0;
@@ -161,7 +183,9 @@ int Cracker::open(ExplicitSolid& solid) {
     const bool starts = !on_crack_[at(candidate.node)] && running_s_ == solid.time_s();
     if (starts && !(candidate.over > options_.new_crack_factor)) continue;
     const std::vector<int> star = mesh.star(candidate.node);
-    if (!part(solid, candidate.node, candidate.normal)) {
+    const Plane plane = plane_at(mesh, candidate.node, candidate.normal);
+    if (!part(solid, candidate.node, plane) &&
+        (plane.offset_m == 0.0 || !part(solid, candidate.node, {plane.normal, 0.0}))) {
       // Nothing of the star is across the plane: the surface is what it would make.
       ready_s_[at(candidate.node)] = solid.time_s() + 10.0 * solid.step_limit_s();
       continue;
@@ -176,7 +200,10 @@ int Cracker::open(ExplicitSolid& solid) {
   return n;
 }
 
-bool Cracker::is_there_room(const CrackMesh& mesh, int a, int b, double t) const {
+bool Cracker::may_be_cut(const CrackMesh& mesh, const Edge& edge, double t, double shortest_m) const {
+  const auto [a, b] = edge;
+  const double length = (mesh.rest_m[at(a)] - mesh.rest_m[at(b)]).norm();
+  if (std::min(t, 1.0 - t) * length < options_.snap * std::min(shortest_m, length)) return false;
   const Vector3d middle = (1.0 - t) * mesh.rest_m[at(a)] + t * mesh.rest_m[at(b)];
   for (const int element : mesh.star(a)) {
     const std::array<int, 4> nodes = mesh.nodes_of(element);
@@ -196,22 +223,79 @@ bool Cracker::is_there_room(const CrackMesh& mesh, int a, int b, double t) const
   return true;
 }
 
-bool Cracker::part(ExplicitSolid& solid, int node, const Vector3d& normal) {
-  CrackMesh& mesh = solid.mesh();
-  Sides side(mesh, node, normal, options_.snap_rad);
-  // Cuts near an end, or that leave slivers, go through the end instead.
-  std::set<Edge> edges = link_edges(mesh, node);
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (const Edge& edge : edges) {
-      if (!side.cuts(edge)) continue;
-      const double t = side.share(edge);
-      const double length = (mesh.place_m[at(edge[0])] - mesh.place_m[at(edge[1])]).norm();
-      const bool is_near = std::min(t, 1.0 - t) * length < options_.snap * std::min(side.shortest_m(), length);
-      if (!is_near && is_there_room(mesh, edge[0], edge[1], t)) continue;
-      side.put_in_plane(t < 0.5 ? edge[0] : edge[1]);
-      changed = true;
+Cracker::Plane Cracker::plane_at(const CrackMesh& mesh, int node, const Vector3d& world_normal) const {
+  // Planes of the world are planes of the rest shape: n -> F^T n, with the mean F around the node.
+  std::set<int> elements(mesh.star(node).begin(), mesh.star(node).end());
+  Eigen::Matrix3d f = Eigen::Matrix3d::Zero();
+  for (const int element : mesh.star(node)) f += mesh.volume_m3(element) * mesh.gradient_of(element);
+  if (!options_.follows_plane) return {(f.transpose() * world_normal).normalized(), 0.0};
+  for (const int element : mesh.star(node))
+    for (const int other : mesh.nodes_of(element)) elements.insert(mesh.star(other).begin(), mesh.star(other).end());
+  Vector3d normal = (f.transpose() * mean_normal(mesh, {elements.begin(), elements.end()}, material_)).normalized();
+  const Front& front = fronts_[at(node)];
+  if (!(front.area_m2 > 0.0)) return {normal, 0.0};
+  const Vector3d before = front.normal.normalized();
+  if (normal.dot(before) < 0.0) normal = -normal;
+  if (normal.dot(before) < kTurnsOff) return {normal, 0.0};  // it turns off: a new crack
+  normal = (options_.turning * normal + (1.0 - options_.turning) * before).normalized();
+  return {normal, front.offset_m3 / front.area_m2};
+}
+
+/// New nodes lie on cracks; copies go on as the node does that they were made of.
+void Cracker::add_nodes(const CrackMesh& mesh, double now_s) {
+  while (ready_s_.size() < at(mesh.n_nodes())) {
+    const std::size_t node = ready_s_.size(), old = at(mesh.made_of(static_cast<int>(node)));
+    const bool is_copy = mesh.rest_m[old] == mesh.rest_m[node];
+    ready_s_.push_back(now_s);
+    root_.push_back(is_copy ? int{root_[old]} : static_cast<int>(node));
+    slit_.emplace_back();
+    on_crack_.push_back(1);
+    fronts_.push_back(is_copy ? Front(fronts_[old]) : Front());
+    front_until_s_.push_back(is_copy ? double{front_until_s_[old]} : 0.0);
+  }
+}
+
+/// What the nodes that the crack has come to go on with: the plane, and the faces that are parted there.
+void Cracker::leave_front(const CrackMesh& mesh, int node, const Vector3d& normal, double offset_m,
+                          const std::vector<PartedFace>& faces, const std::vector<Edge>& far_nodes) {
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::array<int, 3> corners = {root_[at(node)], root_[at(far_nodes[f][0])], root_[at(far_nodes[f][1])]};
+    for (const int corner : corners) slit_[at(corner)].insert(corners.begin(), corners.end());
+    for (const int other : far_nodes[f]) {
+      Front& front = fronts_[at(other)];
+      const double area = front.normal.dot(normal) < 0.0 ? -faces[f].area_m2 : faces[f].area_m2;
+      front.normal += area * normal;
+      front.offset_m3 += area * (offset_m - normal.dot(mesh.rest_m[at(other)] - mesh.rest_m[at(node)]));
+      front.area_m2 += faces[f].area_m2;
     }
+  }
+}
+
+bool Cracker::part(ExplicitSolid& solid, int node, const Plane& plane) {
+  CrackMesh& mesh = solid.mesh();
+  const auto& [normal, offset_m] = plane;
+  Sides side(mesh, node, normal, offset_m, options_.snap_rad);
+  // The crack that is there lies in the plane.
+  const auto& slit = slit_[at(root_[at(node)])];
+  if (options_.follows_plane)
+    for (const int element : mesh.star(node))
+      for (const int other : mesh.nodes_of(element))
+        if (other != node && slit.count(root_[at(other)]) > 0) side.put_in_plane(other);
+  // Cuts near an end, or that leave slivers, go through the end instead, the least deviation first.
+  const std::set<Edge> edges = link_edges(mesh, node);
+  for (;;) {
+    double least_m = HUGE_VAL;
+    int nearest = -1;
+    for (const Edge& edge : edges) {
+      if (!side.cuts(edge) || may_be_cut(mesh, edge, side.share(edge), side.shortest_m())) continue;
+      for (const int end : edge)
+        if (std::abs(side(end)) < least_m) {
+          least_m = std::abs(side(end));
+          nearest = end;
+        }
+    }
+    if (nearest < 0) break;
+    side.put_in_plane(nearest);
   }
   std::vector<std::pair<double, Edge>> cuts;
   for (const Edge& edge : edges)
@@ -227,8 +311,7 @@ bool Cracker::part(ExplicitSolid& solid, int node, const Vector3d& normal) {
   for (const int element : mesh.star(node))
     if (side.above(element)) upper.push_back(element);
   if (upper.empty() || upper.size() == mesh.star(node).size()) {
-    ready_s_.resize(at(mesh.n_nodes()), solid.time_s());
-    on_crack_.resize(ready_s_.size(), 1);
+    add_nodes(mesh, solid.time_s());
     return !cuts.empty();
   }
   // Faces between the sides.
@@ -245,36 +328,42 @@ bool Cracker::part(ExplicitSolid& solid, int node, const Vector3d& normal) {
     }
   }
   std::set<int> around;
+  std::vector<Edge> far_nodes;
+  const std::size_t first_face = faces_.size();
   for (const auto& [edge, counts] : sides_of) {
     if (counts[0] != 1 || counts[1] != 1) continue;
     around.insert({edge[0], edge[1]});
+    far_nodes.push_back(edge);
     PartedFace face;
     const Vector3d a = mesh.rest_m[at(node)], b = mesh.rest_m[at(edge[0])], c = mesh.rest_m[at(edge[1])];
     const Vector3d area = 0.5 * (b - a).cross(c - a);
     face.centre_m = (a + b + c) / 3.0;
     face.area_m2 = area.norm();
     face.normal = area.normalized();
-    const Vector3d now =
-        (mesh.place_m[at(edge[0])] - mesh.place_m[at(node)]).cross(mesh.place_m[at(edge[1])] - mesh.place_m[at(node)]);
-    if (now.dot(normal) < 0.0) face.normal = -face.normal;
+    if (face.normal.dot(normal) < 0.0) face.normal = -face.normal;
     face.time_s = solid.time_s();
     faces_.push_back(face);
   }
+  add_nodes(mesh, solid.time_s());
+  if (options_.follows_plane)
+    leave_front(mesh, node, normal, offset_m, {faces_.begin() + first_face, faces_.end()}, far_nodes);
   const int copy = mesh.double_node(node, upper);
   mesh.part_node(node);
   mesh.part_node(copy);
   for (const int other : around) mesh.part_node(other);
   // A front does not run faster than its speed limit.
-  ready_s_.resize(at(mesh.n_nodes()), solid.time_s());
-  on_crack_.resize(ready_s_.size(), 1);
+  add_nodes(mesh, solid.time_s());
   on_crack_[at(node)] = 1;
-  for (const int other : around) on_crack_[at(other)] = 1;
   running_s_ = solid.time_s();
-  if (front_speed_m_s_ > 0.0)
-    for (const int other : around)
+  front_until_s_[at(node)] = front_until_s_[at(copy)] = 0.0;
+  for (const int other : around) {
+    on_crack_[at(other)] = 1;
+    front_until_s_[at(other)] = solid.time_s() + pause_s_;
+    if (front_speed_m_s_ > 0.0)
       ready_s_[at(other)] =
           std::max(ready_s_[at(other)],
                    solid.time_s() + (mesh.rest_m[at(other)] - mesh.rest_m[at(node)]).norm() / front_speed_m_s_);
+  }
   return true;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "core/physics/fracture/dynamic/explicit_solid.hpp"
@@ -20,6 +21,12 @@ struct CrackOptions {
   /// While a crack runs in a piece, others start elsewhere in it only where the stress is this many times the strength: a body that is pulled
   /// evenly would else part at all its nodes at once, before the first crack has relieved it. 1: no such rule, as B99.
   double new_crack_factor = 1.3;
+  /// Share of the present stress in the direction of a running crack; the rest is the direction it had. The plane of the first node, and of
+  /// all in B99, is that of the present stress.
+  double turning = 0.3;
+  /// Direction from the mean stress of the elements within two edges of the node, and cuts that start from where the crack's plane is, not from the
+  /// node that was taken into it: else each such node tilts the rest of the crack. false: B99's, the separation tensor's and the node's.
+  bool follows_plane = true;
 
   void validate() const;  ///< InputError: neither or both of strength and toughness, not above 0
 };
@@ -43,16 +50,34 @@ class Cracker {
   double last_over() const { return last_over_; }  ///< of the worst node that the last call parted
 
  private:
-  bool part(ExplicitSolid& solid, int node, const Eigen::Vector3d& normal);
-  bool is_there_room(const CrackMesh& mesh, int a, int b, double t) const;
+  /// What a crack that has come to a node goes on with, in rest coordinates: sums over the faces that parted there, weighted by their areas.
+  struct Front {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double offset_m3 = 0.0, area_m2 = 0.0;  ///< of the crack's plane from the node along the normal
+  };
+  struct Plane {
+    Eigen::Vector3d normal;
+    double offset_m = 0.0;  ///< from the node, along the normal
+  };
+  /// What parts a node, in rest coordinates.
+  Plane plane_at(const CrackMesh& mesh, int node, const Eigen::Vector3d& world_normal) const;
+  void leave_front(const CrackMesh& mesh, int node, const Eigen::Vector3d& normal, double offset_m,
+                   const std::vector<PartedFace>& faces, const std::vector<std::array<int, 2>>& far_nodes);
+  void add_nodes(const CrackMesh& mesh, double now_s);
+  bool part(ExplicitSolid& solid, int node, const Plane& plane);
+  bool may_be_cut(const CrackMesh& mesh, const std::array<int, 2>& edge, double t, double shortest_m) const;
 
   CrackOptions options_;
   solid::Material material_;
   Viscosity viscosity_;
-  double front_speed_m_s_ = 0.0, smallest_height_m_ = 0.0, highest_ = 0.0, last_over_ = 0.0;
+  double front_speed_m_s_ = 0.0, mean_edge_m_ = 0.0, smallest_height_m_ = 0.0, highest_ = 0.0, last_over_ = 0.0;
   int n_splits_ = 0;
-  std::vector<double> ready_s_;  ///< of nodes: not before
-  std::vector<char> on_crack_;   ///< of nodes
+  std::vector<double> ready_s_;        ///< of nodes: not before
+  std::vector<char> on_crack_;         ///< of nodes
+  std::vector<double> front_until_s_;  ///< of nodes that a crack has come to: how long it counts as its front; 0: none
+  std::vector<Front> fronts_;          ///< of nodes
+  std::vector<int> root_;              ///< of nodes: the first at that place
+  std::vector<std::set<int>> slit_;    ///< of roots: corners of faces that parted there
   double running_s_ = -1.0, pause_s_ = 0.0, look_s_ = 0.0,
          next_look_s_ = 0.0;  ///< when a crack last grew; for how long it counts as running after that
   std::vector<PartedFace> faces_;

@@ -48,7 +48,25 @@ Vector3d gradient_at(const CrackMesh& mesh, int element, int node) {
   return corner == 0 ? Vector3d(-beta.colwise().sum().transpose()) : Vector3d(beta.row(corner - 1).transpose());
 }
 
+/// Cauchy stress F S F^T / det F, weighted by the present volumes.
+Matrix3d mean_stress(const CrackMesh& mesh, const std::vector<int>& elements, const solid::Material& material,
+                     const Viscosity* extra) {
+  Matrix3d mean = Matrix3d::Zero();
+  double volume = 0.0;
+  for (const int element : elements) {
+    const Matrix3d f = mesh.gradient_of(element);
+    mean += mesh.volume_m3(element) * (f * stress_of(mesh, element, f, material, extra) * f.transpose());
+    volume += mesh.volume_m3(element) * f.determinant();
+  }
+  return mean / volume;
+}
+
 }  // namespace
+
+Vector3d mean_normal(const CrackMesh& mesh, const std::vector<int>& elements, const solid::Material& material) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(mean_stress(mesh, elements, material, nullptr));
+  return solver.eigenvectors().col(2);
+}
 
 Matrix3d separation_tensor(const CrackMesh& mesh, int node, const solid::Material& material, const Viscosity* extra) {
   Vector3d tension = Vector3d::Zero(), compression = Vector3d::Zero();
@@ -89,15 +107,7 @@ Separation separation_at(const CrackMesh& mesh, int node, const solid::Material&
   Separation result;
   Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
   if (criterion == CrackCriterion::kRankine) {
-    Matrix3d mean = Matrix3d::Zero();
-    double volume = 0.0;
-    for (const int element : mesh.star(node)) {
-      const Matrix3d f = mesh.gradient_of(element);
-      // Cauchy stress F S F^T / det F, weighted by the present volume.
-      mean += mesh.volume_m3(element) * (f * stress_of(mesh, element, f, material, extra) * f.transpose());
-      volume += mesh.volume_m3(element) * f.determinant();
-    }
-    solver.compute(mean / volume);
+    solver.compute(mean_stress(mesh, mesh.star(node), material, extra));
     result.stress_pa = std::max(0.0, solver.eigenvalues()[2]);
     result.normal = solver.eigenvectors().col(2);
     return result;

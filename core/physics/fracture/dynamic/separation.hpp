@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <vector>
 
 #include "core/foundation/config/fields.hpp"
 #include "core/physics/fracture/dynamic/crack_mesh.hpp"
@@ -33,6 +34,9 @@ struct Viscosity {
 };
 Separation separation_at(const CrackMesh& mesh, int node, const solid::Material& material, CrackCriterion criterion,
                          const Viscosity* extra = nullptr);
+
+/// Direction of the largest principal Cauchy stress, elastic, of the mean of elements by their volume.
+Eigen::Vector3d mean_normal(const CrackMesh& mesh, const std::vector<int>& elements, const solid::Material& material);
 
 /// The tensor (32) itself.
 Eigen::Matrix3d separation_tensor(const CrackMesh& mesh, int node, const solid::Material& material,

@@ -78,6 +78,7 @@ CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const Sce
     crack.total_stress = true;
     crack.speed_limit = 0.0;
     crack.new_crack_factor = 1.0;
+    crack.follows_plane = false;
   }
   located(place, [&] {
     crack.validate();

@@ -13,8 +13,10 @@
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/geometry/files/surface_file.hpp"
+#include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "core/sound/scene/scene_floor.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
 
 namespace klang::apps {
@@ -129,11 +131,12 @@ void SceneFolder::begin(const std::string& key) const {
     if (!error) std::filesystem::create_directories(folder_ / sub, error);
   if (error) throw InputError("--output", "cannot be made: " + error.message(), folder_.string());
   for (const char* old : {"scene.json", "motion.json", kRunFile, "events.h5", "ledger.csv", "crack_faces.csv",
-                          "sound.wav", "report.html"})
+                          "sound.wav", "frames.pvd", "scene.glb", "report.html"})
     std::filesystem::remove(file(old), error);
-  for (const char* sub : {"modes", "pieces"})
+  for (const char* sub : {"modes", "pieces", "frames"})
     for (const auto& entry : std::filesystem::directory_iterator(folder_ / sub, error))
-      if (const auto kind = entry.path().extension(); kind == ".vtu" || kind == ".silent" || kind == ".off")
+      if (const auto kind = entry.path().extension();
+          kind == ".vtu" || kind == ".silent" || kind == ".off" || kind == ".vtp")
         std::filesystem::remove(entry.path(), error);
   write_file(file(kRunFile), json_text({{"run", key}}));
 }
@@ -146,43 +149,100 @@ void SceneFolder::require(const std::string& key) const {
                      folder_.string(), "the same scene and options, or a run without --resume");
 }
 
-std::string scene_run_key(const scene::Scene& scene, std::optional<double> until_s, std::uint64_t seed) {
-  const Provenance provenance =
-      make_provenance("", seed, {{"until_s", until_s ? nlohmann::json(*until_s) : nlohmann::json()}}, scene.inputs());
+void apply(const SceneChanges& changes, scene::Scene& scene) {
+  if (changes.proxies_above_hz) {
+    checked("command line", "--proxies-above-hz", *changes.proxies_above_hz, 0.0, 1e6);
+    if (scene.sound.bank.empty())
+      throw InputError("--proxies-above-hz", "the scene names no soundbank", to_text(*changes.proxies_above_hz),
+                       "bank = FILE in its [sound]");
+    scene.sound.proxy_above_hz = changes.proxies_above_hz;
+  }
+  if (changes.without_fracture_impulses) scene.fracture.impulses = false;
+}
+
+std::string scene_run_key(const scene::Scene& scene, const nlohmann::json& options, std::uint64_t seed) {
+  const Provenance provenance = make_provenance("", seed, options, scene.inputs());
   std::string text = provenance.version + ";" + std::to_string(seed) + ";" + provenance.options.text;
   for (const InputFile& input : provenance.inputs) text += ";" + input.sha256;
   return text;
 }
 
-std::string modes_file(const scene::Scene& scene, int number) { return "modes/" + stem_of(scene, number) + ".vtu"; }
+namespace {
 
-std::string transfer_file(const scene::Scene& scene, int number) {
-  return "modes/" + stem_of(scene, number) + "-transfer.vtu";
+std::array<std::string, 2> files_of(const std::string& stem, bool proxy) {
+  const std::string kind = proxy ? "-proxy" : "";
+  return {"modes/" + stem + kind + ".vtu", "modes/" + stem + kind + "-transfer.vtu"};
 }
 
-std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const SceneFolder* folder,
-                                           const scene::SceneNotes& notes, Monitor& monitor) {
-  std::map<int, std::shared_ptr<const scene::SoundModel>> models;
+using ModelPointer = std::shared_ptr<const scene::SoundModel>;
+
+/// Own modes that the folder has; null: not there.
+ModelPointer kept_model(const SceneFolder* folder, const std::string& stem) {
+  const auto [modes, transfer] = files_of(stem, false);
+  if (folder == nullptr || !folder->has(modes) || !folder->has(transfer)) return {};
+  return std::make_shared<const scene::SoundModel>(scene::SoundModel{
+      modal::read_modal_model(folder->file(modes)), acoustics::read_transfer_model(folder->file(transfer)), false});
+}
+
+ModelPointer keep_model(const SceneFolder* folder, const std::string& stem, scene::SoundModel model) {
+  if (folder != nullptr) {
+    const auto [modes, transfer] = files_of(stem, model.proxy);
+    modal::write_modal_model(folder->file(modes), model.modes);
+    acoustics::write_transfer_model(folder->file(transfer), model.transfer);
+  }
+  return std::make_shared<const scene::SoundModel>(std::move(model));
+}
+
+std::string piece_stem(int row) { return "piece-" + std::to_string(row); }
+
+/// A piece's proxy, where it has one.
+std::optional<scene::SoundModel> proxy_of_piece(const scene::SceneProxies& proxies, const scene::SceneBody& parent,
+                                                const std::string& name, const mesh::SurfaceMesh& surface,
+                                                const scene::SceneNotes& notes, Monitor& monitor) {
+  if (!proxies.may_stand_for(parent)) return {};
+  try {
+    return proxies.stand_in({&parent, name, &surface, mesh::mesh_surface(surface, {}, name, monitor)}, notes, monitor);
+  } catch (const InputError& error) {
+    notes.warning("piece " + name + " has no proxy: " + error.what());
+    return {};
+  }
+}
+
+}  // namespace
+
+std::array<std::string, 2> model_files(const scene::Scene& scene, const scene::HeardBody& body) {
+  const auto row = static_cast<std::size_t>(body.body);
+  return files_of(
+      row < scene.bodies.size() ? stem_of(scene, *scene::sound_model_numbers(scene)[row]) : piece_stem(body.body),
+      body.model->proxy);
+}
+
+std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const scene::SceneProxies& proxies,
+                                           const SceneFolder* folder, const scene::SceneNotes& notes,
+                                           Monitor& monitor) {
+  std::map<int, ModelPointer> models;
   std::vector<scene::HeardBody> heard;
   const std::vector<std::optional<int>> numbers = scene::sound_model_numbers(scene);
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (!numbers[i]) continue;
     const scene::SceneBody& body = scene.bodies[i];
-    std::shared_ptr<const scene::SoundModel>& model = models[*numbers[i]];
-    const std::string modes = modes_file(scene, *numbers[i]), transfer = transfer_file(scene, *numbers[i]);
-    if (!model && folder != nullptr && folder->has(modes) && folder->has(transfer)) {
-      model = std::make_shared<const scene::SoundModel>(scene::SoundModel{
-          modal::read_modal_model(folder->file(modes)), acoustics::read_transfer_model(folder->file(transfer))});
-    } else if (!model) {
-      model = std::make_shared<const scene::SoundModel>(scene::sound_model_of(scene, body, notes, monitor));
-      if (folder != nullptr) {
-        modal::write_modal_model(folder->file(modes), model->modes);
-        acoustics::write_transfer_model(folder->file(transfer), model->transfer);
-      }
+    ModelPointer& model = models[*numbers[i]];
+    if (!model) {
+      const std::string stem = stem_of(scene, *numbers[i]);
+      if (proxies.may_stand_for(body))
+        if (auto proxy =
+                proxies.stand_in({&body, body.name, nullptr, scene::mesh_of(body, notes, monitor)}, notes, monitor))
+          model = keep_model(folder, stem, std::move(*proxy));
+      if (!model) model = kept_model(folder, stem);
+      if (!model) model = keep_model(folder, stem, scene::sound_model_of(scene, body, notes, monitor));
     }
     heard.push_back({static_cast<int>(i), model, *scene.material_of(body).damping});
   }
   return heard;
+}
+
+mesh::SurfaceMesh piece_surface(const SceneFolder& folder, int row) {
+  return mesh::read_surface(folder.file(piece_file(row)));
 }
 
 void write_pieces(const SceneFolder& folder, const std::vector<scene::ScenePiece>& pieces) {
@@ -200,31 +260,32 @@ void write_pieces(const SceneFolder& folder, const std::vector<scene::ScenePiece
   }
 }
 
-std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const events::EventLog& log,
-                                           const SceneFolder& folder, const scene::SceneNotes& notes,
-                                           Monitor& monitor) {
+std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scene::SceneProxies& proxies,
+                                           const events::EventLog& log, const SceneFolder& folder,
+                                           const scene::SceneNotes& notes, Monitor& monitor) {
   std::vector<scene::HeardBody> heard;
   for (std::size_t row = scene.bodies.size(); row < log.bodies.size(); ++row) {
     const int number = static_cast<int>(row);
-    const scene::SceneBody& parent = scene.bodies[static_cast<std::size_t>(log.bodies[row].parent)];
+    std::size_t ancestor = row;
+    while (ancestor >= scene.bodies.size()) ancestor = static_cast<std::size_t>(log.bodies[ancestor].parent);
+    const scene::SceneBody& parent = scene.bodies[ancestor];
     if (!parent.sounds()) continue;
-    const std::string stem = "modes/piece-" + std::to_string(row);
-    const std::string modes = stem + ".vtu", transfer = stem + "-transfer.vtu", silent = stem + ".silent";
-    std::shared_ptr<const scene::SoundModel> model;
+    const std::string stem = piece_stem(number), silent = "modes/" + stem + ".silent";
     if (folder.has(silent)) continue;
-    if (folder.has(modes) && folder.has(transfer)) {
-      model = std::make_shared<const scene::SoundModel>(scene::SoundModel{
-          modal::read_modal_model(folder.file(modes)), acoustics::read_transfer_model(folder.file(transfer))});
-    } else {
-      const auto made = scene::sound_model_of(scene, parent, log.bodies[row].name,
-                                              mesh::read_surface(folder.file(piece_file(number))), notes, monitor);
+    const std::string& name = log.bodies[row].name;
+    ModelPointer model;
+    const auto surface = [&] { return piece_surface(folder, number); };
+    if (auto proxy = proxies.may_stand_for(parent) ? proxy_of_piece(proxies, parent, name, surface(), notes, monitor)
+                                                   : std::optional<scene::SoundModel>())
+      model = keep_model(&folder, stem, std::move(*proxy));
+    if (!model) model = kept_model(&folder, stem);
+    if (!model) {
+      auto made = scene::sound_model_of(scene, parent, name, surface(), notes, monitor);
       if (!made) {
         write_file(folder.file(silent), "");
         continue;
       }
-      model = std::make_shared<const scene::SoundModel>(*made);
-      modal::write_modal_model(folder.file(modes), model->modes);
-      acoustics::write_transfer_model(folder.file(transfer), model->transfer);
+      model = keep_model(&folder, stem, std::move(*made));
     }
     heard.push_back({number, model, *scene.material_of(parent).damping});
   }
@@ -268,6 +329,17 @@ std::string crack_faces_csv(const scene::CrackSummary& cracks) {
     rows.push_back({face.centre_m.x(), face.centre_m.y(), face.centre_m.z(), face.normal.x(), face.normal.y(),
                     face.normal.z(), face.area_m2, face.time_s});
   return csv_table(rows);
+}
+
+audio::Signal heard_sound(const scene::Scene& scene, const events::EventLog& log,
+                          const std::vector<scene::HeardBody>& heard, double duration_s,
+                          std::optional<scene::FloorRecord>* floor, Monitor& monitor) {
+  audio::Signal sound = scene::sound_of(log, heard, scene.sound, duration_s, monitor);
+  if (!scene.floor_sound) return sound;
+  const scene::FloorHeard slab = scene::floor_sound_of(scene, log, duration_s, monitor);
+  sound.samples += slab.sound_pa.samples;
+  if (floor) *floor = {slab.n_modes, slab.n_places, scene.floor_sound->low_hz, scene.floor_sound->high_hz};
+  return sound;
 }
 
 scene::HeardRecord write_scene_sound(const std::filesystem::path& path, audio::Signal sound,

@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -7,6 +9,7 @@
 #include "apps/kit/command.hpp"
 #include "core/sound/scene/scene_document.hpp"
 #include "core/sound/scene/scene_motion.hpp"
+#include "core/sound/scene/scene_proxies.hpp"
 #include "core/sound/scene/scene_sound.hpp"
 
 /// What the subcommands of scenes share: the folder of a run.
@@ -31,20 +34,31 @@ class SceneFolder {
   std::filesystem::path folder_;
 };
 
-/// Of which scene, options and files a run is: equal where its results are.
-std::string scene_run_key(const scene::Scene& scene, std::optional<double> until_s, std::uint64_t seed);
+/// What the command line says of a scene.
+struct SceneChanges {
+  std::optional<double> proxies_above_hz;
+  bool without_fracture_impulses = false;
+};
 
-/// Names in a folder of the models of a scene's bodies, by their number (scene::sound_model_numbers): that of the first body.
-std::string modes_file(const scene::Scene& scene, int number);
-std::string transfer_file(const scene::Scene& scene, int number);
+/// @throws InputError where proxies are asked for and the scene names no bank
+void apply(const SceneChanges& changes, scene::Scene& scene);
+
+/// Of which scene, options and files a run is: equal where its results are.
+std::string scene_run_key(const scene::Scene& scene, const nlohmann::json& options, std::uint64_t seed);
 
 /// The bodies of a scene that are heard, their models from the folder where they are there, else computed and kept in it.
-std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const SceneFolder* folder,
-                                           const scene::SceneNotes& notes, Monitor& monitor);
+std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const scene::SceneProxies& proxies,
+                                           const SceneFolder* folder, const scene::SceneNotes& notes, Monitor& monitor);
 
 /// The same of pieces: rows of the log's bodies that have a parent, their surfaces from the folder (pieces/ROW.off).
-std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const events::EventLog& log,
-                                           const SceneFolder& folder, const scene::SceneNotes& notes, Monitor& monitor);
+std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scene::SceneProxies& proxies,
+                                           const events::EventLog& log, const SceneFolder& folder,
+                                           const scene::SceneNotes& notes, Monitor& monitor);
+
+/// Files of the modes and of the radiation of a heard body, relative to the folder.
+std::array<std::string, 2> model_files(const scene::Scene& scene, const scene::HeardBody& body);
+/// The surface that write_pieces() left of a row of the log's bodies.
+mesh::SurfaceMesh piece_surface(const SceneFolder& folder, int row);
 void write_pieces(const SceneFolder& folder, const std::vector<scene::ScenePiece>& pieces);
 
 /// scene.json's header, bodies and sums of a motion.
@@ -52,6 +66,11 @@ scene::SceneDocument scene_document(const scene::Scene& scene, const scene::Scen
 
 /// crack_faces.csv of `klang scene run`: a row per pair of faces that parted.
 std::string crack_faces_csv(const scene::CrackSummary& cracks);
+
+/// What the listener hears of bodies and floor. @param floor  what the floor gave; null: not wanted
+audio::Signal heard_sound(const scene::Scene& scene, const events::EventLog& log,
+                          const std::vector<scene::HeardBody>& heard, double duration_s,
+                          std::optional<scene::FloorRecord>* floor, Monitor& monitor);
 
 /// Writes a sound with its peak at the level asked for and says what it is.
 scene::HeardRecord write_scene_sound(const std::filesystem::path& path, audio::Signal sound,

@@ -13,6 +13,7 @@
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/events/event_log_file.hpp"
+#include "core/sound/scene/scene_frames.hpp"
 #include "reports/report/report.hpp"
 
 namespace klang::apps {
@@ -22,7 +23,16 @@ struct RunOptions {
   std::string scene, output;
   std::optional<double> until_s, checkpoint_s;
   std::optional<std::string> stage;
-  bool no_sound = false, resume = false;
+  bool no_sound = false, no_frames = false, resume = false;
+  SceneChanges changes;
+
+  /// What decides about the results.
+  nlohmann::json that_matter() const {
+    const auto number = [](const std::optional<double>& v) { return v ? nlohmann::json(*v) : nlohmann::json(); };
+    return {{"until_s", number(until_s)},
+            {"proxies_above_hz", number(changes.proxies_above_hz)},
+            {"without_fracture_impulses", changes.without_fracture_impulses}};
+  }
 };
 
 /// The motion's results, from the folder where an earlier run left them.
@@ -39,13 +49,14 @@ Moved moved(const RunOptions& options, const CommonOptions& common, const scene:
             events::read_event_log(folder.file("events.h5"))};
   }
   const Stopwatch watch;
-  const nlohmann::json used = {{"until_s", options.until_s ? nlohmann::json(*options.until_s) : nlohmann::json()},
-                               {"no_sound", options.no_sound}};
+  nlohmann::json used = options.that_matter();
+  used["no_sound"] = options.no_sound;
+  used["no_frames"] = options.no_frames;
   const scene::SceneMotion motion = scene::move(scene, options.until_s, common.seed, notes, monitor);
   ResultHeader header = make_header("scene", "done", common, used, scene.inputs());
   header.wall_time_s["motion"] = watch.seconds();
   Moved result{scene_document(scene, motion, std::move(header)), motion.log};
-  if (!options.resume) folder.begin(scene_run_key(scene, options.until_s, common.seed));
+  if (!options.resume) folder.begin(scene_run_key(scene, options.that_matter(), common.seed));
   events::write_event_log(folder.file("events.h5"), motion.log);
   write_pieces(folder, motion.pieces);
   write_file(folder.file("ledger.csv"), csv_table(motion.ledger));
@@ -54,29 +65,72 @@ Moved moved(const RunOptions& options, const CommonOptions& common, const scene:
   return result;
 }
 
-void add_sound(const scene::Scene& scene, const SceneFolder& folder, const scene::SceneNotes& notes, Moved& moved,
-               Monitor& monitor) {
+void add_sound(const scene::Scene& scene, const scene::SceneProxies& proxies, const SceneFolder& folder,
+               const scene::SceneNotes& notes, Moved& moved, Monitor& monitor) {
   Stopwatch watch;
-  std::vector<scene::HeardBody> heard = heard_bodies(scene, &folder, notes, monitor);
-  for (scene::HeardBody& piece : heard_pieces(scene, moved.log, folder, notes, monitor))
+  std::vector<scene::HeardBody> heard = heard_bodies(scene, proxies, &folder, notes, monitor);
+  for (scene::HeardBody& piece : heard_pieces(scene, proxies, moved.log, folder, notes, monitor))
     heard.push_back(std::move(piece));
   moved.document.header.wall_time_s["modes"] = watch.seconds();
-  const std::vector<std::optional<int>> numbers = scene::sound_model_numbers(scene);
   for (const scene::HeardBody& body : heard) {
-    const auto i = static_cast<std::size_t>(body.body);
-    scene::BodyRecord& record = moved.document.bodies[i];
+    scene::BodyRecord& record = moved.document.bodies[static_cast<std::size_t>(body.body)];
     record.n_modes = static_cast<int>(body.model->modes.n_modes());
-    const std::string piece = "modes/piece-" + std::to_string(i);
-    record.sound = {i < numbers.size() ? modes_file(scene, *numbers[i]) : piece + ".vtu",
-                    i < numbers.size() ? transfer_file(scene, *numbers[i]) : piece + "-transfer.vtu",
-                    std::string(body.damping.law->name()), body.damping.parameters};
+    record.proxy = body.model->proxy;
+    const auto [modes, transfer] = model_files(scene, body);
+    record.sound = {modes, transfer, std::string(body.damping.law->name()), body.damping.parameters};
   }
   const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
   const double duration_s = scene.duration_s ? moved.document.end_s : moved.document.end_s + tail_s;
   watch = Stopwatch();
-  moved.document.sound = write_scene_sound(
-      folder.file("sound.wav"), scene::sound_of(moved.log, heard, scene.sound, duration_s, monitor), scene.sound);
+  moved.document.sound =
+      write_scene_sound(folder.file("sound.wav"),
+                        heard_sound(scene, moved.log, heard, duration_s, &moved.document.floor, monitor), scene.sound);
   moved.document.header.wall_time_s["sound"] = watch.seconds();
+}
+
+/// What the log's rows look like: the scene's bodies, then pieces by their files.
+std::vector<scene::FrameBody> drawn_bodies(const scene::Scene& scene, const events::EventLog& log,
+                                           const SceneFolder& folder, const scene::SceneNotes& notes,
+                                           Monitor& monitor) {
+  std::vector<scene::FrameBody> bodies = scene::frame_bodies(scene, notes, monitor);
+  for (std::size_t row = bodies.size(); row < log.bodies.size(); ++row) {
+    scene::FrameBody piece{log.bodies[row].name,
+                           bodies[static_cast<std::size_t>(log.bodies[row].parent)].material,
+                           std::make_shared<const mesh::SurfaceMesh>(piece_surface(folder, static_cast<int>(row))),
+                           {}};
+    bodies.push_back(std::move(piece));
+  }
+  return bodies;
+}
+
+void add_frames(const scene::Scene& scene, const SceneFolder& folder, const scene::SceneNotes& notes, Moved& moved,
+                Monitor& monitor) {
+  if (!scene.frames.glb && !scene.frames.vtp) return;
+  const Stopwatch watch;
+  const scene::Frames frames(scene, moved.log, drawn_bodies(scene, moved.log, folder, notes, monitor),
+                             moved.document.end_s);
+  const Eigen::Vector3d low = frames.low_m(), high = frames.high_m();
+  scene::FramesRecord record;
+  record.n_frames = static_cast<int>(frames.times_s().size());
+  record.rate_hz = scene.frames.rate_hz;
+  record.low_m = {low.x(), low.y(), low.z()};
+  record.high_m = {high.x(), high.y(), high.z()};
+  if (scene.frames.glb) {
+    record.animation = "scene.glb";
+    write_file(folder.file(*record.animation), frames.glb());
+  }
+  if (scene.frames.vtp) {
+    std::filesystem::create_directories(folder.file("frames"));
+    for (std::size_t i = 0; i < frames.times_s().size(); ++i) {
+      monitor.throw_if_stopped();
+      monitor.progress("frames", static_cast<double>(i) / static_cast<double>(frames.times_s().size()));
+      write_file(folder.file(scene::Frames::vtp_name(i)), frames.vtp(i));
+    }
+    record.series = "frames.pvd";
+    write_file(folder.file(*record.series), frames.pvd());
+  }
+  moved.document.frames = record;
+  moved.document.header.wall_time_s["frames"] = watch.seconds();
 }
 
 void say_scene(const scene::SceneDocument& document, const CommonOptions& common) {
@@ -110,17 +164,24 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   if (options.until_s) checked_open("command line", "--until-s", *options.until_s, 0.0, 3600.0);
   if (options.checkpoint_s) checked("command line", "--checkpoint-s", *options.checkpoint_s, 0.0, 1e6);
-  if (is_liquid_file(options.scene))
+  if (is_liquid_file(options.scene)) {
+    for (const auto& [given, flag] :
+         {std::pair(options.changes.proxies_above_hz.has_value(), "--proxies-above-hz"),
+          std::pair(options.changes.without_fracture_impulses, "--without-fracture-impulses")})
+      if (given) throw InputError(flag, "belongs to scenes of solid bodies", options.scene, "a scene without [domain]");
     return run_liquid({options.scene, options.output, options.until_s, options.checkpoint_s, options.stage,
                        options.no_sound, options.resume},
                       common, monitor);
+  }
   for (const auto& [given, flag] :
        {std::pair(options.stage.has_value(), "--stage"), std::pair(options.checkpoint_s.has_value(), "--checkpoint-s")})
     if (given) throw InputError(flag, "belongs to scenes of liquids", options.scene, "a scene with [domain]");
-  const scene::Scene scene = scene::read_scene(options.scene);
+  scene::Scene scene = scene::read_scene(options.scene);
+  apply(options.changes, scene);
+  const scene::SceneProxies proxies(scene);
   const SceneFolder folder(options.output);
   if (options.resume) {
-    folder.require(scene_run_key(scene, options.until_s, common.seed));
+    folder.require(scene_run_key(scene, options.that_matter(), common.seed));
     if (folder.has("scene.json")) {
       say(common, "%s is complete\n", options.output.c_str());
       return kDone;
@@ -129,7 +190,8 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
   Moved result = moved(options, common, scene, folder, notes, monitor);
-  if (!options.no_sound) add_sound(scene, folder, notes, result, monitor);
+  if (!options.no_sound) add_sound(scene, proxies, folder, notes, result, monitor);
+  if (!options.no_frames) add_frames(scene, folder, notes, result, monitor);
   scene::SceneDocument& document = result.document;
   document.header.warnings.insert(document.header.warnings.end(), warnings.begin(), warnings.end());
   document.header.wall_time_s["total"] = watch.seconds();
@@ -153,13 +215,19 @@ Subcommand add_scene_run(CLI::App& group, CommonOptions& common) {
       group.add_subcommand("run", "Moves the bodies or the liquid of a scene and makes sound, tables and page");
   app->add_option("scene", options->scene, "Scene (TOML, docs/scenes.md; with [domain] docs/liquid.md)")->required();
   app->add_option("-o,--output", options->output,
-                  "Folder for scene.json, sound.wav, events.h5, ledger.csv, crack_faces.csv, modes/, report.html")
+                  "Folder for scene.json, sound.wav, events.h5, ledger.csv, crack_faces.csv, modes/, frames.pvd, "
+                  "scene.glb, report.html")
       ->required();
   app->add_option("--until-s", options->until_s, "Ends the motion earlier");
   app->add_option("--checkpoint-s", options->checkpoint_s, "Of a liquid: wall time between states to go on from (60)");
   app->add_option("--stage", options->stage,
                   "Of a liquid: does this stage and those after it again: flow, bubbles, transfer, sound");
   app->add_flag("--no-sound", options->no_sound, "Motion only");
+  app->add_flag("--no-frames", options->no_frames, "No pictures of the motion");
+  app->add_option("--proxies-above-hz", options->changes.proxies_above_hz,
+                  "Bodies whose lowest frequency is above this are heard by ellipsoids of the scene's bank; 0: all");
+  app->add_flag("--without-fracture-impulses", options->changes.without_fracture_impulses,
+                "Cracks push nothing: as fracture.impulses = false");
   app->add_flag("--resume", options->resume,
                 "Continues an interrupted run of the same scene: stages that are done stay");
   app->footer(

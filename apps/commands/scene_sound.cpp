@@ -18,6 +18,7 @@ struct SceneSoundOptions {
   std::string listener, facing;
   bool stereo = false, mono = false, radiation_damping = false;
   std::optional<double> duration_s, sample_rate_hz;
+  SceneChanges changes;
 };
 
 /// The scene's bodies as a log of another program numbers them. @throws InputError where the log pushes a body that the scene lacks
@@ -70,6 +71,7 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
     scene_file = run.header.provenance.inputs.front().path;
   }
   scene::Scene scene = scene::read_scene(scene_file);
+  apply(options.changes, scene);
   if (!options.listener.empty()) scene.sound.listener.position_m = parse_place("--listener", options.listener);
   if (!options.facing.empty()) scene.sound.listener.facing = parse_place("--facing", options.facing);
   if (options.stereo || options.mono) scene.sound.listener.stereo = options.stereo;
@@ -81,18 +83,22 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
   const bool is_same = is_folder && is_scene_of(scene, run);
   if (is_folder && !is_same && options.scene.empty())
     throw InputError(scene_file, "has changed since the run in " + options.source, "", "--scene FILE, or a new run");
-  const events::EventLog log =
+  events::EventLog log =
       events::read_event_log(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));
+  if (options.changes.without_fracture_impulses)
+    std::erase_if(log.impulses, [](const auto& impulse) { return impulse.kind == events::ImpulseKind::kFracture; });
+  const scene::SceneProxies proxies(scene);
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
   std::vector<scene::HeardBody> heard =
-      renumbered(heard_bodies(scene, is_same ? &folder : nullptr, notes, monitor), scene, log, options.source);
+      renumbered(heard_bodies(scene, proxies, is_same ? &folder : nullptr, notes, monitor), scene, log, options.source);
   if (is_same)
-    for (scene::HeardBody& piece : heard_pieces(scene, log, folder, notes, monitor)) heard.push_back(std::move(piece));
+    for (scene::HeardBody& piece : heard_pieces(scene, proxies, log, folder, notes, monitor))
+      heard.push_back(std::move(piece));
   const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
   const double duration_s = options.duration_s.value_or(scene.duration_s.value_or(end_of(log) + tail_s));
   const scene::HeardRecord record =
-      write_scene_sound(options.output, scene::sound_of(log, heard, scene.sound, duration_s, monitor), scene.sound);
+      write_scene_sound(options.output, heard_sound(scene, log, heard, duration_s, nullptr, monitor), scene.sound);
 
   std::vector<std::filesystem::path> inputs = scene.inputs();
   inputs.push_back(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));
@@ -124,6 +130,10 @@ Subcommand add_scene_sound(CLI::App& group, CommonOptions& common) {
       ->check(CLI::Range(0.001, 3600.0));
   app->add_option("--rate-hz", options->sample_rate_hz, "Sample rate; default: the scene's")
       ->check(CLI::Range(4000.0, 768000.0));
+  app->add_option("--proxies-above-hz", options->changes.proxies_above_hz,
+                  "Bodies whose lowest frequency is above this are heard by ellipsoids of the scene's bank; 0: all");
+  app->add_flag("--without-fracture-impulses", options->changes.without_fracture_impulses,
+                "Impulses of cracks are not heard");
   app->footer(
       "Examples:\n"
       "  klang scene sound chimes -o near.wav --listener 0,-0.3,0.3 --stereo\n"

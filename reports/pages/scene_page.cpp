@@ -6,12 +6,14 @@
 #include "core/foundation/config/csv.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/sound/scene/scene_document.hpp"
+#include "core/sound/scene/scene_frames.hpp"
 #include "reports/kit/text.hpp"
 #include "reports/pages/key_figures.hpp"
 #include "reports/pages/page.hpp"
 #include "reports/pages/page_parts.hpp"
 #include "reports/pages/plot_parts.hpp"
 #include "reports/pages/sound_media.hpp"
+#include "reports/scenes/frame_scene.hpp"
 
 namespace klang::reports::detail {
 namespace {
@@ -179,6 +181,47 @@ std::vector<std::string> sentences_of(const SceneDocument& data) {
   return sentences;
 }
 
+/// Times that are shown: the start, just before and after what broke first, the end; else even ones.
+std::vector<int> still_numbers(const SceneDocument& data) {
+  constexpr int kStills = 6;
+  const int last = data.frames->n_frames - 1;
+  std::vector<int> numbers = {0, last};
+  for (const scene::SceneEventRecord& event : data.events) {
+    const int at = static_cast<int>(event.time_s * data.frames->rate_hz);
+    for (const int number : {at, at + 1, at + 4})
+      if (number <= last && numbers.size() < kStills) numbers.push_back(number);
+    if (numbers.size() >= kStills) break;
+  }
+  for (int i = 1; i < kStills - 1 && data.events.empty(); ++i) numbers.push_back(last * i / (kStills - 1));
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  return numbers;
+}
+
+std::string stills_html(const SceneDocument& data, ReportFolder& folder) {
+  if (!data.frames || !data.frames->series || !folder.options().pictures) return {};
+  const std::vector<int> numbers = still_numbers(data);
+  std::vector<FramePictureRequest> requests;
+  for (const int number : numbers)
+    requests.push_back({folder.path() / scene::Frames::vtp_name(static_cast<std::size_t>(number)), data.frames->low_m,
+                        data.frames->high_m});
+  folder.monitor().throw_if_stopped();
+  const DrawnPictures drawn = render_frames(requests, folder.monitor());
+  if (!drawn.warning.empty()) folder.warn(drawn.warning);
+  std::string body;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    const DrawnPicture& picture = drawn.pictures[k];
+    if (picture.png.empty()) continue;
+    const std::string file = "figures/still-" + std::to_string(numbers[k]) + ".png";
+    folder.add_file(file, picture.png);
+    const std::string when = rounded(numbers[k] / data.frames->rate_hz, 4) + " s";
+    body += "<figure><img alt=\"The scene at " + when + "\" width=\"" + std::to_string(picture.width) + "\" height=\"" +
+            std::to_string(picture.height) + "\" src=\"" + data_uri("image/png", picture.png) + "\">" +
+            tag("figcaption", "<b>" + when + "</b>") + "</figure>\n";
+  }
+  return body.empty() ? "" : "<div class=\"pictures\">" + body + "</div>\n";
+}
+
 Page make(const SceneDocument& data, ReportFolder& folder) {
   Page page;
   page.over = "Klangprobe · from sound to scene";
@@ -212,6 +255,7 @@ Page make(const SceneDocument& data, ReportFolder& folder) {
                     "on), and what contacts and friction took since the start.");
   }
   page.sections = {{"sound", "Sound", sound},
+                   {"motion", "Motion", stills_html(data, folder)},
                    {"impacts", "Impacts", impacts},
                    {"energy", "Energy", energy},
                    {"bodies", "Bodies", body_table(data)}};
@@ -219,6 +263,10 @@ Page make(const SceneDocument& data, ReportFolder& folder) {
                folder, page.downloads);
   add_if_there(data.files.ledger, "– energies, a row per step", folder, page.downloads);
   add_if_there(data.files.events, "– impulses and poses, HDF5", folder, page.downloads);
+  if (data.frames) {
+    add_if_there(data.frames->animation, "– motion with keyframes, glTF (Blender)", folder, page.downloads);
+    add_if_there(data.frames->series, "– frames of the motion (ParaView)", folder, page.downloads);
+  }
   page.downloads.push_back(kFiguresDownload);
   page.footer = "Restitution and friction are given, not found; strength and toughness do not follow from ringing.";
   return page;

@@ -1,3 +1,4 @@
+#include "reports/scenes/frame_scene.hpp"
 #include "reports/scenes/mode_pictures.hpp"
 #include "reports/scenes/study_pictures.hpp"
 
@@ -12,6 +13,13 @@ DrawnPictures render_fields(const std::vector<FieldPictureRequest>& requests, Mo
   DrawnPictures result;
   result.pictures.resize(requests.size());
   if (!requests.empty()) result.warning = "built without VTK pictures: pictures left out";
+  return result;
+}
+
+DrawnPictures render_frames(const std::vector<FramePictureRequest>& requests, Monitor&) {
+  DrawnPictures result;
+  result.pictures.resize(requests.size());
+  if (!requests.empty()) result.warning = "built without VTK pictures: stills left out";
   return result;
 }
 

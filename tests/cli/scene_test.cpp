@@ -217,3 +217,28 @@ csv = "pull.csv"
   EXPECT_EQ(refused.err_lines(), 1);
   EXPECT_NE(refused.err.find("strength_pa"), std::string::npos);
 }
+
+TEST_F(KlangScene, FramesAreWrittenWholeUnlessTheyAreNotWanted) {
+  ASSERT_EQ(run_klang("scene run scene.toml -o out --until-s 0.1 --no-sound -q", scratch_.path()).exit_code, 0);
+  const json frames = read_json(scratch_.path() / "out/scene.json")["frames"];
+  EXPECT_EQ(frames["n_frames"], 7);
+  EXPECT_EQ(frames["animation"], "scene.glb");
+  EXPECT_EQ(bytes("out/scene.glb").substr(0, 4), "glTF");
+  EXPECT_NE(bytes("out/frames.pvd").find("frames/000006.vtp"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(scratch_.path() / "out/frames/000006.vtp"));
+  ASSERT_EQ(run_klang("scene run scene.toml -o out --until-s 0.1 --no-sound --no-frames -q", scratch_.path()).exit_code,
+            0);
+  EXPECT_TRUE(read_json(scratch_.path() / "out/scene.json")["frames"].is_null());
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "out/scene.glb"));
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "out/frames/000006.vtp"));
+}
+
+TEST_F(KlangScene, ProxiesWithoutABankAreRefused) {
+  for (const char* command :
+       {"scene run scene.toml -o no --proxies-above-hz 0", "scene run scene.toml -o no --proxies-above-hz -1"}) {
+    const RunResult run = run_klang(command, scratch_.path());
+    EXPECT_EQ(run.exit_code, 2) << command;
+    EXPECT_EQ(run.err_lines(), 1) << run.err;
+    EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "no"));
+  }
+}

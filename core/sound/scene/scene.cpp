@@ -18,6 +18,7 @@ std::vector<std::filesystem::path> Scene::inputs() const {
     if (body.shape) add(body.shape->profile_csv);
   }
   for (const SceneHold& hold : holds) add(hold.csv);
+  add(sound.bank);
   return files;
 }
 

@@ -28,12 +28,14 @@ struct SceneMaterial {
 
 /// How a body is heard.
 enum class BodySound {
-  kAuto,   ///< by its modes unless it is fixed
+  kAuto,   ///< by its modes, or a proxy by SceneSoundOptions::proxy_above_hz, unless it is fixed
   kModes,  ///< its own modes and their radiation
+  kProxy,  ///< an ellipsoid of the bank
   kNone
 };
 constexpr auto words_of(BodySound) {
-  return std::array{Word{BodySound::kAuto, "auto"}, Word{BodySound::kModes, "modes"}, Word{BodySound::kNone, "none"}};
+  return std::array{Word{BodySound::kAuto, "auto"}, Word{BodySound::kModes, "modes"}, Word{BodySound::kProxy, "proxy"},
+                    Word{BodySound::kNone, "none"}};
 }
 
 enum class BodyModel {
@@ -91,7 +93,7 @@ struct SceneBody {
   bool fixed = false;
   double max_edge_m = 0.0;  ///< of the mesh for modes; 0: the default of `klang modes`
   BodySound sound = BodySound::kAuto;
-  bool sounds() const { return sound == BodySound::kModes || (sound == BodySound::kAuto && !fixed); }
+  bool sounds() const { return sound != BodySound::kNone && (sound != BodySound::kAuto || !fixed); }
 };
 
 struct SceneListener {
@@ -107,6 +109,21 @@ struct SceneSoundOptions {
   bool radiation_damping = false;
   double elements_per_wavelength = 6.0;  ///< of the boundary elements for radiation
   SceneListener listener;
+  std::filesystem::path bank;            ///< a soundbank; empty: none
+  std::optional<double> proxy_above_hz;  ///< lowest frequency above which bodies are heard by ellipsoids of the bank
+};
+
+/// A floor that rings: a slab, pinned along its edges, that is struck off its centre.
+struct FloorSound {
+  Eigen::Vector3d slab_m{9.0, 9.0, 0.9};
+  double low_hz = 20.0, high_hz = 4000.0;
+  int n_modes = 1000;  ///< at most, from low_hz up
+};
+
+/// Pictures of the motion.
+struct SceneFrames {
+  double rate_hz = 60.0;
+  bool glb = true, vtp = true;
 };
 
 struct Scene {
@@ -120,6 +137,8 @@ struct Scene {
   std::vector<SceneMaterial> materials;
   std::vector<SceneBody> bodies;
   SceneSoundOptions sound;
+  std::optional<FloorSound> floor_sound;
+  SceneFrames frames;
   fracture::FractureOptions fracture;
   std::vector<SceneHold> holds;
 

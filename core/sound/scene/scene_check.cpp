@@ -4,10 +4,12 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/sound/scene/scene_proxies.hpp"
 
 namespace klang::scene {
 
 SceneCheckDocument check_scene(const Scene& scene, const SceneNotes& notes, Monitor& monitor) {
+  const SceneProxies proxies(scene);
   const rigid::RigidWorld world = world_of(scene, notes, monitor);
   SceneCheckDocument document;
   document.name = scene.name;
@@ -18,7 +20,10 @@ SceneCheckDocument check_scene(const Scene& scene, const SceneNotes& notes, Moni
     CheckedBody checked;
     checked.name = body.name;
     checked.material = scene.material_of(body).name;
-    checked.sound = body.sounds() ? "modes" : "none";
+    checked.sound = !body.sounds()                    ? "none"
+                    : body.sound == BodySound::kProxy ? "proxy"
+                    : proxies.may_stand_for(body)     ? "modes or proxy"
+                                                      : "modes";
     checked.mass_kg = rigid.mass_kg;
     checked.volume_m3 = rigid.mass_kg / scene.material_of(body).elastic.density_kg_m3;
     checked.size_m = rigid.size_m();

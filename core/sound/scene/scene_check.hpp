@@ -19,7 +19,7 @@ struct CheckedBody {
   static void describe(Self& self, Visitor&& visit) {
     visit({"name", "as in the scene"}, self.name);
     visit({"material", "as in the scene"}, self.material);
-    visit({"sound", "modes or none"}, self.sound);
+    visit({"sound", "modes, proxy, modes or proxy (by its lowest frequency), or none"}, self.sound);
     visit({"mass_kg", "its mass"}, self.mass_kg);
     visit({"volume_m3", "mass over density"}, self.volume_m3);
     visit({"size_m", "largest distance of a point from the centre of mass, doubled"}, self.size_m);

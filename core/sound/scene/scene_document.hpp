@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/foundation/config/result_header.hpp"
+#include "core/sound/scene/heard_document.hpp"
 #include "core/sound/scene/scene.hpp"
 
 /// scene.json of `klang scene run`.
@@ -141,24 +142,6 @@ struct ImpulsesRecord {
   }
 };
 
-struct HeardRecord {
-  std::string file;
-  double gain = 0.0, peak_pressure_pa = 0.0, duration_s = 0.0, sample_rate_hz = 0.0;
-  int n_channels = 1;
-  std::array<double, 3> listener_m{};
-
-  template <class Self, class Visitor>
-  static void describe(Self& self, Visitor&& visit) {
-    visit({"file", "beside scene.json"}, self.file);
-    visit({"gain", "the file is the pressure in Pa times this [1/Pa]"}, self.gain);
-    visit({"peak_pressure_pa", "at the ear"}, self.peak_pressure_pa);
-    visit({"duration_s", "of the sound"}, self.duration_s);
-    visit({"sample_rate_hz", "of the sound"}, self.sample_rate_hz);
-    visit({"n_channels", "1, or 2: left and right ear"}, self.n_channels);
-    visit({"listener_m", "centre of the head"}, self.listener_m);
-  }
-};
-
 struct SceneFiles {
   std::string ledger = "ledger.csv", events = "events.h5";
 
@@ -235,6 +218,8 @@ struct SceneDocument {
   std::optional<PlasticRecord> plastic;
   std::optional<ContactRecord> contact;
   std::optional<HeardRecord> sound;
+  std::optional<FloorRecord> floor;
+  std::optional<FramesRecord> frames;
   SceneFiles files;
 
   template <class Self, class Visitor>
@@ -256,6 +241,8 @@ struct SceneDocument {
     visit({"plastic", "of cracking bodies; null: none"}, self.plastic);
     visit({"contact", "of modal bodies; null: none"}, self.contact);
     visit({"sound", "null: not asked for"}, self.sound);
+    visit({"floor", "the sound of the floor; null: it is silent"}, self.floor);
+    visit({"frames", "null: not asked for"}, self.frames);
     visit({"files", "beside scene.json"}, self.files);
   }
 };

@@ -11,6 +11,7 @@
 #include "core/physics/solid/fitted_material.hpp"
 #include "core/physics/solid/material_reader.hpp"
 #include "core/sound/scene/detail/deform_reader.hpp"
+#include "core/sound/scene/detail/sound_reader.hpp"
 #include "core/sound/scene/scene.hpp"
 
 namespace klang::scene {
@@ -34,6 +35,7 @@ const TomlField kSchema[] = {
     {"", "modal", kTable, "the defaults below", -kInf, kInf, "how modal bodies move"},
     {"", "fracture", kTable, "the defaults below", -kInf, kInf, "how breakable bodies break"},
     {"", "sound", kTable, "the defaults below", -kInf, kInf, "what is heard, and where"},
+    {"", "frames", kTable, "the defaults below", -kInf, kInf, "pictures of the motion"},
 
     {"solver", "rate_hz", kNumber, "10000", 100, 1e6, "steps per second"},
     {"solver", "iterations", kNumber, "200", 1, 1e5, "most sweeps over lasting contacts per step"},
@@ -44,6 +46,7 @@ const TomlField kSchema[] = {
     {"world", "gravity_m_s2", kVector, "[0, 0, -9.81]", -1e4, 1e4, "gravity"},
     {"world", "floor", kTable, "no floor", -kInf, kInf, "the plane z = 0"},
     {"world.floor", "material", kText, "required", -kInf, kInf, "a material of the scene"},
+    {"world.floor", "sound", kTable, "none: the floor is silent", -kInf, kInf, "a slab that rings where it is struck"},
 
     {"material", "name", kText, "required", -kInf, kInf, "by which bodies name it"},
     {"material", "restitution", kNumber, "0.5", 0, 1,
@@ -76,7 +79,9 @@ const TomlField kSchema[] = {
     {"body", "max_edge_m", kNumber, "as `klang modes`", 0, 1e4, "of the mesh for its modes, and of a cracking body's",
      true},
     {"body", "sound", kText, "`auto`", -kInf, kInf,
-     "`modes`: its own modes and their radiation; `none`; `auto`: modes unless it is fixed"},
+     "`modes`: its own modes and their radiation; `proxy`: an ellipsoid of the bank; `none`; `auto`: modes, or a proxy "
+     "by "
+     "proxy_above_hz, unless it is fixed"},
 
     {"body.score", "point_m", kVector, "required", -1e4, 1e4, "of the plane, in the body's frame"},
     {"body.score", "normal", kVector, "required", -1e6, 1e6, "of the plane, any length but 0"},
@@ -92,17 +97,6 @@ const TomlField kSchema[] = {
     {"fracture", "impulses", kBoolean, "true", -kInf, kInf, "cracks that open push the pieces apart"},
     {"fracture", "literature", kText, "`mended`", -kInf, kInf, "`mended`, or `paper`: impulses as SB prints them"},
 
-    {"sound", "band_hz", kNumbers, "[20, 20000]", 1, 1e5, "modes that are computed", false, 2},
-    {"sound", "sample_rate_hz", kNumber, "48000", 4000, 768000, "sample rate"},
-    {"sound", "peak_db_re_full_scale", kNumber, "-3", -120, 0, "level of the highest peak in the file"},
-    {"sound", "longest_tail_s", kNumber, "5", 0, 600,
-     "without duration_s: how long it rings on after the motion at most"},
-    {"sound", "elements_per_wavelength", kNumber, "6", 5, 40, "of the boundary elements for radiation"},
-    {"sound", "radiation_damping", kBoolean, "false", -kInf, kInf, "adds each mode's decay by radiation"},
-    {"sound", "listener", kTable, "the defaults below", -kInf, kInf, "where it is heard"},
-    {"sound.listener", "position_m", kVector, "[0, -2, 1.6]", -1e4, 1e4, "centre of the head"},
-    {"sound.listener", "facing", kVector, "[0, 1, 0]", -1e4, 1e4, "direction of the nose"},
-    {"sound.listener", "mode", kText, "`mono`", -kInf, kInf, "`mono`, or `stereo`: two ears of a spherical head"},
 };
 
 /// The table above with the keys of materials, damping and shapes in their places.
@@ -122,6 +116,9 @@ const std::vector<TomlField>& schema() {
     insert("fracture", detail::modal_fields("body.modal"));
     insert("fracture", detail::crack_fields("body.crack"));
     insert("body.score", mesh::shape_fields("body.shape"));
+    insert("material", detail::floor_sound_fields());
+    const std::vector<TomlField> heard = detail::sound_fields();
+    all.insert(all.end(), heard.begin(), heard.end());
     return all;
   }();
   return fields;
@@ -256,7 +253,7 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
   if ((body.model == BodyModel::kCracking || body.model == BodyModel::kModal) && body.fixed)
     throw InputError(table.place("fixed"), "a cracking or modal body is held by holds", body.name,
                      "[[hold]] where = ..., kind = \"position\"");
-  body.sound = *enum_from_text<BodySound>(table.choice("sound", {"auto", "modes", "none"}));
+  body.sound = *enum_from_text<BodySound>(table.choice("sound", {"auto", "modes", "proxy", "none"}));
   if (body.sounds() && !scene.material_of(body).damping)
     throw InputError(table.place("material"), "has no damping, and the body sounds", scene.material_of(body).name,
                      "damping = { model = ... } in the material, or sound = \"none\"");
@@ -279,28 +276,15 @@ void read_solver(const TomlTable& root, Scene& scene) {
   if (world.has("floor")) {
     const TomlTable floor = world.table("floor");
     scene.floor_material = material_named(scene, floor.text("material"), floor.place("material"));
-    options.floor = skin_of(scene.materials[static_cast<std::size_t>(*scene.floor_material)]);
+    const SceneMaterial& material = scene.materials[static_cast<std::size_t>(*scene.floor_material)];
+    options.floor = skin_of(material);
+    if (floor.has("sound")) {
+      if (!material.damping)
+        throw InputError(floor.place("sound"), "the floor's material has no damping", material.name,
+                         "damping = { model = ... } in the material");
+      scene.floor_sound = detail::read_floor_sound(floor.table("sound"));
+    }
   }
-}
-
-void read_sound(const TomlTable& table, SceneSoundOptions& sound) {
-  if (table.has("band_hz")) {
-    const std::vector<double> band = table.numbers("band_hz");
-    if (!(band[0] < band[1]))
-      throw InputError(table.place("band_hz"), "is no band", to_text(band[1]), "low, then high");
-    sound.low_hz = band[0];
-    sound.high_hz = band[1];
-  }
-  sound.sample_rate_hz = table.number("sample_rate_hz", sound.sample_rate_hz);
-  sound.peak_db_re_full_scale = table.number("peak_db_re_full_scale", sound.peak_db_re_full_scale);
-  sound.longest_tail_s = table.number("longest_tail_s", sound.longest_tail_s);
-  sound.elements_per_wavelength = table.number("elements_per_wavelength", sound.elements_per_wavelength);
-  sound.radiation_damping = table.boolean("radiation_damping", false);
-  const TomlTable listener = table.table("listener");
-  sound.listener.position_m = listener.vector("position_m", sound.listener.position_m);
-  sound.listener.facing = listener.vector("facing", sound.listener.facing);
-  if (!(sound.listener.facing.norm() > 0.0)) throw InputError(listener.place("facing"), "has no direction", "0, 0, 0");
-  sound.listener.stereo = listener.choice("mode", {"mono", "stereo"}) == "stereo";
 }
 
 }  // namespace
@@ -332,7 +316,11 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
   if (scene.has_deforming_bodies() && !scene.duration_s)
     throw InputError(root.place("duration_s"), "is missing", "",
                      "a scene with cracking or modal bodies says how long it lasts");
-  read_sound(root.table("sound"), scene.sound);
+  detail::read_sound(root.table("sound"), folder, scene.sound);
+  for (const SceneBody& body : scene.bodies)
+    if (body.sound == BodySound::kProxy && scene.sound.bank.empty())
+      throw InputError(body.place, "sound = \"proxy\" needs a soundbank", body.name, "sound.bank = FILE");
+  scene.frames = detail::read_frames(root.table("frames"));
   read_fracture(root.table("fracture"), scene.fracture);
   return scene;
 }

@@ -17,7 +17,8 @@ constexpr int kMostModes = 1000;
 
 /// What makes two bodies sound alike, as text.
 std::string key_of(const SceneBody& body) {
-  std::string key = std::to_string(body.material) + ";" + to_text(body.max_edge_m) + ";" + to_text(body.unit_m) + ";";
+  std::string key = std::to_string(static_cast<int>(body.sound)) + ";" + std::to_string(body.material) + ";" +
+                    to_text(body.max_edge_m) + ";" + to_text(body.unit_m) + ";";
   if (!body.shape) return key + body.mesh.string();
   key += body.shape->kind + ";" + body.shape->profile_csv.string();
   for (const auto& [name, value] : body.shape->dims) key += ";" + name + "=" + to_text(value);
@@ -71,7 +72,7 @@ SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const Scene
     throw InputError(body.place, body.name + " has no mode in the band",
                      to_text(scene.sound.low_hz) + " to " + to_text(scene.sound.high_hz) + " Hz",
                      "another sound.band_hz, or sound = \"none\"");
-  return {modes.model, radiation_of(scene, body, modes.model, monitor)};
+  return {modes.model, radiation_of(scene, body, modes.model, monitor), false};
 }
 
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& parent, const std::string& name,
@@ -85,7 +86,7 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
   }
   const modal::EigenResult modes = modes_in_band(scene, parent, {{}, {}, 2}, mesh, notes, monitor);
   if (modes.model.n_modes() == 0) return {};
-  return SoundModel{modes.model, radiation_of(scene, parent, modes.model, monitor)};
+  return SoundModel{modes.model, radiation_of(scene, parent, modes.model, monitor), false};
 }
 
 Eigen::VectorXd decay_per_s(const HeardBody& body, bool radiation_damping) {

@@ -17,6 +17,7 @@ namespace klang::scene {
 struct SoundModel {
   modal::ModalModel modes;
   acoustics::TransferModel transfer;
+  bool proxy = false;  ///< an ellipsoid's (scene_proxies.hpp)
 };
 
 /// Modes of the free body within the scene's band, and their radiation.

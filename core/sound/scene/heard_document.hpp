@@ -1,0 +1,58 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+/// Parts of scene.json about what is heard and seen.
+namespace klang::scene {
+
+struct HeardRecord {
+  std::string file;
+  double gain = 0.0, peak_pressure_pa = 0.0, duration_s = 0.0, sample_rate_hz = 0.0;
+  int n_channels = 1;
+  std::array<double, 3> listener_m{};
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"file", "beside scene.json"}, self.file);
+    visit({"gain", "the file is the pressure in Pa times this [1/Pa]"}, self.gain);
+    visit({"peak_pressure_pa", "at the ear"}, self.peak_pressure_pa);
+    visit({"duration_s", "of the sound"}, self.duration_s);
+    visit({"sample_rate_hz", "of the sound"}, self.sample_rate_hz);
+    visit({"n_channels", "1, or 2: left and right ear"}, self.n_channels);
+    visit({"listener_m", "centre of the head"}, self.listener_m);
+  }
+};
+
+struct FloorRecord {
+  int n_modes = 0, n_places = 0;
+  double low_hz = 0.0, high_hz = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n_modes", "of the slab that are heard"}, self.n_modes);
+    visit({"n_places", "of contacts that it is heard from"}, self.n_places);
+    visit({"low_hz", "band asked for"}, self.low_hz);
+    visit({"high_hz", "band asked for"}, self.high_hz);
+  }
+};
+
+struct FramesRecord {
+  int n_frames = 0;
+  double rate_hz = 0.0;
+  std::optional<std::string> series, animation;
+  std::array<double, 3> low_m{}, high_m{};
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n_frames", "pictures of the motion"}, self.n_frames);
+    visit({"rate_hz", "pictures per second"}, self.rate_hz);
+    visit({"series", "VTK collection of them, frames/000000.vtp and on; null: not asked for"}, self.series);
+    visit({"animation", "glTF with keyframes; null: not asked for"}, self.animation);
+    visit({"low_m", "corner of the box that holds them all"}, self.low_m);
+    visit({"high_m", "the corner across"}, self.high_m);
+  }
+};
+
+}  // namespace klang::scene

@@ -27,6 +27,7 @@ double mean_edge_m(const CrackMesh& mesh) {
 }
 
 constexpr double kTurnsOff = 0.5;    ///< cosine: a plane that differs by more is a new crack's
+constexpr double kNearFront = 2.0;   ///< times its stress: what may start beside a front
 constexpr double kFrontReach = 2.5;  ///< mean edges
 
 using Edge = std::array<int, 2>;
@@ -169,7 +170,7 @@ int Cracker::open(ExplicitSolid& solid) {
   const auto is_left_to_front = [&](const Candidate& candidate) {
     if (on_crack_[at(candidate.node)]) return false;
     for (const Candidate& front : fronts)
-      if (candidate.over <= options_.new_crack_factor * front.over &&
+      if (candidate.over <= kNearFront * std::max(1.0, front.over) &&
           (mesh.rest_m[at(front.node)] - mesh.rest_m[at(candidate.node)]).norm() < kFrontReach * mean_edge_m_)
         return true;
     return false;

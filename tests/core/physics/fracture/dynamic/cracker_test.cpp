@@ -95,6 +95,94 @@ TEST(Cracker, BarPulledSlowlyPartsInOnePlaneAcrossItsAxisOnAnyMesh) {
   }
 }
 
+/// A plate of cells with a slit from x = 0 to depth_m in the middle of its height, which is without width: its nodes are double.
+mesh::TetMesh slit_plate(int cells, double width_m, double height_m, double depth_m, unsigned seed) {
+  const double edge = width_m / cells;
+  mesh::TetMesh mesh = test::lattice({cells, 2 * cells, 2}, {width_m, height_m, 2.0 * edge}, 0.2, seed);
+  std::map<int, int> twin;
+  const int n = mesh.n_nodes();
+  for (int i = 0; i < n; ++i) {
+    const int column = i / (3 * (2 * cells + 1)), row = i / 3 % (2 * cells + 1);
+    if (row != cells || column * edge > depth_m + 1e-9) continue;
+    mesh.nodes_m(i, 1) = 0.5 * height_m;
+    if (column * edge < depth_m - 1e-9) twin.insert({i, n + static_cast<int>(twin.size())});
+  }
+  mesh.nodes_m.conservativeResize(n + static_cast<int>(twin.size()), 3);
+  for (const auto& [node, copy] : twin) mesh.nodes_m.row(copy) = mesh.nodes_m.row(node);
+  for (int e = 0; e < mesh.n_elements(); ++e) {
+    double y = 0.0;
+    for (int c = 0; c < 4; ++c) y += 0.25 * mesh.nodes_m(mesh.elements(e, c), 1);
+    for (int c = 0; c < 4; ++c)
+      if (const auto found = twin.find(mesh.elements(e, c)); found != twin.end() && y > 0.5 * height_m)
+        mesh.elements(e, c) = found->second;
+  }
+  return mesh;
+}
+
+TEST(Cracker, CrackFromANotchStaysOnTheMidline) {
+  constexpr double kWidth = 0.1, kHeight = 0.2, kSpeed = 0.1;
+  for (const unsigned seed : {1u, 2u}) {
+    CrackMesh mesh(slit_plate(8, kWidth, kHeight, 0.25 * kWidth, seed), 1000.0);
+    std::vector<HoldPath> holds;
+    for (const double sign : {-1.0, 1.0})
+      holds.push_back({HoldKind::kVelocity, {{0.0, Vector3d(0, sign * kSpeed, 0)}}});
+    for (std::size_t i = 0; i < mesh.rest_m.size(); ++i) {
+      const double y = mesh.rest_m[i].y();
+      if (y < 1e-9) mesh.held[i] = 0;
+      if (y > kHeight - 1e-9) mesh.held[i] = 1;
+      mesh.velocity_m_s[i].y() = kSpeed * (2.0 * y / kHeight - 1.0);
+    }
+    ExplicitSolid solid(std::move(mesh), glassy(), holds);
+    CrackOptions crack;
+    crack.strength_pa = 1e5;
+    Cracker cracker(solid, crack);
+    int n_fragments = 1;
+    while (solid.time_s() < 0.02 && n_fragments < 2) {
+      solid.step(solid.step_limit_s());
+      if (cracker.open(solid) > 0) solid.mesh().fragments(n_fragments);
+    }
+    EXPECT_EQ(n_fragments, 2) << seed;
+    Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();  // of 1, x: y = a + b x
+    Eigen::Vector2d sums = Eigen::Vector2d::Zero();
+    for (const PartedFace& face : cracker.faces()) {
+      const double off = face.centre_m.y() - 0.5 * kHeight;
+      const Eigen::Vector2d powers(1.0, face.centre_m.x());
+      EXPECT_LE(std::abs(off), kWidth / 8.0) << seed;  // one element
+      moments += face.area_m2 * powers * powers.transpose();
+      sums += face.area_m2 * off * powers;
+    }
+    const double slope = (moments.inverse() * sums)[1];
+    EXPECT_LE(std::abs(std::atan(slope)) * 180.0 / M_PI, 3.0) << seed;
+  }
+}
+
+TEST(Cracker, ShearStartsACrackAtFortyFiveDegrees) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    CrackMesh mesh(test::lattice({6, 6, 2}, {0.15, 0.15, 0.05}, 0.2, seed), 1000.0);
+    std::vector<HoldPath> holds;
+    for (std::size_t i = 0; i < mesh.rest_m.size(); ++i) {
+      const Vector3d x = mesh.rest_m[i], speed(x.y(), x.x(), 0.0);  // 1 per second: pure shear of the flanks
+      mesh.velocity_m_s[i] = speed;
+      if (x.head<2>().minCoeff() > 1e-9 && x.head<2>().maxCoeff() < 0.15 - 1e-9) continue;
+      mesh.held[i] = static_cast<int>(holds.size());
+      holds.push_back({HoldKind::kVelocity, {{0.0, speed}}});
+    }
+    ExplicitSolid solid(std::move(mesh), glassy(), holds);
+    CrackOptions crack;
+    crack.strength_pa = 5e4;
+    Cracker cracker(solid, crack);
+    while (solid.time_s() < 0.05 && cracker.n_splits() < 1) {
+      solid.step(solid.step_limit_s());
+      cracker.open(solid);
+    }
+    Vector3d sum = Vector3d::Zero();
+    for (const PartedFace& face : cracker.faces())
+      sum += (face.normal.x() < 0.0 ? -1.0 : 1.0) * face.area_m2 * face.normal;
+    ASSERT_FALSE(cracker.faces().empty()) << seed;
+    EXPECT_LE(std::abs(std::atan2(sum.y(), sum.x()) * 180.0 / M_PI - 45.0), 5.0) << seed;
+  }
+}
+
 TEST(Cracker, FirstBreakNeedsTheSameStressOnAnyMesh) {  // erratum 64
   // Stress at the first break, from the time: the bar is drawn at a steady rate and St Venant-Kirchhoff's Cauchy stress follows.
   std::vector<double> first;

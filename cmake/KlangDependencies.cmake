@@ -22,7 +22,7 @@ find_package(OpenCL REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
 find_package(Spectra 1.0 REQUIRED NO_MODULE)
-find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel IOCore IOXML)  # files only; pictures are KLANG_WITH_VTK's
+find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel FiltersCore IOCore IOGeometry IOXML)  # files only; pictures are KLANG_WITH_VTK's
 
 function(klang_find_library target header library)
   string(TOUPPER ${target} prefix)
@@ -41,6 +41,16 @@ klang_find_library(klang_tetgen tetgen.h tet)
 klang_find_library(klang_cholmod cholmod.h cholmod suitesparseconfig)
 klang_find_library(klang_openblas cblas.h openblas)
 klang_find_library(klang_mumps dmumps_c.h dmumps_seq mumps_common_seq)
+
+# Liquids as .vdb; without it the program says so.
+find_path(KLANG_OPENVDB_INCLUDE_DIR openvdb/openvdb.h)
+find_library(KLANG_LIB_openvdb openvdb)
+if(KLANG_OPENVDB_INCLUDE_DIR AND KLANG_LIB_openvdb)
+  find_library(KLANG_LIB_Imath Imath-3_1 REQUIRED)  # half floats in OpenVDB's headers
+  add_library(klang_openvdb INTERFACE IMPORTED GLOBAL)
+  target_include_directories(klang_openvdb SYSTEM INTERFACE ${KLANG_OPENVDB_INCLUDE_DIR})
+  target_link_libraries(klang_openvdb INTERFACE ${KLANG_LIB_openvdb} ${KLANG_LIB_Imath} TBB::tbb)
+endif()
 
 # Collision and what it is built on alone; system headers, whose warnings are not ours.
 add_library(klang_bullet INTERFACE IMPORTED GLOBAL)

@@ -31,6 +31,9 @@ set(CPACK_DEBIAN_LIBKLANGPROBE-DEV_PACKAGE_DEPENDS
 if(PORTAUDIO_FOUND)
   string(APPEND CPACK_DEBIAN_LIBKLANGPROBE-DEV_PACKAGE_DEPENDS ", portaudio19-dev")
 endif()
+if(TARGET klang_openvdb)
+  string(APPEND CPACK_DEBIAN_LIBKLANGPROBE-DEV_PACKAGE_DEPENDS ", libopenvdb-dev, libboost-dev")
+endif()
 set(CPACK_COMPONENT_LIBKLANGPROBE-DEV_DESCRIPTION "Libraries and headers of Klangprobe, with a CMake package: find_package(klangprobe).")
 
 set(CPACK_DEBIAN_KLANGPROBE-MPI_PACKAGE_NAME klangprobe-mpi)

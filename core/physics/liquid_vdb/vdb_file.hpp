@@ -1,0 +1,49 @@
+#pragma once
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/physics/liquid/grid.hpp"
+
+/// Liquids as .vdb, as programs for pictures hand them on. OpenVDB itself stays in vdb_file.cpp.
+namespace klang::liquid {
+
+/// Whether this build can read and write .vdb.
+bool has_vdb();
+
+/// A level set as a file has it: cubic voxels along the file's axes.
+struct VdbExtent {
+  double voxel = 0.0;                                 ///< edge, in the file's unit
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();    ///< centre of voxel (0, 0, 0), in the file's unit
+  std::array<int, 3> low{0, 0, 0}, high{-1, -1, -1};  ///< voxels that are stored one by one
+  double band_voxels = 0.0;                           ///< how far from the surface values are distances
+};
+
+/// One file, read whole.
+class VdbFile {
+ public:
+  /// @throws InputError naming the file: no OpenVDB, no such grid of numbers, not cubic or turned voxels, an empty grid, a band under
+  /// 2 voxels on either side
+  explicit VdbFile(const std::filesystem::path& path, const std::string& grid = "phi");
+  ~VdbFile();
+  VdbFile(VdbFile&&) noexcept;
+  const VdbExtent& extent() const;
+  double value(int i, int j, int k) const;  ///< of phi, in the file's unit
+  /// A grid "velocity" or "vel" of the same voxels, if there is one.
+  bool has_velocity() const;
+  /// Component at the centre of the face of voxel (i, j, k) towards lower indices.
+  double face_velocity(int axis, int i, int j, int k) const;
+
+ private:
+  struct Grids;
+  std::unique_ptr<Grids> grids_;
+};
+
+/// Grid "phi": a level set in metres whose every voxel is stored, to full depth, the centre of the first at (h/2, h/2, h/2); and, where u
+/// is given, "velocity", staggered. The metadata time_s say when. @throws InputError: no OpenVDB, cannot be written
+void write_vdb(const std::filesystem::path& path, const GridShape& shape, const Field& phi_m,
+               const std::optional<MacGrid>& u, double time_s);
+
+}  // namespace klang::liquid

@@ -1,0 +1,103 @@
+#include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/LevelSetSphere.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/physics/liquid_vdb/vdb_file.hpp"
+
+namespace klang::liquid {
+namespace {
+
+/// A folder that is gone afterwards.
+struct Scratch {
+  std::filesystem::path path = std::filesystem::temp_directory_path() / ("klang-vdb-" + std::to_string(::getpid()));
+  Scratch() {
+    openvdb::initialize();
+    std::filesystem::create_directories(path);
+  }
+  ~Scratch() { std::filesystem::remove_all(path); }
+  std::filesystem::path write(const openvdb::GridBase::Ptr& grid, const std::string& name = "phi") const {
+    grid->setName(name);
+    const std::filesystem::path file = path / "a.vdb";
+    openvdb::io::File(file.string()).write({grid});
+    return file;
+  }
+};
+
+openvdb::FloatGrid::Ptr ball(double half_width) {
+  return openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(0.1F, {0.2F, 0.0F, 0.3F}, 0.01F,
+                                                                  static_cast<float>(half_width));
+}
+
+/// The complaint about a file, in one line.
+std::string complaint(const std::filesystem::path& file) {
+  try {
+    const VdbFile vdb(file);
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    return error.what();
+  }
+  return "no complaint";
+}
+
+TEST(VdbFile, GivesBackWhatWasWritten) {
+  const Scratch scratch;
+  const GridShape shape{4, 5, 6, 0.01};
+  Field phi(4, 5, 6);
+  for (int k = 0; k < 6; ++k)
+    for (int j = 0; j < 5; ++j)
+      for (int i = 0; i < 4; ++i) phi(i, j, k) = 0.01 * (k - 2.3);
+  MacGrid u(shape);
+  u[0](4, 2, 3) = 0.5;
+  u[2](1, 4, 0) = -0.25;
+  write_vdb(scratch.path / "b.vdb", shape, phi, u, 0.5);
+  const VdbFile vdb(scratch.path / "b.vdb");
+  EXPECT_LE(std::abs(vdb.extent().voxel - 0.01), 1e-12);
+  EXPECT_LE((vdb.extent().first - Eigen::Vector3d::Constant(0.005)).norm(), 1e-12);
+  EXPECT_EQ(vdb.extent().high, (std::array<int, 3>{3, 4, 5}));
+  EXPECT_LE(std::abs(vdb.value(1, 2, 3) - phi(1, 2, 3)), 1e-8);
+  EXPECT_LE(std::abs(vdb.value(3, 4, 0) - phi(3, 4, 0)), 1e-8) << "to full depth";
+  ASSERT_TRUE(vdb.has_velocity());
+  EXPECT_EQ(vdb.face_velocity(0, 4, 2, 3), 0.5);
+  EXPECT_EQ(vdb.face_velocity(2, 1, 4, 0), -0.25);
+}
+
+TEST(VdbFile, TakesABandOfOthersAndDistancesInVoxels) {
+  const Scratch scratch;
+  const VdbFile vdb(scratch.write(ball(3.0)));
+  EXPECT_LE(std::abs(vdb.extent().band_voxels - 3.0), 0.5);
+  EXPECT_FALSE(vdb.has_velocity());
+  const auto in_voxels = ball(3.0);
+  for (auto it = in_voxels->beginValueAll(); it; ++it) it.setValue(*it * 100.0F);
+  in_voxels->tree().root().setBackground(3.0F, true);
+  const VdbFile other(scratch.write(in_voxels));
+  EXPECT_LE(std::abs(other.value(20, 0, 20) - vdb.value(20, 0, 20)), 2e-4);
+  EXPECT_LE(std::abs(other.extent().band_voxels - 3.0), 0.6);
+}
+
+TEST(VdbFile, RefusesWhatDoesNotCarryALiquid) {
+  const Scratch scratch;
+  EXPECT_NE(complaint(scratch.write(ball(1.5))).find("too thin"), std::string::npos);
+  EXPECT_NE(complaint(scratch.write(ball(3.0), "density")).find("no grid phi"), std::string::npos);
+  auto flat = ball(3.0);
+  auto transform = openvdb::math::Transform::createLinearTransform(0.01);
+  transform->postScale(openvdb::Vec3d(1.0, 1.0, 2.0));
+  flat->setTransform(transform);
+  EXPECT_NE(complaint(scratch.write(flat)).find("no cubes"), std::string::npos);
+  auto turned = ball(3.0);
+  transform = openvdb::math::Transform::createLinearTransform(0.01);
+  transform->postRotate(0.3);
+  turned->setTransform(transform);
+  EXPECT_NE(complaint(scratch.write(turned)).find("turned"), std::string::npos);
+  EXPECT_NE(complaint(scratch.write(openvdb::FloatGrid::create(0.1F))).find("empty"), std::string::npos);
+  EXPECT_NE(complaint(scratch.write(openvdb::Int32Grid::create(1))).find("no numbers"), std::string::npos);
+  std::ofstream(scratch.path / "c.vdb") << "not a vdb";
+  EXPECT_NE(complaint(scratch.path / "c.vdb").find("no usable .vdb"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace klang::liquid

@@ -57,14 +57,14 @@ void check_normals(const mesh::VtkXmlFile& file, const BoundaryMesh& mesh, const
   }
 }
 
-BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
+BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons, bool needs_regions) {
   const std::string name = path.string();
   const mesh::VtkXmlFile file(read_file(path), name, polygons ? "PolyData" : "UnstructuredGrid");
   BoundaryMesh mesh;
   mesh.name = name;
   mesh.surface.vertices_m = file.points();
   const std::optional<mesh::VtkArray> region = file.find(mesh::VtkPlace::kCellData, "region");
-  if (!region)
+  if (!region && needs_regions)
     throw InputError(name, "the cell array \"region\" is missing", {}, "per face: 0 free surface, 1 rigid wall");
   const mesh::VtkCells cells = file.cells();
   std::vector<Eigen::Vector3i> triangles;
@@ -77,7 +77,7 @@ BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
     if (type != VTK_TRIANGLE && type != VTK_QUAD && type != VTK_POLYGON)
       throw InputError(name, "face " + std::to_string(cell) + " is no triangle, quad or polygon",
                        "VTK cell type " + std::to_string(type), "5, 7, 9");
-    const double value = region->number(cell * static_cast<std::size_t>(region->n_components));
+    const double value = region ? region->number(cell * static_cast<std::size_t>(region->n_components)) : 0.0;
     if (!(std::floor(value) == value && value >= 0.0 && value <= 3.0))
       throw InputError(name, "face " + std::to_string(cell) + " has an unknown region", to_text(value),
                        "0 free surface, 1 rigid wall, 2 solid in the liquid, 3 its dry part");
@@ -90,7 +90,7 @@ BoundaryMesh read_vtk(const std::filesystem::path& path, bool polygons) {
                        "3 or more");
     for (std::int64_t c = 1; c + 1 < n_corners; ++c) {
       triangles.emplace_back(corner(0), corner(c), corner(c + 1));
-      mesh.region.push_back(static_cast<int>(value));
+      if (region) mesh.region.push_back(static_cast<int>(value));
       cell_of.push_back(cell);
     }
   }
@@ -195,14 +195,12 @@ BoundaryFrames numbered(const std::string& pattern, double frame_step_s) {
   return frames;
 }
 
-}  // namespace
-
-BoundaryMesh read_boundary(const std::filesystem::path& path, double unit_m) {
+BoundaryMesh read_any(const std::filesystem::path& path, double unit_m, bool needs_regions) {
   checked_open("boundary", "unit_m", unit_m, 0.0, 1e6);
   const std::string extension = lower(path.extension().string());
   BoundaryMesh mesh;
   if (extension == ".vtp" || extension == ".vtu") {
-    mesh = read_vtk(path, extension == ".vtp");
+    mesh = read_vtk(path, extension == ".vtp", needs_regions);
   } else if (extension == ".obj") {
     mesh = read_obj(path);
   } else {
@@ -210,6 +208,13 @@ BoundaryMesh read_boundary(const std::filesystem::path& path, double unit_m) {
   }
   mesh.surface.vertices_m *= unit_m;
   return mesh;
+}
+
+}  // namespace
+
+BoundaryMesh read_boundary(const std::filesystem::path& path, double unit_m) { return read_any(path, unit_m, true); }
+BoundaryMesh read_boundary_without_regions(const std::filesystem::path& path, double unit_m) {
+  return read_any(path, unit_m, false);
 }
 
 bool is_series(const std::string& name) {

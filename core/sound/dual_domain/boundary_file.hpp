@@ -17,6 +17,8 @@ namespace klang::bubble {
 /// Cell or point normals in the file ("Normals") must agree with the order of the corners.
 /// @throws InputError naming file, face or array
 BoundaryMesh read_boundary(const std::filesystem::path& path, double unit_m = 1.0);
+/// The same; .vtp and .vtu without the array give no regions at all.
+BoundaryMesh read_boundary_without_regions(const std::filesystem::path& path, double unit_m = 1.0);
 
 /// A time series of boundaries.
 struct BoundaryFrames {

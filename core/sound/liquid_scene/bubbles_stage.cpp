@@ -11,12 +11,28 @@
 #include "core/sound/liquid_scene/from_recording.hpp"
 
 namespace klang::liquid_scene {
+using entrainment::RadiusDistribution;
+
+RadiusDistribution radii_of(const EntrainmentTable& table) {
+  RadiusDistribution radii;
+  radii.smallest_m = table.smallest_m;
+  radii.largest_m = table.largest_m;
+  if (table.radii == RadiusKind::kGaussian) {
+    radii.kind = RadiusDistribution::Kind::kGaussian;
+    radii.mean_m = table.mean_m.value_or(radii.mean_m);
+    radii.std_m = table.std_m.value_or(radii.std_m);
+  } else if (table.radii == RadiusKind::kRecording) {
+    radii.kind = RadiusDistribution::Kind::kRecorded;
+    radii.recorded_m = recorded_radii(table.recording);
+  }
+  return radii;
+}
+
 namespace {
 
 using entrainment::Birth;
 using entrainment::BubblePath;
 using entrainment::EntrainmentOptions;
-using entrainment::RadiusDistribution;
 
 EntrainmentOptions options_of(const EntrainmentTable& table) {
   EntrainmentOptions options;
@@ -28,17 +44,7 @@ EntrainmentOptions options_of(const EntrainmentTable& table) {
   options.consume = table.consume;
   options.form =
       table.literature == "paper" ? entrainment::EntrainmentForm::kPaper : entrainment::EntrainmentForm::kMended;
-  RadiusDistribution& radii = options.radii;
-  radii.smallest_m = table.smallest_m;
-  radii.largest_m = table.largest_m;
-  if (table.radii == RadiusKind::kGaussian) {
-    radii.kind = RadiusDistribution::Kind::kGaussian;
-    radii.mean_m = table.mean_m.value_or(radii.mean_m);
-    radii.std_m = table.std_m.value_or(radii.std_m);
-  } else if (table.radii == RadiusKind::kRecording) {
-    radii.kind = RadiusDistribution::Kind::kRecorded;
-    radii.recorded_m = recorded_radii(table.recording);
-  }
+  options.radii = radii_of(table);
   for (const SeedPatch& patch : table.patches)
     options.patches.push_back({patch.low_m, patch.high_m, patch.start_s, patch.end_s});
   return options;
@@ -54,6 +60,13 @@ void give_pitch(BubblePath& path, const stage::BubbleScene& sound) {
 }
 
 }  // namespace
+
+std::size_t count_births(const LiquidScene& scene, const RunFolder& folder, std::size_t n_frames, std::uint64_t seed,
+                         double attempts_per_m2_s, Monitor& monitor) {
+  EntrainmentOptions options = options_of(scene.entrainment);
+  options.attempts_per_m2_s = attempts_per_m2_s;
+  return find_births(*folder_frames(scene, folder, n_frames), options, seed, monitor).births.size();
+}
 
 void run_bubbles(StageRun& run) {
   const Stopwatch watch;

@@ -21,11 +21,11 @@
 namespace klang::liquid_scene {
 namespace {
 
-constexpr char kFieldMagic[8] = {'K', 'L', 'F', '1', '\r', '\n', 0, 0};
+constexpr char kFieldMagic[8] = {'K', 'L', 'F', '2', '\r', '\n', 0, 0};
 
 struct FieldHeader {
   char magic[8];
-  std::int32_t nx, ny, nz, reserved;
+  std::int32_t nx, ny, nz, has_velocity;
   double cell_m;
   double scale[4];  ///< phi and the three components: value of one unit
 };
@@ -88,7 +88,7 @@ void write_surface(const std::filesystem::path& path, const liquid::LiquidSurfac
 }
 
 void write_fields(const std::filesystem::path& path, const liquid::GridShape& shape, const liquid::Field& phi,
-                  const liquid::MacGrid& u) {
+                  const std::optional<liquid::MacGrid>& u) {
   FieldHeader header{};
   std::memcpy(header.magic, kFieldMagic, sizeof kFieldMagic);
   header.nx = shape.nx;
@@ -97,7 +97,8 @@ void write_fields(const std::filesystem::path& path, const liquid::GridShape& sh
   header.cell_m = shape.cell_m;
   std::vector<std::int16_t> words;
   append(phi, header.scale[0], words);
-  for (int axis = 0; axis < 3; ++axis) append(u[axis], header.scale[axis + 1], words);
+  header.has_velocity = u ? 1 : 0;
+  for (int axis = 0; u && axis < 3; ++axis) append((*u)[axis], header.scale[axis + 1], words);
   difference(words);
   const auto n_bytes = static_cast<uLong>(words.size() * sizeof(std::int16_t));
   uLongf n_packed = compressBound(n_bytes);
@@ -123,9 +124,9 @@ FrameFields read_fields_file(const std::filesystem::path& path) {
   FrameFields fields;
   fields.shape = {header.nx, header.ny, header.nz, header.cell_m};
   fields.phi_m = liquid::Field(header.nx, header.ny, header.nz);
-  fields.u = liquid::MacGrid(fields.shape);
+  if (header.has_velocity == 1) fields.u = liquid::MacGrid(fields.shape);
   std::size_t n = fields.phi_m.size();
-  for (int axis = 0; axis < 3; ++axis) n += fields.u[axis].size();
+  for (int axis = 0; fields.u && axis < 3; ++axis) n += (*fields.u)[axis].size();
   std::vector<std::int16_t> words(n);
   uLongf n_bytes = n * sizeof(std::int16_t);
   if (uncompress(reinterpret_cast<Bytef*>(words.data()), &n_bytes,
@@ -135,8 +136,8 @@ FrameFields read_fields_file(const std::filesystem::path& path) {
   integrate(words);
   std::size_t at = 0;
   for (double& value : fields.phi_m.data()) value = header.scale[0] * words[at++];
-  for (int axis = 0; axis < 3; ++axis)
-    for (double& value : fields.u[axis].data()) value = header.scale[axis + 1] * words[at++];
+  for (int axis = 0; fields.u && axis < 3; ++axis)
+    for (double& value : (*fields.u)[axis].data()) value = header.scale[axis + 1] * words[at++];
   return fields;
 }
 
@@ -157,7 +158,9 @@ class FolderFrames : public liquid::LiquidFrames {
     return liquid::at_centres(fields(frame)->phi_m, x_m, cell_m_);
   }
   std::optional<Eigen::Vector3d> velocity_m_s(std::size_t frame, const Eigen::Vector3d& x_m) const override {
-    return liquid::velocity_at(fields(frame)->u, x_m, cell_m_);
+    const std::shared_ptr<const FrameFields> here = fields(frame);
+    if (!here->u) return std::nullopt;
+    return liquid::velocity_at(*here->u, x_m, cell_m_);
   }
   double cell_m() const override { return cell_m_; }
   bool in_outlet(const Eigen::Vector3d& x_m) const override {

@@ -57,6 +57,8 @@ struct LiquidScene {
   std::filesystem::path file;
   std::string name;
   double duration_s = 0.0, frame_rate_hz = 250.0;
+  bool imported = false;                ///< its frames are another program's
+  std::string flow_text, bubbles_text;  ///< of the file, what the stage flow, and this and the stage bubbles, depend on
   liquid::LiquidSetup setup;
   EntrainmentTable entrainment;
   std::vector<ScriptedBubble> bubbles;

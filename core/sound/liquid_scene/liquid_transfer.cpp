@@ -13,6 +13,7 @@
 #include "core/sound/dual_domain/reciprocal.hpp"
 #include "core/sound/dual_domain/tank_modes.hpp"
 #include "core/sound/dual_domain/transfer_series.hpp"
+#include "core/sound/liquid_scene/opened_body.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -27,6 +28,7 @@ using Row = bubble::TransferSeries::Row;
 constexpr double kLowestBin_hz = 20.0, kEarStep_s = 0.04, kHalfSpaceStep_s = 0.004;
 constexpr int kAirVertices = 500, kFluidSources = 40, kAirSources = 60, kMostSamples = 2600;
 constexpr std::int64_t kSolvesPerCheck = 64;
+constexpr double kPoorFit = 0.15, kOpening_m = 0.015;
 
 /// Share and the later sample of a time.
 std::pair<std::size_t, double> between(const std::vector<double>& times, double time_s) {
@@ -50,7 +52,9 @@ class TransferFinder {
 
  private:
   void frame(std::size_t k);
-  void reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
+  bool reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive,
+                  bool may_refuse);
+  std::optional<LiquidBoundary> opened(std::size_t k) const;
   void forward(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
   void half_space(std::size_t i);
   void check(const LiquidBoundary& boundary, const bubble::EarField& air, const bubble::EarInLiquid& liquid,
@@ -104,7 +108,9 @@ void TransferFinder::check(const LiquidBoundary& boundary, const bubble::EarFiel
   errors_.push_back(bubble::error_estimate(found.plain, found));
 }
 
-void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive) {
+/// @param may_refuse  gives up (false, nothing noted) where waves do not follow the surface
+bool TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive,
+                                bool may_refuse) {
   const int per_octave = scene_.transfer.bins_per_octave;
   std::map<int, std::vector<std::size_t>> of_bin;
   for (const std::size_t i : alive) {
@@ -129,9 +135,31 @@ void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, c
     air.frequency_hz = frequency;
     air.q = carried(q);
     const bubble::EarInLiquid liquid = bubble::ear_in_liquid(boundary, air, points, options_, monitor_);
+    if (may_refuse && bin == of_bin.begin()->first && !(liquid.fit_error[0] <= kPoorFit)) return false;
     for (const std::size_t i : bubbles)
       result_.rows[i].push_back({time_s, frequency, liquid.pressure(swinging(i, time_s), 0)});
     if (result_.n_solves++ % kSolvesPerCheck == 0) check(boundary, air, liquid, bubbles.front(), time_s);
+  }
+  return true;
+}
+
+/// The body without its jets and sheets; none: solids move, and frames do not say where they are.
+std::optional<LiquidBoundary> TransferFinder::opened(std::size_t k) const {
+  const liquid::GridShape& shape = scene_.setup.shape;
+  liquid::Field solid;
+  for (const liquid::Solid& one : scene_.setup.solids) {
+    if (one.moves()) return std::nullopt;
+    if (solid.size() == 0) solid = liquid::Field(shape.nx, shape.ny, shape.nz, HUGE_VAL);
+    for (int c = 0; c < shape.nz; ++c)
+      for (int b = 0; b < shape.ny; ++b)
+        for (int a = 0; a < shape.nx; ++a)
+          solid(a, b, c) = std::min(solid(a, b, c), one.distance_m(shape.centre_m(a, b, c)));
+  }
+  const double radius = std::max(kOpening_m, 2.5 * shape.cell_m);
+  try {
+    return LiquidBoundary(main_body(opened_surface(*frames_, k, shape, radius, solid), shape.cell_m));
+  } catch (const InputError&) {  // nothing is left of it
+    return std::nullopt;
   }
 }
 
@@ -199,14 +227,21 @@ void TransferFinder::frame(std::size_t k) {
   if (alive.empty()) return;
   if (boundary.inside_air_boundary(scene_.sound.listener.centre_m(time)))
     throw InputError("listener", "is in the liquid at " + to_text(time) + " s");
-  if (!result_.lowest_mode_hz) {
-    const auto modes = bubble::tank_modes(boundary, options_.pass.liquid.sound_speed_m_s, 0.0, 2e4);
-    if (!modes.empty()) result_.lowest_mode_hz = modes.front().frequency_hz;
-  }
+  if (result_.n_solves == 0 && result_.modes_hz.empty())
+    for (const auto& mode : bubble::tank_modes(boundary, options_.pass.liquid.sound_speed_m_s, 0.0, 2e4))
+      result_.modes_hz.push_back(mode.frequency_hz);
   if (scene_.transfer.method == TransferMethod::kForward) {
     forward(boundary, time, alive);
   } else {
-    reciprocal(boundary, time, alive);
+    if (reciprocal(boundary, time, alive, true)) return;
+    const std::optional<LiquidBoundary> body = opened(k);
+    if (!body) {
+      reciprocal(boundary, time, alive, false);
+      return;
+    }
+    ++result_.n_opened_frames;
+    std::erase_if(alive, [&](std::size_t i) { return !in_body(*body, i, time); });
+    if (!alive.empty()) reciprocal(*body, time, alive, false);
   }
 }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/foundation/config/result_header.hpp"
 
@@ -66,12 +67,15 @@ struct PressureRecord {
 struct TransferRecord {
   std::string method;
   std::optional<double> error_estimate;
+  std::vector<double> tank_modes_hz;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"method", "reciprocal, forward, half_space or unit"}, self.method);
     visit(null_if_empty({"error_estimate", "relative, median of the solves; null: none was made"}),
           self.error_estimate);
+    visit({"tank_modes_hz", "of the first frame's liquid with free surface and rigid walls, up to the highest pitch"},
+          self.tank_modes_hz);
   }
 };
 
@@ -91,9 +95,22 @@ struct HeardLiquidRecord {
   }
 };
 
+struct ImportRecord {
+  std::string kind;
+  bool has_velocity = false;
+  std::vector<double> low_m;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"kind", "vdb, vtp, openfoam or tracked"}, self.kind);
+    visit({"has_velocity", "the frames say how the liquid moves: it can entrain bubbles"}, self.has_velocity);
+    visit({"low_m", "where the box's low corner lies in the files (z up, metres)"}, self.low_m);
+  }
+};
+
 struct RunDocument {
   ResultHeader header;
-  std::string name, run;
+  std::string name, run, flow_run, bubbles_run;
   double end_s = 0.0;
   std::int64_t n_frames = 0;
   StagesRecord stages;
@@ -104,12 +121,15 @@ struct RunDocument {
   double births_per_s = 0.0;
   std::optional<TransferRecord> transfer;
   std::optional<HeardLiquidRecord> sound;
+  std::optional<ImportRecord> imported;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     ResultHeader::describe(self.header, visit);
     visit({"name", "of the scene"}, self.name);
     visit({"run", "SHA-256 of the program's version, the scene and its files: whose folder this is"}, self.run);
+    visit({"flow_run", "the same of the tables that move the liquid alone"}, self.flow_run);
+    visit({"bubbles_run", "the same of these and those that make bubbles"}, self.bubbles_run);
     visit({"end_s", "how far the flow has come"}, self.end_s);
     visit({"n_frames", "that are written"}, self.n_frames);
     visit({"stages", "what is done"}, self.stages);
@@ -122,6 +142,7 @@ struct RunDocument {
     visit({"births_per_s", "n_bubbles over the length"}, self.births_per_s);
     visit(null_if_empty({"transfer", "how bubbles are heard; null: not done"}), self.transfer);
     visit(null_if_empty({"sound", "what was heard; null: not done"}), self.sound);
+    visit(absent_if_empty({"imported", "from another program's files"}), self.imported);
   }
 };
 

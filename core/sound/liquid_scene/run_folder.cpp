@@ -55,6 +55,23 @@ std::string run_key(const LiquidScene& scene) {
   return sha256(text);
 }
 
+namespace {
+std::string key_of(std::string text, const std::vector<std::filesystem::path>& files) {
+  text += version();
+  for (const std::filesystem::path& path : files) text += ";" + sha256(read_file(path));
+  return sha256(text);
+}
+}  // namespace
+
+std::string flow_key(const LiquidScene& scene) { return key_of(scene.flow_text, scene.key_files); }
+
+std::string bubbles_key(const LiquidScene& scene) {
+  std::vector<std::filesystem::path> files = scene.key_files;
+  for (const std::filesystem::path& path : {scene.entrainment.recording, scene.pitch_from})
+    if (!path.empty()) files.push_back(path);
+  return key_of(scene.bubbles_text, files);
+}
+
 double estimated_bytes(const LiquidScene& scene, double until_s) {
   const liquid::GridShape& s = scene.setup.shape;
   const double cells = static_cast<double>(s.n_cells());

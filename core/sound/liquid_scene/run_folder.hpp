@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/physics/liquid/frames.hpp"
@@ -33,6 +34,9 @@ class RunFolder {
 
 /// Of which scene and files a run is, whatever its seed; changes when any byte of them or the program's version does.
 std::string run_key(const LiquidScene& scene);
+/// The same of what the stages flow (and bubbles) depend on alone: a later stage may be done again with the rest changed.
+std::string flow_key(const LiquidScene& scene);
+std::string bubbles_key(const LiquidScene& scene);
 
 /// Bytes that the frames of a run will take, estimated.
 double estimated_bytes(const LiquidScene& scene, double until_s);
@@ -43,11 +47,11 @@ void require_room(const LiquidScene& scene, double until_s, const std::filesyste
 void write_surface(const std::filesystem::path& path, const liquid::LiquidSurface& surface);
 /// phi at centres and velocity at faces in 16 bits each, compressed.
 void write_fields(const std::filesystem::path& path, const liquid::GridShape& shape, const liquid::Field& phi_m,
-                  const liquid::MacGrid& u);
+                  const std::optional<liquid::MacGrid>& u);
 struct FrameFields {
   liquid::GridShape shape;
   liquid::Field phi_m;
-  liquid::MacGrid u;
+  std::optional<liquid::MacGrid> u;  ///< none: another program's frames without it
 };
 /// @throws InputError naming the file
 FrameFields read_fields_file(const std::filesystem::path& path);

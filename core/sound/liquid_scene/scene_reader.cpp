@@ -4,6 +4,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/toml_normal_form.hpp"
 #include "core/foundation/config/toml_table.hpp"
 #include "core/physics/bubble/time_series.hpp"
 #include "core/sound/liquid_scene/liquid_scene.hpp"
@@ -34,6 +35,8 @@ const TomlField kSchema[] = {
     {"domain", "size_m", kVector, "required", 1e-3, 100, "of the box [0, size], z up; whole cells"},
     {"domain", "cell_m", kNumber, "required", 1e-5, 10, "edge of a cubic cell"},
     {"domain", "duration_s", kNumber, "required", 0, 3600, "length", true},
+    {"domain", "imported", kBoolean, "false", -kInf, kInf,
+     "the frames are another program's (`klang scene import`): the stage flow is not run"},
     {"domain", "frame_rate_hz", kNumber, "250", 1, 1e5, "frames per second, the first at 0"},
     {"domain", "longest_step_s", kNumber, "0.001", 1e-6, 0.1, "no step is longer"},
     {"domain", "cfl", kNumber, "2", 0.1, 5, "cells that liquid may move in a step"},
@@ -154,6 +157,7 @@ void read_domain(const TomlTable& table, LiquidScene& scene) {
     *counts[axis] = static_cast<int>(std::round(n));
   }
   scene.duration_s = table.number("duration_s");
+  scene.imported = table.boolean("imported", false);
   scene.frame_rate_hz = table.number("frame_rate_hz", scene.frame_rate_hz);
   liquid::LiquidOptions& o = scene.setup.options;
   o.longest_step_s = table.number("longest_step_s", o.longest_step_s);
@@ -414,7 +418,7 @@ void read_liquid(const TomlTable& root, const std::filesystem::path& base, Liqui
     setup.outlets.push_back({outlet.vector("low_m"), outlet.vector("high_m")});
     check_box(outlet, setup.outlets.back().low_m, setup.outlets.back().high_m, size);
   }
-  if (setup.pools.empty() && setup.drops.empty() && setup.inlets.empty())
+  if (!scene.imported && setup.pools.empty() && setup.drops.empty() && setup.inlets.empty())
     throw InputError(root.place(), "there is no liquid", "", "[[pool]], [[drop]] or [[inlet]]");
 }
 
@@ -426,6 +430,10 @@ LiquidScene parse_liquid_scene(std::string_view toml, const std::string& name, c
   scene.file = base / name;
   scene.name = root.text("name", std::filesystem::path(name).stem().string());
   if (!root.has("domain")) throw InputError(root.place("domain"), "is missing");
+  static constexpr std::string_view kFlow[] = {"domain", "pool", "drop", "inlet", "outlet", "solid", "liquid"};
+  static constexpr std::string_view kBubbles[] = {"bubble", "entrainment", "gas", "pitch", "sound"};
+  scene.flow_text = toml_normal_form(toml, kFlow);
+  scene.bubbles_text = scene.flow_text + toml_normal_form(toml, kBubbles);
   read_domain(root.table("domain"), scene);
   stage::read_bubble_settings(root, base, scene.sound);
   scene.sound.name = scene.name;

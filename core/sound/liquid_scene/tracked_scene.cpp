@@ -64,6 +64,8 @@ RunDocument import_tracked(const entrainment::TrackedBubbles& tracked, const std
   document.header = header;
   document.name = scene.name;
   document.run = run_key(scene);
+  document.flow_run = flow_key(scene);
+  document.bubbles_run = bubbles_key(scene);
   document.end_s = duration;
   document.stages.flow = document.stages.bubbles = StageRecord{StageStatus::kDone, 0.0, 0.0, 0};
   document.n_bubbles = static_cast<std::int64_t>(tracked.paths.size());

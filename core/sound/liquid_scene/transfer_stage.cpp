@@ -45,14 +45,19 @@ void run_transfer(StageRun& run) {
     run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *found.error_estimate)) +
              " %: waves about one centre do not follow a surface with jets or sheets; method half_space is the one to "
              "compare with");
+  if (found.n_opened_frames > 0)
+    run.warn(
+        std::to_string(found.n_opened_frames) +
+        " frame(s) are solved without what is thinner than 3 cm or 5 cells (jets, sheets): waves do not follow it");
   if (found.n_bad_frames > 0)
     run.warn(std::to_string(found.n_bad_frames) + " frame(s) are left out of the transfer: " + found.bad_frame);
-  if (solved && found.lowest_mode_hz && *found.lowest_mode_hz <= highest)
-    run.warn("the tank resonates from " + std::to_string(std::lround(*found.lowest_mode_hz)) +
+  std::erase_if(found.modes_hz, [&](double f) { return !(f <= highest); });
+  if (solved && !found.modes_hz.empty())
+    run.warn("the tank resonates from " + std::to_string(std::lround(found.modes_hz.front())) +
              " Hz on, within the bubbles' band; levels there are what liquid_loss_factor " +
              to_text(run.scene.transfer.liquid_loss_factor) + " and walls taken as rigid make them");
   run.document.n_solves = found.n_solves;
-  run.document.transfer = TransferRecord{to_text(method), found.error_estimate};
+  run.document.transfer = TransferRecord{to_text(method), found.error_estimate, found.modes_hz};
   run.document.stages.transfer = StageRecord{StageStatus::kDone, watch.seconds(), watch.seconds(), found.n_solves};
   run.folder.write_document(run.document);
 }

@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/stopwatch.hpp"
+#include "core/physics/liquid/level_set.hpp"
+#include "core/physics/liquid/surface.hpp"
+#include "core/sound/liquid_scene/foreign_frames.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double kMostBoxCells = 6.4e7;
+
+std::string list(const Vector3d& x) {
+  return "[" + to_text(x.x()) + ", " + to_text(x.y()) + ", " + to_text(x.z()) + "]";
+}
+
+std::string quoted(const std::string& name) {
+  std::string text;
+  for (const char c : name) text += c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32 ? '_' : c;
+  return "\"" + text + "\"";
+}
+
+/// The folder's scene: its box and where it is heard; how it makes bubbles is for the user to say.
+std::string scene_text(const ForeignFrames& frames, const std::string& name,
+                       const std::optional<Vector3d>& listener_m) {
+  const liquid::GridShape& shape = frames.shape();
+  const Vector3d size = shape.size_m();
+  const Vector3d ear =
+      listener_m ? Vector3d(*listener_m - frames.low_m()) : Vector3d(0.5 * size.x(), -0.5, size.z() + 0.3);
+  if (!(ear.z() > 0.0)) throw InputError("--listener", "is below the box", list(ear), "in the air");
+  return "# Frames of another program. Bubbles come from [entrainment] (where the frames have velocity) or [[bubble]], "
+         "put here by hand;\n"
+         "# then `klang scene run scene.toml -o . --stage bubbles`. The box's low corner lies at " +
+         list(frames.low_m()) + " m of the files.\nname = " + quoted(name) +
+         "\n\n[domain]\nimported = true\nsize_m = " + list(size) + "\ncell_m = " + to_text(shape.cell_m) +
+         "\nduration_s = " + to_text(static_cast<double>(frames.n_frames() - 1) * frames.frame_step_s()) +
+         "\nframe_rate_hz = " + to_text(1.0 / frames.frame_step_s()) + "\n\n[listener]\nposition_m = " + list(ear) +
+         "\n";
+}
+
+}  // namespace
+
+void ForeignOptions::validate() const {
+  checked_open("--unit-m", "unit_m", unit_m, 0.0, 1e6);
+  if (cell_m) checked_open("--cell-m", "cell_m", *cell_m, 0.0, 10.0);
+  if (low_m.has_value() != high_m.has_value()) throw InputError("--low", "goes with --high");
+  if (low_m && !(low_m->array() < high_m->array()).all())
+    throw InputError("--low", "is not below --high", list(*low_m) + " to " + list(*high_m));
+}
+
+void ForeignFrames::set_box(const Vector3d& low_m, const Vector3d& high_m, double cell_m) {
+  low_m_ = low_m;
+  int* const counts[] = {&shape_.nx, &shape_.ny, &shape_.nz};
+  double cells = 1.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double n = std::round((high_m[axis] - low_m[axis]) / cell_m);
+    cells *= n;
+    if (!(n >= 2.0) || !(cells <= kMostBoxCells))
+      throw InputError("frames", "the box has too few or too many cells",
+                       list(high_m - low_m) + " m of cells of " + to_text(cell_m) + " m",
+                       "2 along each edge, 64 million in all");
+    *counts[axis] = static_cast<int>(n);
+  }
+  shape_.cell_m = cell_m;
+}
+
+double even_step_s(const std::vector<double>& time_s, const std::string& name) {
+  if (time_s.size() < 2) throw InputError(name, "has too few frames", std::to_string(time_s.size()), "2 or more");
+  const double step = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  for (std::size_t k = 1; k < time_s.size(); ++k)
+    if (!(std::abs(time_s[k] - time_s[k - 1] - step) <= 1e-3 * step))
+      throw InputError(name, "frames are uneven in time at frame " + std::to_string(k),
+                       to_text(time_s[k] - time_s[k - 1]) + " s after the one before", to_text(step) + " s");
+  return step;
+}
+
+RunDocument import_frames(ForeignFrames& frames, const std::string& kind, const std::string& name,
+                          const std::optional<Vector3d>& listener_m, const ResultHeader& header,
+                          const RunFolder& folder, Monitor& monitor) {
+  const Stopwatch watch;
+  if (folder.begun() || folder.has("scene.toml"))
+    throw InputError(folder.path().string(), "holds a run already", "", "another folder");
+  const std::string toml = scene_text(frames, name, listener_m);
+  const LiquidScene scene = parse_liquid_scene(toml, "scene.toml", ".");
+  require_room(scene, scene.duration_s, folder.path());
+  const liquid::GridShape& shape = frames.shape();
+  const liquid::SolidField no_solids = liquid::solid_field(shape, {});
+  RunDocument document;
+  document.header = header;
+  document.name = scene.name;
+  bool any_liquid = false, any_velocity = false;
+  OutputDirectory out(folder.path());
+  const RunFolder staging(out.staging());
+  out.sub_folder("frames");
+  out.sub_folder("fields");
+  for (std::size_t k = 0; k < frames.n_frames(); ++k) {
+    monitor.throw_if_stopped();
+    monitor.progress("import", static_cast<double>(k) / static_cast<double>(frames.n_frames()));
+    const ForeignFrame frame = frames.read(k);
+    write_fields(staging.field_file(k), shape, frame.phi_m, frame.u);
+    write_surface(staging.frame_file(k),
+                  frame.surface ? *frame.surface : liquid::liquid_surface(shape, frame.phi_m, frame.solid_m));
+    const double volume = liquid::liquid_volume_m3(shape, frame.phi_m, no_solids);
+    any_liquid = any_liquid || volume > 0.0;
+    any_velocity = any_velocity || frame.u.has_value();
+    if (k == 0) document.volume.start_m3 = volume;
+    document.volume.end_m3 = volume;
+    if (document.volume.start_m3 > 0.0)
+      document.volume.max_drift_relative =
+          std::max(document.volume.max_drift_relative, std::abs(volume / document.volume.start_m3 - 1.0));
+  }
+  if (!any_liquid) throw InputError(name, "there is no liquid in any frame", "", "phi below 0 somewhere in the box");
+  write_file(staging.file("scene.toml"), toml);
+  staging.write_collection(scene, frames.n_frames());
+  document.imported = ImportRecord{kind, any_velocity, {frames.low_m().x(), frames.low_m().y(), frames.low_m().z()}};
+  document.end_s = scene.duration_s;
+  document.n_frames = static_cast<std::int64_t>(frames.n_frames());
+  document.n_cells = static_cast<std::int64_t>(shape.n_cells());
+  document.stages.flow =
+      StageRecord{StageStatus::kDone, watch.seconds(), watch.seconds(), static_cast<std::int64_t>(frames.n_frames())};
+  for (const std::string& warning : frames.warnings()) document.header.warnings.push_back(warning);
+  const LiquidScene written = read_liquid_scene(staging.file("scene.toml"));
+  document.run = run_key(written);
+  document.flow_run = flow_key(written);
+  document.bubbles_run = bubbles_key(written);
+  staging.write_document(document);
+  out.commit();
+  return document;
+}
+
+}  // namespace klang::liquid_scene

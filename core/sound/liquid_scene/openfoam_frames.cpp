@@ -1,0 +1,280 @@
+#include <vtkCellData.h>
+#include <vtkCompositeDataIterator.h>
+#include <vtkDataArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkNew.h>
+#include <vtkObject.h>
+#include <vtkOpenFOAMReader.h>
+#include <vtkPointData.h>
+#include <vtkProbeFilter.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
+#include "core/physics/liquid/distance_grid.hpp"
+#include "core/sound/liquid_scene/foreign_frames.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+using Eigen::Vector3d;
+
+/// VTK's complaints go to the terminal; ours say what matters.
+class Quiet {
+ public:
+  Quiet() : before_(vtkObject::GetGlobalWarningDisplay()) { vtkObject::GlobalWarningDisplayOff(); }
+  ~Quiet() { vtkObject::SetGlobalWarningDisplay(before_); }
+
+ private:
+  int before_;
+};
+
+class OpenFoamFrames : public ForeignFrames {
+ public:
+  OpenFoamFrames(const ForeignOptions& options, Monitor& monitor) : options_(options) {
+    const std::filesystem::path given(options.frames);
+    case_ = std::filesystem::is_directory(given) ? given : given.parent_path();
+    const std::filesystem::path control = case_ / "system" / "controlDict";
+    read_file(control, std::size_t{64} << 20);  // a case has one
+    files_ = {control};
+    const Quiet quiet;
+    reader_->SetFileName(control.c_str());
+    reader_->SkipZeroTimeOff();
+    reader_->UpdateInformation();
+    reader_->EnableAllCellArrays();
+    reader_->DisableAllPatchArrays();
+    reader_->EnableAllCellArrays();
+    reader_->SetPatchArrayStatus("internalMesh", 1);
+    vtkDoubleArray* const times = reader_->GetTimeValues();
+    for (vtkIdType k = 0; times != nullptr && k < times->GetNumberOfTuples(); ++k)
+      if (has_field(times->GetValue(k))) time_s_.push_back(times->GetValue(k));
+    if (time_s_.empty())
+      throw InputError(case_.string(), "is no OpenFOAM case with times that hold " + field_word(), "",
+                       "a folder with system/controlDict, constant/polyMesh and folders of times");
+    frame_step_s_ = even_step_s(time_s_, case_.string());
+    monitor.throw_if_stopped();
+    vtkUnstructuredGrid* const mesh = grid_at(0);
+    double b[6];
+    mesh->GetBounds(b);
+    double longest = 0.0;  // points are read in single precision
+    for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, b[2 * axis + 1] - b[2 * axis]);
+    const double digit = std::pow(10.0, std::floor(std::log10(std::max(longest, 1e-300))) - 5.0);
+    for (double& bound : b) bound = std::round(bound / digit) * digit;
+    const Vector3d low = ours(Vector3d(b[0], b[2], b[4])), high = ours(Vector3d(b[1], b[3], b[5]));
+    const Vector3d from = low.cwiseMin(high), size = low.cwiseMax(high) - from;
+    const double volume = size.prod() / static_cast<double>(std::max<vtkIdType>(mesh->GetNumberOfCells(), 1));
+    const double cell = options.cell_m.value_or(even_cell(size, std::cbrt(volume)));
+    if (size.minCoeff() < 1.5 * cell)
+      throw InputError(case_.string(), "is thinner than 2 cells: sound needs three dimensions",
+                       to_text(size.minCoeff()) + " m of cells of " + to_text(cell) + " m");
+    set_box(from, from + size, cell);
+    const double off = (shape_.size_m() - size).cwiseAbs().maxCoeff();
+    if (off > 0.01 * cell)
+      warnings_.push_back("the box is no whole number of cells of " + to_text(cell) + " m: walls are off by up to " +
+                          to_text(off) + " m");
+  }
+
+  std::size_t n_frames() const override { return time_s_.size(); }
+
+  ForeignFrame read(std::size_t frame) override {
+    const Quiet quiet;
+    vtkUnstructuredGrid* const mesh = grid_at(frame);
+    vtkDataArray* const share = share_of(mesh);
+    if (share == nullptr)
+      throw InputError(case_.string(), "has no field " + field_word() + " at " + to_text(time_s_[frame]) + " s");
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(shape_.nx, shape_.ny, shape_.nz);
+    const double h = shape_.cell_m / options_.unit_m;
+    image->SetSpacing(h, h, h);
+    // Our cells in the case's axes; turned back below.
+    const Vector3d first = theirs(low_m_ + 0.5 * shape_.cell_m * Vector3d::Ones());
+    if (options_.y_up) {
+      image->SetDimensions(shape_.nx, shape_.nz, shape_.ny);
+      image->SetOrigin(first.x(), first.y(), first.z() - h * (shape_.ny - 1));
+    } else {
+      image->SetOrigin(first.x(), first.y(), first.z());
+    }
+    vtkNew<vtkProbeFilter> probe;
+    probe->SetInputData(image);
+    probe->SetSourceData(mesh);
+    probe->Update();
+    vtkPointData* const data = probe->GetOutput()->GetPointData();
+    vtkDataArray* const found = data->GetArray(share->GetName());
+    vtkDataArray* const valid = data->GetArray("vtkValidPointMask");
+    vtkDataArray* const velocity = data->GetArray("U");
+    if (found == nullptr || valid == nullptr)
+      throw InputError(case_.string(), "cannot be sampled at " + to_text(time_s_[frame]) + " s");
+    return made_of(*found, *valid, velocity);
+  }
+
+ private:
+  Vector3d ours(const Vector3d& x) const {
+    return options_.unit_m * (options_.y_up ? Vector3d(x.x(), -x.z(), x.y()) : x);
+  }
+  Vector3d theirs(const Vector3d& x) const {
+    return (options_.y_up ? Vector3d(x.x(), x.z(), -x.y()) : x) / options_.unit_m;
+  }
+  std::string field_word() const { return options_.field.empty() ? "alpha.*" : options_.field; }
+
+  /// Whether a time's folder has the share of liquid: the start of some cases has not, and other folders look like times.
+  bool has_field(double time_s) const {
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(case_, error)) {
+      char* end = nullptr;
+      const std::string name = entry.path().filename().string();
+      const double value = std::strtod(name.c_str(), &end);
+      if (end == name.c_str() || *end != '\0' || !(std::abs(value - time_s) <= 1e-9 * std::max(1.0, std::abs(time_s))))
+        continue;
+      for (const auto& file : std::filesystem::directory_iterator(entry.path(), error)) {
+        std::string field = file.path().filename().string();
+        if (field.ends_with(".gz")) field.resize(field.size() - 3);
+        if (options_.field.empty() ? field.starts_with("alpha") : field == options_.field) return true;
+      }
+    }
+    return false;
+  }
+
+  /// Cubes near an edge that fill the box.
+  static double even_cell(const Vector3d& size, double edge) {
+    double best = edge, least = HUGE_VAL;
+    const double shortest = size.minCoeff();
+    const int about = std::max(2, static_cast<int>(std::lround(shortest / edge)));
+    for (int n = std::max(2, about - 2); n <= about + 2; ++n) {
+      const double cell = shortest / n;
+      double off = 0.02 * std::abs(n - about);
+      for (int axis = 0; axis < 3; ++axis) off += std::abs(size[axis] / cell - std::round(size[axis] / cell));
+      if (off < least) {
+        least = off;
+        best = cell;
+      }
+    }
+    return best;
+  }
+
+  vtkUnstructuredGrid* grid_at(std::size_t frame) {
+    const Quiet quiet;
+    reader_->SetTimeValue(time_s_[frame]);
+    reader_->Modified();
+    reader_->Update();
+    vtkMultiBlockDataSet* const output = reader_->GetOutput();
+    vtkSmartPointer<vtkCompositeDataIterator> it;
+    it.TakeReference(output->NewIterator());
+    for (it->InitTraversal(); !it->IsDoneWithTraversal(); it->GoToNextItem())
+      if (auto* const grid = vtkUnstructuredGrid::SafeDownCast(it->GetCurrentDataObject()))
+        if (grid->GetNumberOfCells() > 0) return grid;
+    throw InputError(case_.string(), "has no cells at " + to_text(time_s_[frame]) + " s", "", "constant/polyMesh");
+  }
+
+  vtkDataArray* share_of(vtkUnstructuredGrid* mesh) const {
+    vtkPointData* const data = mesh->GetPointData();
+    for (int a = 0; a < data->GetNumberOfArrays(); ++a) {
+      const char* const name = data->GetArrayName(a);
+      if (name == nullptr) continue;
+      const std::string word(name);
+      if (options_.field.empty() ? word.starts_with("alpha") : word == options_.field) return data->GetArray(a);
+    }
+    return nullptr;
+  }
+
+  ForeignFrame made_of(vtkDataArray& share, vtkDataArray& valid, vtkDataArray* velocity) {
+    const double h = shape_.cell_m;
+    ForeignFrame result;
+    result.phi_m = liquid::Field(shape_.nx, shape_.ny, shape_.nz);
+    liquid::Field open(shape_.nx, shape_.ny, shape_.nz);
+    bool any_closed = false;
+    const auto at = [&](int i, int j, int k) {
+      return options_.y_up
+                 ? static_cast<vtkIdType>(i) +
+                       static_cast<vtkIdType>(shape_.nx) * (k + static_cast<vtkIdType>(shape_.nz) * (shape_.ny - 1 - j))
+                 : static_cast<vtkIdType>(shape_.index(i, j, k));
+    };
+    for (int k = 0; k < shape_.nz; ++k)
+      for (int j = 0; j < shape_.ny; ++j)
+        for (int i = 0; i < shape_.nx; ++i) {
+          const vtkIdType p = at(i, j, k);
+          const bool inside = valid.GetComponent(p, 0) > 0.5;
+          const double value = share.GetComponent(p, 0);
+          if (inside && !(value > -0.5 && value < 1.5))
+            throw InputError(case_.string(), "the share of liquid is no share", to_text(value), "0 to 1");
+          any_closed = any_closed || !inside;
+          open(i, j, k) = inside ? 0.5 * h : -0.5 * h;
+          result.phi_m(i, j, k) = inside ? 2.0 * h * (0.5 - value) : HUGE_VAL;
+        }
+    if (any_closed) {
+      continue_into_closed(result.phi_m);
+      liquid::distance_from_zero_set(shape_, open);
+      result.solid_m = std::move(open);
+    }
+    liquid::distance_from_zero_set(shape_, result.phi_m);
+    if (velocity != nullptr && velocity->GetNumberOfComponents() == 3) {
+      result.u.emplace(shape_);
+      const auto centre = [&](int axis, int i, int j, int k) {
+        const vtkIdType p =
+            at(std::clamp(i, 0, shape_.nx - 1), std::clamp(j, 0, shape_.ny - 1), std::clamp(k, 0, shape_.nz - 1));
+        const Vector3d u(velocity->GetComponent(p, 0), velocity->GetComponent(p, 1), velocity->GetComponent(p, 2));
+        return ours(u)[axis];
+      };
+      for (int axis = 0; axis < 3; ++axis) {
+        liquid::Field& u = (*result.u)[axis];
+        for (int k = 0; k < u.nz(); ++k)
+          for (int j = 0; j < u.ny(); ++j)
+            for (int i = 0; i < u.nx(); ++i)
+              u(i, j, k) = 0.5 * (centre(axis, i, j, k) + centre(axis, i - (axis == 0 ? 1 : 0), j - (axis == 1 ? 1 : 0),
+                                                                 k - (axis == 2 ? 1 : 0)));
+      }
+    } else if (!said_) {
+      said_ = true;
+      warnings_.push_back(
+          "the case has no field U: bubbles come from [[bubble]] alone, and the liquid does not carry them");
+    }
+    return result;
+  }
+
+  /// Cells outside the case's mesh go on as their neighbours do, so that a wall is no surface.
+  void continue_into_closed(liquid::Field& phi) const {
+    for (bool changed = true; changed;) {
+      changed = false;
+      const liquid::Field before = phi;
+      for (int k = 0; k < shape_.nz; ++k)
+        for (int j = 0; j < shape_.ny; ++j)
+          for (int i = 0; i < shape_.nx; ++i) {
+            if (std::isfinite(before(i, j, k))) continue;
+            double sum = 0.0;
+            int count = 0;
+            for (int side = 0; side < 6; ++side) {
+              const int step = side < 3 ? -1 : 1, axis = side % 3;
+              const double value =
+                  before.clamped(i + (axis == 0 ? step : 0), j + (axis == 1 ? step : 0), k + (axis == 2 ? step : 0));
+              if (!std::isfinite(value)) continue;
+              sum += value;
+              ++count;
+            }
+            if (count == 0) continue;
+            phi(i, j, k) = sum / count;
+            changed = true;
+          }
+    }
+    for (double& value : phi.data())
+      if (!std::isfinite(value)) value = shape_.cell_m;  // nothing inside at all
+  }
+
+  const ForeignOptions options_;
+  std::filesystem::path case_;
+  vtkNew<vtkOpenFOAMReader> reader_;
+  std::vector<double> time_s_;
+  bool said_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<ForeignFrames> openfoam_frames(const ForeignOptions& options, Monitor& monitor) {
+  return std::make_unique<OpenFoamFrames>(options, monitor);
+}
+
+}  // namespace klang::liquid_scene

@@ -1,0 +1,92 @@
+#include "core/sound/liquid_scene/run_tables.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_csv.hpp"
+#include "core/physics/entrainment/tracked_bubbles.hpp"
+#include "core/physics/liquid/level_set.hpp"
+#include "core/sound/liquid_scene/bubbles_stage.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+constexpr std::size_t kMostFrames = 200;
+constexpr int kDraws = 20000, kBinsPerOctave = 3;
+
+/// Cells cut by phi's plane, as volumes are measured; solids are left out of account.
+EnergyRow energy_of(const FrameFields& fields, double time_s, double density, double gravity) {
+  const liquid::GridShape& s = fields.shape;
+  const double h = s.cell_m, cell = h * h * h;
+  EnergyRow row;
+  row.time_s = time_s;
+  for (int k = 0; k < s.nz; ++k)
+    for (int j = 0; j < s.ny; ++j)
+      for (int i = 0; i < s.nx; ++i) {
+        const double value = fields.phi_m(i, j, k) / h;
+        if (value > 1.0) continue;
+        const double share =
+            value < -1.0 ? 1.0 : liquid::plane_fraction(value, liquid::slope_at(fields.phi_m, h, i, j, k));
+        row.volume_m3 += share * cell;
+        row.potential_j += share * cell * density * gravity * (k + 0.5) * h;
+        if (!fields.u) continue;
+        const liquid::MacGrid& u = *fields.u;
+        const double x = u[0](i, j, k) * u[0](i, j, k) + u[0](i + 1, j, k) * u[0](i + 1, j, k),
+                     y = u[1](i, j, k) * u[1](i, j, k) + u[1](i, j + 1, k) * u[1](i, j + 1, k),
+                     z = u[2](i, j, k) * u[2](i, j, k) + u[2](i, j, k + 1) * u[2](i, j, k + 1);
+        row.kinetic_j += share * cell * 0.25 * density * (x + y + z);
+      }
+  return row;
+}
+
+std::vector<RadiusRow> radius_rows(const std::vector<double>& asked, const std::vector<double>& made,
+                                   const std::vector<double>& recorded) {
+  double low = HUGE_VAL, high = 0.0;
+  for (const auto* list : {&asked, &made, &recorded})
+    for (const double r : *list) {
+      low = std::min(low, r);
+      high = std::max(high, r);
+    }
+  const auto bin_of = [](double r) { return static_cast<int>(std::floor(kBinsPerOctave * std::log2(r / 1e-3))); };
+  std::vector<RadiusRow> rows;
+  for (int bin = bin_of(low); bin <= bin_of(high); ++bin) {
+    const auto share = [&](const std::vector<double>& list) {
+      return static_cast<double>(std::count_if(list.begin(), list.end(), [&](double r) { return bin_of(r) == bin; })) /
+             static_cast<double>(list.size());
+    };
+    RadiusRow row{1e-3 * std::exp2(static_cast<double>(bin) / kBinsPerOctave),
+                  1e-3 * std::exp2(static_cast<double>(bin + 1) / kBinsPerOctave), asked.empty() ? 0.0 : share(asked),
+                  std::nullopt, std::nullopt};
+    if (!made.empty()) row.made = share(made);
+    if (!recorded.empty()) row.recorded = share(recorded);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace
+
+void write_run_tables(const StageRun& run) {
+  const auto n_frames = static_cast<std::size_t>(std::max<std::int64_t>(run.document.n_frames, 0));
+  std::vector<EnergyRow> rows;
+  const std::size_t stride = std::max<std::size_t>(1, (n_frames + kMostFrames - 1) / kMostFrames);
+  for (std::size_t k = 0; k < n_frames; k += stride) {
+    run.monitor.throw_if_stopped();
+    rows.push_back(energy_of(read_fields_file(run.folder.field_file(k)), run.scene.frame_s(k),
+                             run.scene.setup.options.density_kg_m3, run.scene.setup.options.gravity_m_s2));
+  }
+  if (!rows.empty()) write_file(run.folder.file("energy.csv"), csv_table(rows));
+  if (run.document.n_bubbles == 0 || !run.folder.has("bubbles.trk")) return;
+  std::vector<double> made;
+  for (const entrainment::BubblePath& path : entrainment::read_tracked_bubbles(run.folder.file("bubbles.trk")).paths)
+    made.push_back(path.radius_m);
+  const entrainment::RadiusDistribution asked_for = radii_of(run.scene.entrainment);
+  std::vector<double> asked;
+  RandomStream random(1, 0);
+  if (run.scene.entrainment.given)
+    for (int draw = 0; draw < kDraws; ++draw) asked.push_back(asked_for.draw(random));
+  write_file(run.folder.file("radii.csv"), csv_table(radius_rows(asked, made, asked_for.recorded_m)));
+}
+
+}  // namespace klang::liquid_scene

@@ -37,6 +37,7 @@ namespace klang::apps {
   MEMBER(scene, info) \
   MEMBER(scene, import) \
   MEMBER(scene, export) \
+  MEMBER(scene, match) \
   COMMAND(converge) \
   GROUP(regress, "Recordings and models against a reference spectrum") \
   MEMBER(regress, make) \

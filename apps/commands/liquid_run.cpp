@@ -12,8 +12,10 @@
 #include "core/foundation/config/fields_json.hpp"
 #include "core/sound/liquid_scene/bubbles_stage.hpp"
 #include "core/sound/liquid_scene/flow_stage.hpp"
+#include "core/sound/liquid_scene/run_tables.hpp"
 #include "core/sound/liquid_scene/sound_stage.hpp"
 #include "core/sound/liquid_scene/transfer_stage.hpp"
+#include "reports/report/report.hpp"
 
 namespace klang::apps {
 namespace {
@@ -78,11 +80,17 @@ std::size_t first_stage(const LiquidRunOptions& options, const RunDocument& docu
 RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& scene, const RunFolder& folder) {
   RunDocument document;
   const std::string key = liquid_scene::run_key(scene);
+  // A later stage may be done again with what only it depends on changed.
+  const bool from_bubbles = options.stage == "bubbles", from_transfer = options.stage == "transfer";
+  const std::string noted_key = from_bubbles    ? liquid_scene::flow_key(scene)
+                                : from_transfer ? liquid_scene::bubbles_key(scene)
+                                                : key;
+  const char* const field = from_bubbles ? "flow_run" : from_transfer ? "bubbles_run" : "run";
   if (options.resume || options.stage) {
     const char* const flag = options.resume ? "--resume" : "--stage";
     if (!folder.begun()) throw InputError(flag, "there is no run in the folder", options.output.string());
     const nlohmann::json noted = parse_json(read_file(folder.file("run.json")), folder.file("run.json").string());
-    if (!noted.is_object() || text_under(noted, "run") != key)
+    if (!noted.is_object() || text_under(noted, field) != noted_key)
       throw InputError(flag, "the folder holds the run of another scene or version, or its files have changed",
                        options.output.string(), "the same scene and program, or another folder");
     document = folder.read_document();
@@ -91,6 +99,8 @@ RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& s
   }
   document.name = scene.name;
   document.run = key;
+  document.flow_run = liquid_scene::flow_key(scene);
+  document.bubbles_run = liquid_scene::bubbles_key(scene);
   return document;
 }
 
@@ -133,6 +143,8 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
     write_json(common, json_of(document));
     return kDone;
   }
+  if (first == 0 && scene.imported)
+    throw InputError(options.scene.string(), "its flow is another program's", "", "--stage bubbles, or a later one");
   if (first == 0 && !options.resume) {
     liquid_scene::require_room(scene, until_s, options.output);
     note(common, "the folder will take about " +
@@ -164,26 +176,36 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
     if (options.no_sound && kStages[s].run == liquid_scene::run_sound) continue;
     kStages[s].run(run);
     run.resume = false;
+    if (options.last_stage == kStages[s].name) break;
   }
   document.header.status = "done";
   folder.write_document(document);
+  std::string page;
+  if (!options.no_page && !options.no_sound && !options.last_stage) {
+    liquid_scene::write_run_tables(run);
+    const auto report = reports::write_report(folder.file("run.json"), {}, monitor);
+    for (const std::string& warning : report.warnings) warn(warning);
+    page = report.page.string();
+  }
   write_json(common, json_of(document));
   say_run(document, common);
+  if (!page.empty()) say(common, "page: %s\n", page.c_str());
   return kDone;
 }
 
 int check_liquid(const std::filesystem::path& file, const CommonOptions& common) {
   const LiquidScene scene = liquid_scene::read_liquid_scene(file);
-  const liquid::Liquid start(scene.setup);
+  std::optional<liquid::Liquid> start;
+  if (!scene.imported) start.emplace(scene.setup);
   LiquidCheckDocument document;
   document.header = make_header("liquid_scene_check", "ok", common, nlohmann::json::object(), scene.inputs());
   document.name = scene.name;
   document.cell_m = scene.setup.shape.cell_m;
   document.duration_s = scene.duration_s;
-  document.volume_m3 = start.volume_m3();
+  document.volume_m3 = start ? start->volume_m3() : 0.0;
   document.estimated_bytes = liquid_scene::estimated_bytes(scene, scene.duration_s);
   document.n_cells = static_cast<std::int64_t>(scene.setup.shape.n_cells());
-  document.n_particles = static_cast<std::int64_t>(start.particles().size());
+  document.n_particles = start ? static_cast<std::int64_t>(start->particles().size()) : 0;
   document.n_frames = static_cast<std::int64_t>(scene.n_frames());
   document.n_solids = static_cast<std::int64_t>(scene.setup.solids.size());
   document.n_inlets = static_cast<std::int64_t>(scene.setup.inlets.size());

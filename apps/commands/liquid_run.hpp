@@ -14,6 +14,8 @@ struct LiquidRunOptions {
   std::optional<double> until_s, checkpoint_s;
   std::optional<std::string> stage;
   bool no_sound = false, resume = false;
+  bool no_page = false;
+  std::optional<std::string> last_stage;  ///< ends after it
 };
 
 struct LiquidCheckDocument {

@@ -23,7 +23,7 @@ struct RunOptions {
   std::string scene, output;
   std::optional<double> until_s, checkpoint_s;
   std::optional<std::string> stage;
-  bool no_sound = false, no_frames = false, resume = false;
+  bool no_sound = false, no_frames = false, resume = false, no_page = false;
   SceneChanges changes;
 
   /// What decides about the results.
@@ -170,7 +170,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
           std::pair(options.changes.without_fracture_impulses, "--without-fracture-impulses")})
       if (given) throw InputError(flag, "belongs to scenes of solid bodies", options.scene, "a scene without [domain]");
     return run_liquid({options.scene, options.output, options.until_s, options.checkpoint_s, options.stage,
-                       options.no_sound, options.resume},
+                       options.no_sound, options.resume, options.no_page},
                       common, monitor);
   }
   for (const auto& [given, flag] :
@@ -228,6 +228,7 @@ Subcommand add_scene_run(CLI::App& group, CommonOptions& common) {
                   "Bodies whose lowest frequency is above this are heard by ellipsoids of the scene's bank; 0: all");
   app->add_flag("--without-fracture-impulses", options->changes.without_fracture_impulses,
                 "Cracks push nothing: as fracture.impulses = false");
+  app->add_flag("--no-page", options->no_page, "Of a liquid: no report.html");
   app->add_flag("--resume", options->resume,
                 "Continues an interrupted run of the same scene: stages that are done stay");
   app->footer(

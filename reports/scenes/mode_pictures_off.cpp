@@ -1,4 +1,5 @@
 #include "reports/scenes/frame_scene.hpp"
+#include "reports/scenes/liquid_pictures.hpp"
 #include "reports/scenes/mode_pictures.hpp"
 #include "reports/scenes/study_pictures.hpp"
 
@@ -21,6 +22,10 @@ DrawnPictures render_frames(const std::vector<FramePictureRequest>& requests, Mo
   result.pictures.resize(requests.size());
   if (!requests.empty()) result.warning = "built without VTK pictures: stills left out";
   return result;
+}
+
+DrawnPictures render_liquid(const std::vector<LiquidPictureRequest>& requests, Monitor& monitor) {
+  return render_fields(std::vector<FieldPictureRequest>(requests.size()), monitor);
 }
 
 }  // namespace klang::reports::detail

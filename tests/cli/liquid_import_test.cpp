@@ -1,0 +1,216 @@
+// klang scene import of other programs' liquids, and export as .vdb.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/cli/expect_refused.hpp"
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
+
+using namespace klang;
+using klang::test::expect_refused;
+using klang::test::read_json;
+using klang::test::run_klang;
+using klang::test::Scratch;
+
+namespace {
+
+const std::string kPool =
+    "name = \"pool\"\n[domain]\nsize_m = [0.12, 0.1, 0.12]\ncell_m = 0.02\nduration_s = 0.03\nframe_rate_hz = 100\n"
+    "[[pool]]\ndepth_m = 0.074\n[listener]\nposition_m = [0.06, -0.5, 0.3]\n";
+const std::string kBubble = "[[bubble]]\nradius_m = 0.003\nposition_m = [0.06, 0.06, 0.04]\nbirth_s = 0.005\n";
+
+std::string read_text(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+/// Depth of the only bubble at its birth.
+double depth_m(const std::filesystem::path& folder) {
+  std::istringstream lines(read_text(folder / "bubbles.csv"));
+  std::string line, cell;
+  std::getline(lines, line);
+  std::getline(lines, line);
+  std::istringstream cells(line);
+  for (int c = 0; c < 9; ++c) std::getline(cells, cell, ',');
+  return std::stod(cell);
+}
+
+/// Puts a bubble into an imported folder and hears it.
+void expect_heard(const Scratch& scratch, const std::string& folder, double depth, double tolerance) {
+  std::ofstream(scratch.path() / folder / "scene.toml", std::ios::app) << kBubble;
+  const auto run = run_klang("scene run " + folder + "/scene.toml -o " + folder + " --stage bubbles", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_LE(std::abs(depth_m(scratch.path() / folder) - depth), tolerance) << folder;
+  const nlohmann::json json = read_json(scratch.path() / folder / "run.json");
+  EXPECT_GT(json["sound"]["peak_pressure_pa"].get<double>(), 0.0);
+  EXPECT_LE(json["transfer"]["error_estimate"].get<double>(), 0.3);
+}
+
+/// An OpenFOAM case of 6 x 5 x 6 cells of 0.02 m, water up to a height.
+void write_case(const Scratch& scratch, const std::string& folder, const std::vector<std::string>& times,
+                double depth) {
+  constexpr int kN[3] = {6, 5, 6};
+  const auto point = [&](int i, int j, int k) { return i + (kN[0] + 1) * (j + (kN[1] + 1) * k); };
+  const auto cell = [&](int i, int j, int k) { return i + kN[0] * (j + kN[1] * k); };
+  std::ostringstream points, inner, outer, inner_owner, outer_owner, neighbour;
+  int n_inner = 0, n_outer = 0;
+  for (int k = 0; k <= kN[2]; ++k)
+    for (int j = 0; j <= kN[1]; ++j)
+      for (int i = 0; i <= kN[0]; ++i) points << "(" << 0.02 * i << " " << 0.02 * j << " " << 0.02 * k << ")\n";
+  for (int k = 0; k < kN[2]; ++k)
+    for (int j = 0; j < kN[1]; ++j)
+      for (int i = 0; i < kN[0]; ++i)
+        for (int side = 0; side < 6; ++side) {
+          const int axis = side % 3, up = side < 3 ? 1 : 0, at[3] = {i, j, k};
+          const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+          std::ostringstream face;
+          face << "4(";
+          for (int corner = 0; corner < 4; ++corner) {  // outwards by the right hand
+            int x[3] = {i, j, k};
+            x[axis] += up;
+            const bool first = corner == 1 || corner == 2, second = corner >= 2;
+            x[up == 1 ? b : c] += first ? 1 : 0;
+            x[up == 1 ? c : b] += second ? 1 : 0;
+            face << (corner > 0 ? " " : "") << point(x[0], x[1], x[2]);
+          }
+          face << ")\n";
+          int beside[3] = {i, j, k};
+          ++beside[axis];
+          if (up == 1 && at[axis] + 1 < kN[axis]) {
+            inner << face.str();
+            inner_owner << cell(i, j, k) << "\n";
+            neighbour << cell(beside[0], beside[1], beside[2]) << "\n";
+            ++n_inner;
+          } else if (up == 1 || at[axis] == 0) {
+            outer << face.str();
+            outer_owner << cell(i, j, k) << "\n";
+            ++n_outer;
+          }
+        }
+  const auto file = [&](const std::string& name, const std::string& kind, const std::string& text) {
+    std::filesystem::create_directories((scratch.path() / folder / name).parent_path());
+    std::ofstream(scratch.path() / folder / name)
+        << "FoamFile\n{\n version 2.0;\n format ascii;\n class " << kind << ";\n object "
+        << std::filesystem::path(name).filename().string() << ";\n}\n"
+        << text;
+  };
+  const auto listed = [](int n, const std::string& text) { return std::to_string(n) + "\n(\n" + text + ")\n"; };
+  file("constant/polyMesh/points", "vectorField", listed(7 * 6 * 7, points.str()));
+  file("constant/polyMesh/faces", "faceList", listed(n_inner + n_outer, inner.str() + outer.str()));
+  file("constant/polyMesh/owner", "labelList", listed(n_inner + n_outer, inner_owner.str() + outer_owner.str()));
+  file("constant/polyMesh/neighbour", "labelList", listed(n_inner, neighbour.str()));
+  file("constant/polyMesh/boundary", "polyBoundaryMesh",
+       "1\n(\nwalls\n{\n type wall;\n nFaces " + std::to_string(n_outer) + ";\n startFace " + std::to_string(n_inner) +
+           ";\n}\n)\n");
+  file("system/controlDict", "dictionary", "startTime 0;\nendTime 1;\ndeltaT 0.01;\nwriteInterval 0.01;\n");
+  for (const std::string& time : times) {
+    std::ostringstream share;
+    for (int c = 0; c < 180; ++c) share << std::clamp((depth - 0.02 * (c / 30)) / 0.02, 0.0, 1.0) << "\n";
+    file(time + "/alpha.water", "volScalarField",
+         "dimensions [0 0 0 0 0 0 0];\ninternalField nonuniform List<scalar>\n" + listed(180, share.str()) +
+             ";\nboundaryField\n{\nwalls\n{\n type zeroGradient;\n}\n}\n");
+  }
+}
+
+}  // namespace
+
+TEST(LiquidImport, VdbComesBackAsItWentAndSounds) {
+  const Scratch scratch;
+  scratch.write("pool.toml", kPool);
+  ASSERT_EQ(run_klang("scene run pool.toml -o D", scratch.path()).exit_code, 0);
+  const auto exported = run_klang("scene export D --vdb V", scratch.path());
+  if (exported.err.find("has no OpenVDB") != std::string::npos) GTEST_SKIP() << "built without OpenVDB";
+  ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  const std::string import = "scene import V/f_####.vdb --kind vdb --frame-step-s 0.01 ";
+  ASSERT_EQ(run_klang(import + "-o E", scratch.path()).exit_code, 0);
+  const nlohmann::json json = read_json(scratch.path() / "E/run.json");
+  EXPECT_EQ(json["stages"]["flow"]["status"], "done");
+  EXPECT_EQ(json["n_frames"], 4);
+  EXPECT_EQ(json["imported"]["has_velocity"], true);
+  EXPECT_LE(std::abs(json["volume"]["end_m3"].get<double>() / (0.12 * 0.1 * 0.074) - 1.0), 1e-4);
+  expect_heard(scratch, "E", 0.034, 2e-5);
+  expect_refused(scratch, "scene run E/scene.toml -o E2", {"another program"});
+  expect_refused(scratch, "scene import V/f_####.vdb --kind vdb -o F", {"--frame-step-s"});
+  expect_refused(scratch, import + "-o E", {"holds a run already"});
+  std::filesystem::remove(scratch.path() / "V/f_0002.vdb");
+  expect_refused(scratch, import + "-o F", {"f_0002.vdb"});
+  std::string coarse = kPool;
+  coarse.replace(coarse.find("cell_m = 0.02"), 13, "cell_m = 0.01");
+  scratch.write("fine.toml", coarse);
+  ASSERT_EQ(run_klang("scene run fine.toml -o G --until-s 0.01", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("scene export G --vdb W", scratch.path()).exit_code, 0);
+  std::filesystem::copy_file(scratch.path() / "W/f_0001.vdb", scratch.path() / "V/f_0002.vdb");
+  expect_refused(scratch, import + "-o F", {"voxel size changes"});
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "F"));
+}
+
+TEST(LiquidImport, SurfacesKeepTheirRegionsAndUnevenTimesAreRefused) {
+  const Scratch scratch;
+  scratch.write("pool.toml", kPool);
+  ASSERT_EQ(run_klang("scene run pool.toml -o D", scratch.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("scene import D/frames.pvd --kind vtp -o E", scratch.path()).exit_code, 0);
+  EXPECT_EQ(read_json(scratch.path() / "E/run.json")["n_frames"], 4);
+  expect_heard(scratch, "E", 0.034, 5e-4);
+  std::string pvd = read_text(scratch.path() / "D/frames.pvd");
+  pvd.replace(pvd.find("timestep=\"0.03\""), 15, "timestep=\"0.04\"");
+  std::ofstream(scratch.path() / "D/frames.pvd") << pvd;
+  expect_refused(scratch, "scene import D/frames.pvd --kind vtp -o F", {"uneven in time"});
+  expect_refused(scratch, "scene import D/frames.pvd --kind abc -o F", {"vdb, vtp, openfoam"});
+}
+
+TEST(LiquidImport, AnOpenFoamCaseIsReadWhereHalfIsWater) {
+  const Scratch scratch;
+  write_case(scratch, "case", {"0", "0.01", "0.02", "0.03"}, 0.07);
+  const auto import = run_klang("scene import case --kind openfoam -o E", scratch.path());
+  ASSERT_EQ(import.exit_code, 0) << import.err;
+  const nlohmann::json json = read_json(scratch.path() / "E/run.json");
+  EXPECT_EQ(json["n_frames"], 4);
+  EXPECT_EQ(json["n_cells"], 180);
+  // The point at the middle of cell 3 (z = 0.07) is half full.
+  EXPECT_LE(std::abs(json["volume"]["end_m3"].get<double>() / (0.12 * 0.1 * 0.07) - 1.0), 1e-3);
+  expect_heard(scratch, "E", 0.03, 2e-4);
+  write_case(scratch, "uneven", {"0", "0.01", "0.03"}, 0.07);
+  expect_refused(scratch, "scene import uneven --kind openfoam -o F", {"uneven in time"});
+  expect_refused(scratch, "scene import . --kind openfoam -o F", {"controlDict"});
+}
+
+TEST(SceneMatch, SetsRateAndRadiiAndSaysWhatIsPrediction) {
+  const Scratch scratch;
+  std::string drops =
+      "name = \"d\"\n[sound]\nduration_s = 1.6\n[listener]\nmode = \"mono\"\nposition_m = [0, -0.5, 0.5]\n";
+  for (int i = 0; i < 12; ++i)
+    drops += "[[bubble]]\nradius_m = " + std::to_string(0.001 + 0.0005 * (i % 3)) +
+             "\nbirth_s = " + std::to_string(0.05 + 0.12 * i) + "\nposition_m = [0.02, 0, -0.05]\n";
+  scratch.write("drops.toml", drops);
+  ASSERT_EQ(run_klang("bubble synth drops.toml -o drops.wav", scratch.path()).exit_code, 0);
+  std::string scene = kPool;
+  scene.replace(scene.find("duration_s = 0.03"), 17, "duration_s = 1.0 ");
+  scene.replace(scene.find("frame_rate_hz = 100"), 19, "frame_rate_hz = 20 ");
+  scratch.write(
+      "pool.toml",
+      scene +
+          "[entrainment]\nattempts_per_m2_s = 1e4\ncoverage = 0\n[[entrainment.patch]]\nlow_m = [0.02, 0.02, 0.05]\n"
+          "high_m = [0.1, 0.08, 0.1]\n");
+  const auto run = run_klang("scene match pool.toml --recording drops.wav -o M --no-sound", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json match = read_json(scratch.path() / "M/match.json");
+  EXPECT_EQ(match["recorded"]["n_bubbles"], 12);
+  EXPECT_LE(std::abs(match["made"]["births_per_s"].get<double>() - 7.5), 1.01);
+  EXPECT_LE(std::abs(match["made"]["radius_median_m"].get<double>() / 0.0015 - 1.0), 0.35);
+  EXPECT_EQ(match["matched"][0], "births per second");
+  EXPECT_FALSE(match["predicted"].empty());
+  const nlohmann::json json = read_json(scratch.path() / "M/run.json");
+  EXPECT_EQ(json["n_bubbles"], match["made"]["n_bubbles"]);
+  // The matched scene is one that runs by itself.
+  EXPECT_EQ(run_klang("scene check M/scene.toml", scratch.path()).exit_code, 0);
+  scratch.write("still.toml", kPool);
+  expect_refused(scratch, "scene match drops.toml --recording drops.wav -o N", {"[domain]"});
+  const auto still = run_klang("scene match still.toml --recording drops.wav -o N --no-sound", scratch.path());
+  EXPECT_EQ(still.exit_code, 3) << still.err;
+  EXPECT_NE(still.err.find("entrains"), std::string::npos) << still.err;
+}

@@ -72,6 +72,30 @@ TEST(LiquidColumnStudy, PressureConvergesAtOrderTwoAtSixteenPlaces) {
   for (const Level& level : study.series[0].levels) EXPECT_EQ(level.points.size(), 16U);
 }
 
+TEST(LiquidWaveStudy, FrequencyAndLossOfASmallWaveAreWithinTheirBars) {
+  const Study study = run_study("liquid-wave", {.levels = 3, .only = {}, .fields = false});
+  expect_passed(study);
+  ASSERT_EQ(study.series.size(), 1U);
+  for (std::size_t i = 1; i < 3; ++i) EXPECT_LE(study.series[0].levels[i].error, study.series[0].levels[i - 1].error);
+  EXPECT_EQ(study.claims.size(), 2U) << "frequency and loss at 32 cells per wavelength";
+}
+
+TEST(LiquidDamStudy, FrontIsTheExperimentsWithinThreePercentInTheMean) {
+  const Study study = run_study("liquid-dam", {.levels = 3, .only = {}, .fields = false});
+  expect_passed(study);
+  EXPECT_LE(study.series.at(0).levels.back().error, 0.03);
+}
+
+TEST(LiquidAdvectionStudy, ZalesaksDiscKeepsItsAreaAndMostOfItsShape) {
+  const Study study = run_study("liquid-advection", {.levels = 3, .only = "zalesak", .fields = false});
+  expect_passed(study);
+  const std::vector<Level>& levels = study.series.at(0).levels;
+  ASSERT_EQ(levels.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_LE(levels[i].error, 0.003) << "area, kept by the shift";
+  EXPECT_LE(levels[2].shape_error.value_or(1.0), 0.06);
+  EXPECT_LE(levels[2].shape_error.value_or(1.0), levels[0].shape_error.value_or(0.0));
+}
+
 TEST(BemStudy, OrderTwoAlsoAtTheInteriorResonances) {
   for (const char* id : {"pulsating-kapi", "dipole-ka4.4934"}) {
     const Study study = run_study("bem", {.levels = 3, .only = id, .fields = false});

@@ -128,17 +128,32 @@ Study liquid_dam_study(const StudyOptions& options, Monitor& monitor) {
       level.value = found;
       level.exact = place;
     }
-    double height_error = 0.0;
-    for (const auto& [time, place] : kHeight) {
-      const double shifted = (time - kGate / std::sqrt(2.0)) / std::sqrt(kDamGravity / kDamWidth_m);
-      height_error += std::abs(history.height_at(shifted) / (2.0 * kDamWidth_m) / place - 1.0) /
-                      static_cast<double>(kHeight.size());
-    }
+    const auto height_error = [&](double gate) {
+      double sum = 0.0;
+      for (const auto& [time, place] : kHeight)
+        sum += std::abs(history.height_at((time - gate) / std::sqrt(kDamGravity / kDamWidth_m)) / (2.0 * kDamWidth_m) /
+                            place -
+                        1.0);
+      return sum / static_cast<double>(kHeight.size());
+    };
     level.wall_time_s = watch.seconds();
     series.levels.push_back(level);
-    if (i + 1 == n)
-      study.claims.push_back(judged(
-          {"dam.height", "mean relative error of the column's height at the wall", height_error, {}, 0.05, {}, false}));
+    if (i + 1 < n) continue;
+    // The height's own first points lie where the exact start (-0.89 g at the wall) is without a gate; with the front's they are late.
+    study.claims.push_back(judged({"dam.height",
+                                   "mean relative error of the column's height at the wall, times as printed",
+                                   height_error(0.0),
+                                   {},
+                                   0.03,
+                                   {},
+                                   false}));
+    study.claims.push_back(judged({"dam.height-shifted",
+                                   "the same with times shifted as the front's",
+                                   height_error(kGate / std::sqrt(2.0)),
+                                   {},
+                                   0.05,
+                                   {},
+                                   false}));
   }
   study.series.push_back(std::move(series));
   return study;

@@ -138,6 +138,23 @@ void say_what_is_what(const drops::BubblesDocument& found, bool with_pitch, cons
                                        to_text(recording.duration_s()) + " s: cut it to what the scene shows");
 }
 
+void say_match(const MatchDocument& document, const std::string& recording, const CommonOptions& common) {
+  say(common, "%s: %lld bubbles in %.3g s (%.4g per second), median radius %.3g mm\n", recording.c_str(),
+      static_cast<long long>(document.recorded.n_bubbles), document.recorded.duration_s, document.recorded.births_per_s,
+      1e3 * document.recorded.radius_median_m);
+  say(common, "%s: %lld bubbles in %.3g s (%.4g per second), median radius %.3g mm; %.4g attempts per m2 s\n",
+      document.name.c_str(), static_cast<long long>(document.made.n_bubbles), document.made.duration_s,
+      document.made.births_per_s, 1e3 * document.made.radius_median_m, document.attempts_per_m2_s);
+  const auto list = [&](const char* head, const std::vector<std::string>& items) {
+    for (const std::string& item : items) say(common, "%s: %s\n", head, item.c_str());
+  };
+  list("matched", document.matched);
+  list("predicted", document.predicted);
+  list("not known", document.unknown);
+  if (document.spectrum_difference_db)
+    say(common, "third octaves differ by %.1f dB rms\n", *document.spectrum_difference_db);
+}
+
 int run_match(MatchOptions options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   options.search.band = parse_band("--band-hz", options.band);
@@ -227,20 +244,7 @@ int run_match(MatchOptions options, const CommonOptions& common) {
   write_file(folder.file("match.json"), json_text(json_of(document)));
   write_json(common, json_of(document));
   for (const std::string& warning : document.header.warnings) warn(warning);
-  say(common, "%s: %lld bubbles in %.3g s (%.4g per second), median radius %.3g mm\n", options.recording.c_str(),
-      static_cast<long long>(document.recorded.n_bubbles), document.recorded.duration_s, document.recorded.births_per_s,
-      1e3 * document.recorded.radius_median_m);
-  say(common, "%s: %lld bubbles in %.3g s (%.4g per second), median radius %.3g mm; %.4g attempts per m2 s\n",
-      document.name.c_str(), static_cast<long long>(document.made.n_bubbles), document.made.duration_s,
-      document.made.births_per_s, 1e3 * document.made.radius_median_m, document.attempts_per_m2_s);
-  const auto list = [&](const char* head, const std::vector<std::string>& items) {
-    for (const std::string& item : items) say(common, "%s: %s\n", head, item.c_str());
-  };
-  list("matched", document.matched);
-  list("predicted", document.predicted);
-  list("not known", document.unknown);
-  if (document.spectrum_difference_db)
-    say(common, "third octaves differ by %.1f dB rms\n", *document.spectrum_difference_db);
+  say_match(document, options.recording, common);
   return kDone;
 }
 

@@ -13,7 +13,6 @@
 #include "core/sound/dual_domain/reciprocal.hpp"
 #include "core/sound/dual_domain/tank_modes.hpp"
 #include "core/sound/dual_domain/transfer_series.hpp"
-#include "core/sound/liquid_scene/opened_body.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -26,9 +25,8 @@ using entrainment::BubblePath;
 using Row = bubble::TransferSeries::Row;
 
 constexpr double kLowestBin_hz = 20.0, kEarStep_s = 0.04, kHalfSpaceStep_s = 0.004;
-constexpr int kAirVertices = 500, kFluidSources = 40, kAirSources = 60, kMostSamples = 2600;
+constexpr int kAirVertices = 500, kFluidSources = 40, kAirSources = 60, kMostSamples = 8000;
 constexpr std::int64_t kSolvesPerCheck = 64;
-constexpr double kPoorFit = 0.15, kOpening_m = 0.015;
 
 /// Share and the later sample of a time.
 std::pair<std::size_t, double> between(const std::vector<double>& times, double time_s) {
@@ -52,9 +50,7 @@ class TransferFinder {
 
  private:
   void frame(std::size_t k);
-  bool reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive,
-                  bool may_refuse);
-  std::optional<LiquidBoundary> opened(std::size_t k) const;
+  void reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
   void forward(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
   void half_space(std::size_t i);
   void check(const LiquidBoundary& boundary, const bubble::EarField& air, const bubble::EarInLiquid& liquid,
@@ -103,14 +99,16 @@ void TransferFinder::check(const LiquidBoundary& boundary, const bubble::EarFiel
   const bubble::EarElements coarse(boundary, std::max(elements_->n_elements() / 8, 22));
   both.q_coarse = coarse.carrier(boundary)(coarse.field(air.frequency_hz, {ear_m_}, options_.pass.air, monitor_));
   const bubble::SourcePoints points = bubble::random_source_points(boundary, kFluidSources, 1, seed_);
+  // Between the samples that a solve takes its functions are free: it is held against one that takes all of them.
+  bubble::ReciprocalOptions all = options_;
+  all.pass.most_samples = 0;
+  const bubble::EarInLiquid whole = bubble::ear_in_liquid(boundary, both, points, all, monitor_);
   const bubble::ReciprocalTransfer found =
-      bubble::checked_transfer(boundary, both, liquid, points, swinging(i, time_s), options_)[0];
-  errors_.push_back(bubble::error_estimate(found.plain, found));
+      bubble::checked_transfer(boundary, both, whole, points, swinging(i, time_s), all)[0];
+  errors_.push_back(bubble::error_estimate(liquid.pressure(swinging(i, time_s), 0), found));
 }
 
-/// @param may_refuse  gives up (false, nothing noted) where waves do not follow the surface
-bool TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive,
-                                bool may_refuse) {
+void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive) {
   const int per_octave = scene_.transfer.bins_per_octave;
   std::map<int, std::vector<std::size_t>> of_bin;
   for (const std::size_t i : alive) {
@@ -135,31 +133,9 @@ bool TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, c
     air.frequency_hz = frequency;
     air.q = carried(q);
     const bubble::EarInLiquid liquid = bubble::ear_in_liquid(boundary, air, points, options_, monitor_);
-    if (may_refuse && bin == of_bin.begin()->first && !(liquid.fit_error[0] <= kPoorFit)) return false;
     for (const std::size_t i : bubbles)
       result_.rows[i].push_back({time_s, frequency, liquid.pressure(swinging(i, time_s), 0)});
     if (result_.n_solves++ % kSolvesPerCheck == 0) check(boundary, air, liquid, bubbles.front(), time_s);
-  }
-  return true;
-}
-
-/// The body without its jets and sheets; none: solids move, and frames do not say where they are.
-std::optional<LiquidBoundary> TransferFinder::opened(std::size_t k) const {
-  const liquid::GridShape& shape = scene_.setup.shape;
-  liquid::Field solid;
-  for (const liquid::Solid& one : scene_.setup.solids) {
-    if (one.moves()) return std::nullopt;
-    if (solid.size() == 0) solid = liquid::Field(shape.nx, shape.ny, shape.nz, HUGE_VAL);
-    for (int c = 0; c < shape.nz; ++c)
-      for (int b = 0; b < shape.ny; ++b)
-        for (int a = 0; a < shape.nx; ++a)
-          solid(a, b, c) = std::min(solid(a, b, c), one.distance_m(shape.centre_m(a, b, c)));
-  }
-  const double radius = std::max(kOpening_m, 2.5 * shape.cell_m);
-  try {
-    return LiquidBoundary(main_body(opened_surface(*frames_, k, shape, radius, solid), shape.cell_m));
-  } catch (const InputError&) {  // nothing is left of it
-    return std::nullopt;
   }
 }
 
@@ -233,15 +209,7 @@ void TransferFinder::frame(std::size_t k) {
   if (scene_.transfer.method == TransferMethod::kForward) {
     forward(boundary, time, alive);
   } else {
-    if (reciprocal(boundary, time, alive, true)) return;
-    const std::optional<LiquidBoundary> body = opened(k);
-    if (!body) {
-      reciprocal(boundary, time, alive, false);
-      return;
-    }
-    ++result_.n_opened_frames;
-    std::erase_if(alive, [&](std::size_t i) { return !in_body(*body, i, time); });
-    if (!alive.empty()) reciprocal(*body, time, alive, false);
+    reciprocal(boundary, time, alive);
   }
 }
 

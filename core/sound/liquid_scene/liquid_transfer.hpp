@@ -32,7 +32,6 @@ struct LiquidTransfer {
   std::optional<double> error_estimate;  ///< relative, median of samples of the solves
   std::size_t n_half_space = 0;          ///< bubbles that were never in the main body: by half_space_transfer
   std::size_t n_bad_frames = 0;          ///< left out: their surface is no closed boundary
-  std::size_t n_opened_frames = 0;       ///< solved without jets and sheets: the whole surface was not followed
   std::string bad_frame;                 ///< why, of the first
   std::vector<double> modes_hz;          ///< of the tank, in the first frame that was solved, up to 20 kHz
 };

@@ -45,10 +45,6 @@ void run_transfer(StageRun& run) {
     run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *found.error_estimate)) +
              " %: waves about one centre do not follow a surface with jets or sheets; method half_space is the one to "
              "compare with");
-  if (found.n_opened_frames > 0)
-    run.warn(
-        std::to_string(found.n_opened_frames) +
-        " frame(s) are solved without what is thinner than 3 cm or 5 cells (jets, sheets): waves do not follow it");
   if (found.n_bad_frames > 0)
     run.warn(std::to_string(found.n_bad_frames) + " frame(s) are left out of the transfer: " + found.bad_frame);
   std::erase_if(found.modes_hz, [&](double f) { return !(f <= highest); });

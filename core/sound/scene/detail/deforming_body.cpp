@@ -18,6 +18,7 @@ using Eigen::Vector3d;
 
 constexpr int kMostElements = 2'000'000;
 constexpr double kSmallestStepS = 1e-10;
+constexpr double kSmoothFace = 0.9;  ///< cosine to the mean normal: less is an edge
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -98,9 +99,13 @@ FittedFrame fitted_frame(const fracture::CrackMesh& mesh, const std::vector<int>
 mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor) {
   mesh::TetMesh mesh = mesh::to_linear(mesh_of(body, notes, monitor));
   const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
-  std::vector<bool> inside(at(mesh.n_nodes()), true);
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
-    for (int c = 0; c < 3; ++c) inside[at(surface.triangles(t, c))] = false;
+  // Nodes of faces move along them, nodes of edges not at all.
+  std::vector<std::vector<Vector3d>> normals(at(mesh.n_nodes()));
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
+    const auto corner = [&](int c) -> Vector3d { return mesh.nodes_m.row(surface.triangles(t, c)).transpose(); };
+    const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+    for (int c = 0; c < 3; ++c) normals[at(surface.triangles(t, c))].push_back(normal);
+  }
   std::vector<double> shortest(at(mesh.n_nodes()), HUGE_VAL);
   std::vector<std::vector<int>> star(at(mesh.n_nodes()));
   for (int e = 0; e < mesh.n_elements(); ++e)
@@ -123,7 +128,15 @@ mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const Sce
     Eigen::RowVector3d move;
     for (int axis = 0; axis < 3; ++axis)
       move[axis] = 0.2 * (static_cast<double>(random() >> 11) * 0x1.0p-53 - 0.5) * shortest[at(i)];
-    if (!inside[at(i)]) continue;
+    if (!normals[at(i)].empty()) {
+      Vector3d mean = Vector3d::Zero();
+      for (const Vector3d& normal : normals[at(i)]) mean += normal;
+      mean.normalize();
+      bool is_face = true;
+      for (const Vector3d& normal : normals[at(i)]) is_face = is_face && normal.dot(mean) > kSmoothFace;
+      if (!is_face) continue;
+      move -= move.dot(mean) * mean.transpose();
+    }
     std::vector<double> before;
     for (const int e : star[at(i)]) before.push_back(volume(e));
     mesh.nodes_m.row(i) += move;

@@ -17,7 +17,8 @@ struct FittedFrame {
 };
 FittedFrame fitted_frame(const fracture::CrackMesh& mesh, const std::vector<int>& nodes);
 
-/// The linear mesh of a cracking body, its inner nodes moved by the seed's random numbers by up to a tenth of their shortest edge.
+/// The linear mesh of a cracking body, its nodes moved by the seed's random numbers by up to a tenth of their shortest edge:
+/// inside in all directions, those of faces along them, those of sharp edges not.
 mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor);
 
 /// One cracking body of a scene.

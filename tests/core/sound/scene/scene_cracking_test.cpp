@@ -92,6 +92,20 @@ TEST_F(SceneCracking, ABallGivesItsMomentumToTheBlockThatItStrikes) {
   EXPECT_FALSE(motion.log.impulses.empty());
 }
 
+TEST_F(SceneCracking, ScenesOfThePapersCanBeRead) {
+  int n = 0;
+  for (const char* paper : {"b99", "d02"})
+    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(KLANG_SOURCE_DIR) /
+                                                                 "datasets-synthetic/scenes" / paper)) {
+      if (entry.path().extension() != ".toml") continue;
+      std::ifstream file(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(file), {}};
+      EXPECT_NO_THROW(parse_scene(text, entry.path())) << entry.path();
+      ++n;
+    }
+  EXPECT_EQ(n, 25);
+}
+
 TEST_F(SceneCracking, WhatItCannotDoIsRefused) {
   EXPECT_THROW(scene(bar("strength_pa = 0")), InputError);
   EXPECT_THROW(scene(bar("")), InputError);

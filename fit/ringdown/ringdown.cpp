@@ -9,6 +9,7 @@
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/audio/strikes.hpp"
 #include "fit/ringdown/detail/partial_judge.hpp"
+#include "fit/ringdown/detail/tail_noise.hpp"
 
 namespace klang::fit {
 namespace {
@@ -20,7 +21,10 @@ using detail::Segment;
 using Complex = std::complex<double>;
 
 constexpr double kWeakestStrike = 0.01;  ///< energy a strike must add, against the strongest one
-constexpr double kWeakPart = 1e-3;  ///< of the loudest amplitude at the strike (-60 dB): below it a partial is weak
+constexpr double kWeakPart = 1e-3;    ///< of the loudest amplitude at the strike (-60 dB): below it a partial is weak
+constexpr double kBeyondBand = 0.03;  ///< of its ends: so far the search looks beyond the band
+constexpr double kLeastOnLines =
+    0.3;  ///< of the energy: from there on lines that are no exponentials are a ring all the same
 constexpr double kSilence = 1e-30;  ///< of full scale; the square of less may be no number
 constexpr double kPi2 = 2 * kPi;
 
@@ -97,18 +101,79 @@ std::vector<detail::RingPartial> rings_of(const JudgedPartials& found) {
 
 /// The share that the partials explain where they explain most: of the first 30, 100, 300 ms after the strikes and of all
 /// (a ring that dies in noise explains little of a long recording, and what is hardly begun little of the first).
-double best_explained(const RingData& data, const JudgedPartials& found) {
-  const auto rings = rings_of(found);
+double best_explained(const RingData& data, const std::vector<detail::RingPartial>& rings, const Band& band) {
   double best = 0;
   for (const double longest_s : {0.03, 0.1, 0.3, 1e9})
-    best = std::max(best, explained_by(data, rings, data.band(), longest_s).share());
+    best = std::max(best, explained_by(data, rings, band, longest_s).share());
   return best;
+}
+
+/// The share of the energy in band that lies on the partials' lines, within their widths and 3 cells, where it is far more than as
+/// many cells of noise hold: a ring whose lines waver or beat is no sum of exponentials, but its lines stand (0 else).
+double share_on_lines(const RingData& data, const std::vector<detail::RingPartial>& rings, const Band& band) {
+  constexpr double kFarMore = 10.0, kWidestLineHz = 20.0;
+  const Segment& segment = data.segments()[static_cast<std::size_t>(data.longest_segment())];
+  const Eigen::Index n = audio::good_fft_size_below(segment.end - segment.begin);
+  const Eigen::VectorXd x = data.channels().front().segment(segment.begin, n).cwiseProduct(detail::blackman_harris(n));
+  const Eigen::VectorXd power = audio::real_spectrum(x, n).cwiseAbs2();
+  const double cell_hz = data.sample_rate_hz() / static_cast<double>(n);
+  std::vector<char> on_line(static_cast<std::size_t>(power.size()), 0);
+  for (const detail::RingPartial& ring : rings) {
+    const double width_hz = std::max(3 * cell_hz, ring.pole.decay_per_s / kPi);
+    if (width_hz > kWidestLineHz) continue;
+    const auto from = static_cast<Eigen::Index>(std::max(0.0, (ring.pole.frequency_hz - width_hz) / cell_hz));
+    const auto to = static_cast<Eigen::Index>((ring.pole.frequency_hz + width_hz) / cell_hz) + 1;
+    for (Eigen::Index k = from; k <= std::min(to, power.size() - 1); ++k) on_line[static_cast<std::size_t>(k)] = 1;
+  }
+  double all = 0, lines = 0, n_all = 0, n_lines = 0;
+  for (Eigen::Index k = 0; k < power.size(); ++k) {
+    const double f = static_cast<double>(k) * cell_hz;
+    if (f < band.low_hz || f > band.high_hz) continue;
+    all += power[k];
+    ++n_all;
+    if (on_line[static_cast<std::size_t>(k)] == 0) continue;
+    lines += power[k];
+    ++n_lines;
+  }
+  return lines * n_all > kFarMore * n_lines * all ? lines / all : 0.0;
+}
+
+/// Whether several strikes sound so unlike that one body struck alike does not explain them: the least likeness (cosine of the
+/// partials' amplitudes) of two of at least three.
+bool strikes_unlike(const RingdownResult& result) {
+  constexpr double kUnlike = 0.6;
+  const auto& rows = result.strike_amplitudes;
+  if (rows.size() < 3) return false;
+  double least = 1;
+  for (std::size_t a = 0; a < rows.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      double both = 0, first = 0, second = 0;
+      for (std::size_t i = 0; i < rows[a].size(); ++i) {
+        both += rows[a][i] * rows[b][i];
+        first += rows[a][i] * rows[a][i];
+        second += rows[b][i] * rows[b][i];
+      }
+      if (first > 0 && second > 0) least = std::min(least, both / std::sqrt(first * second));
+    }
+  }
+  return least < kUnlike;
+}
+
+/// Without what lies outside the band, which the search sees beyond: a line at the band's edge rings in both.
+void keep_band(JudgedPartials& found, const Band& band) {
+  const auto outside = [&](const FittedPartial& partial) {
+    return partial.ring.pole.frequency_hz < band.low_hz || partial.ring.pole.frequency_hz > band.high_hz;
+  };
+  std::erase_if(found.partials, outside);
+  std::erase_if(found.too_short, outside);
+  std::erase_if(found.steady, outside);
 }
 
 std::string percent(double share) { return klang::to_text(std::round(1000 * share) / 10) + " %"; }
 
-void measure_fit(RingdownResult& result, const RingData& data, const JudgedPartials& found) {
-  const Explained whole = explained_by(data, rings_of(found), data.band(), 1e9);
+void measure_fit(RingdownResult& result, const RingData& data, const std::vector<detail::RingPartial>& rings,
+                 const Band& band) {
+  const Explained whole = explained_by(data, rings, band, 1e9);
   if (whole.energy > 0) result.explained_energy = whole.share();
   if (whole.n_samples > 0) result.noise_rms = std::sqrt(whole.rest / whole.n_samples);
 }
@@ -228,13 +293,19 @@ void warn_about(RingdownResult& result, const RingData& data, const JudgedPartia
 }
 
 /// Refuses, or warns at the top, where the partials say little of what is heard.
-void judge_explained(RingdownResult& result, const RingData& data, const JudgedPartials& found,
-                     const RingdownOptions& options) {
+void judge_explained(RingdownResult& result, const RingData& data, const std::vector<detail::RingPartial>& rings,
+                     const Band& band, const RingdownOptions& options) {
+  if (strikes_unlike(result)) {
+    result.warnings.insert(result.warnings.begin(),
+                           "the strikes sound unlike one another: blows at different places, or several bodies, whose "
+                           "sound the partials of one do not explain");
+  }
   const double share = result.explained_energy.value_or(0);
   if (share >= kMostlyExplained) return;
-  const double best = best_explained(data, found);
+  const double best = best_explained(data, rings, band);
   const std::string told = "the partials explain " + percent(share) + " of the energy in band";
-  if (best < kLeastExplained && !options.accept_unexplained) {
+  const bool on_lines = best < kLeastExplained && share_on_lines(data, rings, band) >= kLeastOnLines;
+  if (best < kLeastExplained && !on_lines && !options.accept_unexplained) {
     result.status = RingdownStatus::kNothingFound;
     result.message = told + ", nowhere after a strike " + percent(kLeastExplained) +
                      ": this is no ring of one body (accept_unexplained takes them all the same)";
@@ -279,6 +350,8 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
 
   audio::StrikeOptions strike_options;
   strike_options.band = band;
+  const Band searched{(1 - kBeyondBand) * band.low_hz,
+                      std::min((1 + kBeyondBand) * band.high_hz, 0.48 * recording.sample_rate_hz)};
   std::vector<audio::Strike> strikes = audio::detect_strikes(recording, strike_options);
   if (strikes.empty()) strikes.push_back({});
   result.wall_time_s["strikes"] = total.seconds();
@@ -287,7 +360,7 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   std::optional<RingData> data;
   JudgedPartials found;
   for (int attempt = 0; attempt < 3; ++attempt) {
-    data.emplace(recording, strikes, band);
+    data.emplace(recording, strikes, searched);
     if (data->segments().empty()) break;
     found = detail::find_partials(*data, {options.min_snr_db, options.max_partials}, monitor);
     // Strikes that add next to nothing to the partials were bumps or beats: without them the windows are
@@ -314,18 +387,20 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
     result.warnings = data->warnings();
     return result;
   }
+  const std::vector<detail::RingPartial> rings = rings_of(found);
+  keep_band(found, band);
   warn_about(result, *data, found);
   if (found.empty()) {
     result.message = found.steady.empty() ? "no decaying partial stands above the noise"
                                           : "only steady tones stand above the noise, nothing that decays";
-    measure_fit(result, *data, found);
+    measure_fit(result, *data, rings, band);
     return result;
   }
   result.status = RingdownStatus::kOk;
   for (const Segment& segment : data->segments()) result.strikes_s.push_back(segment.strike_s);
   fill_table(result, *data, found, options);
-  measure_fit(result, *data, found);
-  judge_explained(result, *data, found, options);
+  measure_fit(result, *data, rings, band);
+  judge_explained(result, *data, rings, band, options);
   result.wall_time_s["total"] = total.seconds();
   return result;
 }

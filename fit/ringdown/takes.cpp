@@ -25,6 +25,7 @@ std::vector<TakeSound> cut_takes(const audio::Signal& recording, double min_gap_
     TakeSound& take = takes.emplace_back();
     take.strike_s = strikes_s[i];
     take.sound.sample_rate_hz = recording.sample_rate_hz;
+    take.sound.coded_frames = recording.coded_frames;
     take.sound.samples = recording.samples.middleRows(first, end - first);
   }
   return takes;

@@ -74,6 +74,16 @@ TEST(RingdownFiles, LossyFilesKeepTheirPartials) {
                                  {9863.7379, 6.3025, 0, 0}});
 }
 
+TEST(RingdownFiles, ACodersImagesOfALineAreNoPartials) {
+  const RingdownResult result = analysed("ring.ogg");
+  for (const auto& partial : result.partials.partials) {
+    // +-1000 Hz + k 48 kHz / 1024
+    const double image = std::abs(std::remainder(partial.frequency_hz + 1000, 46.875));
+    EXPECT_TRUE(image > 0.01 || partial.kind == klang::fit::PartialKind::kWeak) << partial.frequency_hz;
+  }
+  EXPECT_LE(result.partials.partials.size(), 6u);
+}
+
 TEST(RingdownFiles, HumHasNoDecay) {
   expect_partials("hum.flac", {{433, 27, 0, 0}, {909, 17, 0, 0}, {2262, 22, 0, 0}, {4688.7, 27, 0, 0}});
   const RingdownResult result = analysed("hum.flac");

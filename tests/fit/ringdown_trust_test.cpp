@@ -133,3 +133,40 @@ TEST(RingdownTrust, WhatLiesSixtyDecibelsBelowTheLoudestIsMarkedWeak) {
   EXPECT_NEAR(weak->frequency_hz, 5100, 0.1);
   EXPECT_EQ(weak->kind, PartialKind::kWeak);
 }
+
+TEST(RingdownTrust, TwoStagesOfADecayAreToldApart) {
+  const auto result = identify_ringdown(ringing({{1000, 12, 0.2, 0.3}, {1000, 3, 0.1, 0.8}}, 44100, 2, 1e-5, 5, 0.1));
+  ASSERT_EQ(result.partials.partials.size(), 2u) << result.message;
+  std::vector<double> decays;
+  for (const auto& partial : result.partials.partials) {
+    EXPECT_NEAR(partial.frequency_hz, 1000, 0.05);
+    ASSERT_TRUE(partial.decay_per_s.has_value());
+    decays.push_back(*partial.decay_per_s);
+  }
+  std::sort(decays.begin(), decays.end());
+  EXPECT_NEAR(decays[0], 3, 0.03);
+  EXPECT_NEAR(decays[1], 12, 0.12);
+}
+
+TEST(RingdownTrust, ALineBeyondTheBandsEdgeIsNoRestWithinIt) {
+  const Signal signal = ringing({{600, 4, 0.01, 0.3}, {1003, 5, 0.2, 0.8}}, 44100, 2, 1e-6, 5, 0.1);
+  RingdownOptions options;
+  options.band = {100, 1000};
+  const auto result = identify_ringdown(signal, options);
+  ASSERT_EQ(result.status, RingdownStatus::kOk) << result.message;
+  ASSERT_EQ(result.partials.partials.size(), 1u);
+  EXPECT_NEAR(result.partials.partials[0].frequency_hz, 600, 0.01);
+  EXPECT_GE(result.explained_energy.value(), 0.99);
+}
+
+TEST(RingdownTrust, StrikesOfSeveralBodiesAreWarnedOf) {
+  const auto strikes = [](double second_hz) {
+    Signal sound = ringing({{500, 30, 0.2, 0}}, 16000, 2, 1e-5, 7, 0.1);
+    for (const auto& [hz, at_s] : {std::pair{second_hz, 0.7}, {500.0, 1.3}})
+      sound.samples += ringing({{hz, 30, 0.2, 0}}, 16000, 2, 0, 7, at_s).samples;
+    const auto result = identify_ringdown(sound);
+    return !result.warnings.empty() && result.warnings.front().find("unlike") != std::string::npos;
+  };
+  EXPECT_FALSE(strikes(500));
+  EXPECT_TRUE(strikes(1300));
+}

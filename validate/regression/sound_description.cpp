@@ -116,7 +116,7 @@ SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& 
   options.validate();
   if (sound.n_frames() == 0 || sound.n_channels() == 0) throw InputError(sound.origin, "has no samples");
   const double rate = sound.sample_rate_hz;
-  audio::Signal mono{loudest_channel(sound), rate, sound.origin};
+  audio::Signal mono{loudest_channel(sound), rate, sound.origin, sound.coded_frames};
 
   fit::RingdownOptions ringdown;
   const double limit_hz = std::min(audio::highest_compared_hz(rate), detail::heard_limit_hz(mono.samples.col(0), rate));

@@ -154,6 +154,16 @@ std::vector<double> read_samples(SNDFILE* file, int n_channels, const std::strin
   return interleaved;
 }
 
+/// Frames between the transforms of the coder that a file went through (Signal::coded_frames).
+Eigen::Index coded_frames(const SF_INFO& info) {
+  const int coding = info.format & SF_FORMAT_SUBMASK;
+  if (coding == SF_FORMAT_VORBIS)
+    return 1024;  // long blocks of 2048 (Vorbis I at 44.1 and 48 kHz; half of it below 26 kHz)
+  if ((info.format & SF_FORMAT_TYPEMASK) == SF_FORMAT_MPEG) return 576;
+  if (coding == SF_FORMAT_OPUS) return info.samplerate / 50;
+  return 0;
+}
+
 }  // namespace
 
 Signal read_sound(const fs::path& path) { return read_sound_bytes(read_file(path), path.string()); }
@@ -188,6 +198,7 @@ Signal read_sound_bytes(std::string_view bytes, const std::string& name) {
       interleaved.data(), n_frames, n_channels);
   signal.sample_rate_hz = info.samplerate;
   signal.origin = name;
+  signal.coded_frames = coded_frames(info);
   check_samples(signal, name);
   return signal;
 }

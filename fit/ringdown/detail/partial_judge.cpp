@@ -16,9 +16,12 @@ constexpr double kPi2 = 2 * kPi;
 constexpr double kRestless = 10.0;          ///< residual over noise from which it is misfit or a codec's noise
 constexpr double kSureAmidMisfitDb = 20.0;  ///< as kSureSnrDb there: such a residual is no white noise and makes bursts
 constexpr double kSureCarryingDb = 12.0;    ///< there, of what explains most of its neighbourhood
-constexpr double kBlowS = 1e-3;  ///< there, what falls to 1/e within this is the blow itself, as a codec left it
-constexpr int kMaxPasses = 16;   ///< of pruning
-constexpr int kMaxRounds = 3;    ///< of searching again in the residual
+constexpr double kBlowS = 1e-3;        ///< there, what falls to 1/e within this is the blow itself, as a codec left it
+constexpr double kSureBurstDb = 30.0;  ///< in a coded recording, of what falls to 1/e within one of the coder's blocks
+constexpr double kImagePart = 0.05;    ///< of a line's amplitude: a coder's images of it are weaker
+constexpr double kNotWhite = 4.0;      ///< residual over noise from which close lines may be one that is no exponential
+constexpr int kMaxPasses = 16;         ///< of pruning
+constexpr int kMaxRounds = 3;          ///< of searching again in the residual
 
 /// Amplitude at frequency_hz in the part before the first strike (Hann window), or empty when that part is
 /// too short.
@@ -70,6 +73,8 @@ Verdict judged(const RingData& data, const FittedPartial& partial, const SearchO
       partial.disturbance > kRestless ? (partial.carries ? kSureCarryingDb : kSureAmidMisfitDb) : kSureSnrDb;
   if (!(partial.snr_db >= std::max(options.min_snr_db, sure_db))) return Verdict::kNoise;
   if (partial.disturbance > kRestless && pole.decay_per_s * kBlowS > 1.0) return Verdict::kNoise;
+  // A coder's noise comes in blocks, as loud as the masking allows: what falls within one is taken for a ring only when sure.
+  if (pole.decay_per_s * data.coded_s() > 1.0 && partial.snr_db < kSureBurstDb) return Verdict::kNoise;
   const double frequency_std = std::sqrt(partial.pole_covariance(0, 0));
   const double decay_std = std::sqrt(partial.pole_covariance(1, 1));
   const double width = std::max(pole.decay_per_s / kPi2, 0.5 / partial.window_s);
@@ -99,7 +104,8 @@ std::vector<bool> shadows(const std::vector<FittedPartial>& partials) {
       const auto& b = partials[j].ring;
       const double apart = std::abs(a.pole.frequency_hz - b.pole.frequency_hz);
       const double weak = a.amplitude.norm(), strong = b.amplitude.norm();
-      if (!(a.energy() < b.energy())) continue;  // a burst is no line, however loud it begins
+      if (!(a.energy() < b.energy())) continue;                           // a burst is no line, however loud it begins
+      if (a.pole.decay_per_s < kOutlasts * b.pole.decay_per_s) continue;  // still there when b is gone
       const double width = std::max(a.pole.decay_per_s, b.pole.decay_per_s) / kPi2;
       const double cell = 1 / std::max(partials[i].window_s, partials[j].window_s);
       const bool inside_line = apart < 0.1 * width;
@@ -134,6 +140,51 @@ std::vector<std::size_t> weaker_halves(const std::vector<FittedPartial>& partial
     chosen.insert(chosen.end(), near.begin(), near.end());
   }
   return chosen;
+}
+
+/// A coder codes each line anew in every block of n frames, and its error repeats with the phase that the line has gained: lines
+/// at +-f + k rate / n that fall as the line does.
+bool is_image(const FittedPartial& partial, const FittedPartial& of, double coded_s) {
+  const Pole& a = partial.ring.pole;
+  const Pole& b = of.ring.pole;
+  if (!(partial.ring.amplitude.norm() < kImagePart * of.ring.amplitude.norm())) return false;
+  const double std_hz = std::hypot(std::sqrt(partial.pole_covariance(0, 0)), std::sqrt(of.pole_covariance(0, 0)));
+  const double std_per_s = std::hypot(std::sqrt(partial.pole_covariance(1, 1)), std::sqrt(of.pole_covariance(1, 1)));
+  if (!(std::abs(a.decay_per_s - b.decay_per_s) < 3 * std_per_s + 0.3 * b.decay_per_s)) return false;
+  const double spacing = 1 / coded_s;
+  const double away = std::min(std::abs(std::remainder(a.frequency_hz - b.frequency_hz, spacing)),
+                               std::abs(std::remainder(a.frequency_hz + b.frequency_hz, spacing)));
+  return away < 3 * std_hz + 0.02;
+}
+
+/// Takes a coder's images of louder lines away.
+void drop_images(const RingData& data, std::vector<FittedPartial>& partials) {
+  if (!(data.coded_s() > 0)) return;
+  const std::vector<FittedPartial> all = partials;
+  std::erase_if(partials, [&](const FittedPartial& partial) {
+    return std::any_of(all.begin(), all.end(),
+                       [&](const FittedPartial& other) { return is_image(partial, other, data.coded_s()); });
+  });
+}
+
+/// Lines closer than they can be told apart: where what they leave is no noise, they may be one that is no exponential (a beat, a
+/// pitch that moves), and each may lie anywhere between them.
+void widen_close(std::vector<FittedPartial>& partials) {
+  for (FittedPartial& partial : partials) {
+    if (partial.disturbance <= kNotWhite) continue;
+    const Pole& a = partial.ring.pole;
+    double farthest = 0;
+    for (const FittedPartial& other : partials) {
+      const Pole& b = other.ring.pole;
+      const double apart = std::abs(a.frequency_hz - b.frequency_hz);
+      const double resolved = std::max(a.decay_per_s, 0.0) / kPi2 + std::max(b.decay_per_s, 0.0) / kPi2 +
+                              1 / std::max(partial.window_s, other.window_s);
+      const bool alike = other.ring.energy() > 0.1 * partial.ring.energy();
+      const bool faded = a.decay_per_s < kOutlasts * b.decay_per_s;  // the other is gone while this one still rings
+      if (&other != &partial && alike && !faded && apart < resolved) farthest = std::max(farthest, apart);
+    }
+    partial.drift_hz = std::max(partial.drift_hz, 0.5 * farthest);
+  }
 }
 
 /// Drops what is no partial and fits what lay near it again, until nothing changes.
@@ -212,6 +263,8 @@ JudgedPartials find_partials(const RingData& data, const SearchOptions& options,
   }
   polish(data, all, noise);
   prune(data, options, noise, all);
+  widen_close(all);
+  drop_images(data, all);
   JudgedPartials result;
   for (FittedPartial& partial : all) {
     switch (judged(data, partial, options)) {

@@ -9,6 +9,8 @@ namespace klang::fit::detail {
 
 inline constexpr double kHalfBandCells = 20;   ///< half width of a sub-band beyond its outermost partial, in 1 / window
 inline constexpr double kDecaysPerWindow = 5;  ///< a window ends when its partial has fallen to exp(-5)
+/// Of a neighbour's decay: what falls slower is still there when the other is gone, a line of its own and not the other's shape.
+inline constexpr double kOutlasts = 0.3;
 inline constexpr double kShortestWindowS = 0.006;
 
 /// Length of the window in which a partial is fitted [s].

@@ -125,7 +125,9 @@ bool sensible(const RefinedFit& fit, const SubBand& band, double low_hz, double 
     for (std::size_t j = 0; j < i; ++j) {
       // Two exponentials closer than a small part of their width are one that does not decay exponentially.
       const double apart = std::abs(pole.frequency_hz - fit.poles[j].frequency_hz);
-      const double width = std::max(pole.decay_per_s, fit.poles[j].decay_per_s) / (2 * kPi);
+      const double faster = std::max(pole.decay_per_s, fit.poles[j].decay_per_s);
+      if (std::min(pole.decay_per_s, fit.poles[j].decay_per_s) < kOutlasts * faster) continue;  // two stages
+      const double width = faster / (2 * kPi);
       if (apart < std::max(0.1 * width, 0.02 * cell)) return false;
     }
   }

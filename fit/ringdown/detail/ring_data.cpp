@@ -58,7 +58,9 @@ bool leaks_smoothly(const Pole& pole, double low_hz, double high_hz) {
 double RingPartial::energy() const { return amplitude.squaredNorm() / (4 * (std::max(pole.decay_per_s, 0.0) + 1)); }
 
 RingData::RingData(const audio::Signal& recording, const std::vector<audio::Strike>& strikes, const Band& band)
-    : rate_(recording.sample_rate_hz), band_(band) {
+    : rate_(recording.sample_rate_hz),
+      coded_s_(static_cast<double>(recording.coded_frames) / recording.sample_rate_hz),
+      band_(band) {
   choose_channels(recording);
   cut_segments(strikes, recording.n_frames());
 }

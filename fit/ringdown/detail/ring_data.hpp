@@ -37,6 +37,8 @@ class RingData {
   RingData(const audio::Signal& recording, const std::vector<audio::Strike>& strikes, const Band& band);
 
   double sample_rate_hz() const { return rate_; }
+  /// Seconds between a coder's transforms (Signal::coded_frames); 0: not coded.
+  double coded_s() const { return coded_s_; }
   const Band& band() const { return band_; }
   const std::vector<Segment>& segments() const { return segments_; }
   const std::vector<Eigen::VectorXd>& channels() const { return channels_; }
@@ -64,7 +66,7 @@ class RingData {
   void choose_channels(const audio::Signal& recording);
   void cut_segments(const std::vector<audio::Strike>& strikes, Eigen::Index n_frames);
 
-  double rate_ = 0.0;
+  double rate_ = 0.0, coded_s_ = 0.0;
   Band band_;
   std::vector<Segment> segments_;
   std::vector<Eigen::VectorXd> channels_;

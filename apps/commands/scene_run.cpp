@@ -13,6 +13,7 @@
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/events/event_log_file.hpp"
+#include "core/sound/scene/scene_draws.hpp"
 #include "core/sound/scene/scene_frames.hpp"
 #include "reports/report/report.hpp"
 
@@ -24,6 +25,7 @@ struct RunOptions {
   std::optional<double> until_s, checkpoint_s;
   std::optional<std::string> stage;
   bool no_sound = false, no_frames = false, resume = false, no_page = false;
+  std::optional<int> draws;
   SceneChanges changes;
 
   /// What decides about the results.
@@ -31,7 +33,8 @@ struct RunOptions {
     const auto number = [](const std::optional<double>& v) { return v ? nlohmann::json(*v) : nlohmann::json(); };
     return {{"until_s", number(until_s)},
             {"proxies_above_hz", number(changes.proxies_above_hz)},
-            {"without_fracture_impulses", changes.without_fracture_impulses}};
+            {"without_fracture_impulses", changes.without_fracture_impulses},
+            {"draws", draws ? nlohmann::json(*draws) : nlohmann::json()}};
   }
 };
 
@@ -65,8 +68,9 @@ Moved moved(const RunOptions& options, const CommonOptions& common, const scene:
   return result;
 }
 
-void add_sound(const scene::Scene& scene, const scene::SceneProxies& proxies, const SceneFolder& folder,
-               const scene::SceneNotes& notes, Moved& moved, Monitor& monitor) {
+void add_sound(const RunOptions& options, const CommonOptions& common, const scene::Scene& scene,
+               const scene::SceneProxies& proxies, const SceneFolder& folder, const scene::SceneNotes& notes,
+               Moved& moved, Monitor& monitor) {
   Stopwatch watch;
   std::vector<scene::HeardBody> heard = heard_bodies(scene, proxies, &folder, notes, monitor);
   for (scene::HeardBody& piece : heard_pieces(scene, proxies, moved.log, folder, notes, monitor))
@@ -86,6 +90,12 @@ void add_sound(const scene::Scene& scene, const scene::SceneProxies& proxies, co
       write_scene_sound(folder.file("sound.wav"),
                         heard_sound(scene, moved.log, heard, duration_s, &moved.document.floor, monitor), scene.sound);
   moved.document.header.wall_time_s["sound"] = watch.seconds();
+  if (!options.draws) return;
+  watch = Stopwatch();
+  moved.document.draws =
+      scene::draw_sounds(scene, moved.log, heard, scene::sound_of(moved.log, heard, scene.sound, duration_s, monitor),
+                         *options.draws, common.seed, monitor);
+  moved.document.header.wall_time_s["draws"] = watch.seconds();
 }
 
 /// What the log's rows look like: the scene's bodies, then pieces by their files.
@@ -154,6 +164,10 @@ void say_scene(const scene::SceneDocument& document, const CommonOptions& common
         1e4 * document.cracks->new_area_m2, document.plastic->dissipation_j);
   say(common, "%.4f s of motion in %d steps; energy accounted for to %.1e of %.4g J\n", document.end_s,
       document.n_steps, document.ledger.residual_relative, document.ledger.energy_scale_j);
+  if (document.draws)
+    say(common, "%d draws from the fit: 90 %% of them within %+.2f to %+.2f dB, peaks of %.4g to %.4g Pa\n",
+        document.draws->n, document.draws->low_level_db, document.draws->high_level_db,
+        document.draws->low_peak_pressure_pa, document.draws->high_peak_pressure_pa);
   if (document.sound)
     say(common, "%s: %.2f s, peak %.4g Pa at the listener\n", document.sound->file.c_str(), document.sound->duration_s,
         document.sound->peak_pressure_pa);
@@ -178,6 +192,14 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
     if (given) throw InputError(flag, "belongs to scenes of liquids", options.scene, "a scene with [domain]");
   scene::Scene scene = scene::read_scene(options.scene);
   apply(options.changes, scene);
+  if (options.draws) {
+    checked("command line", "--draws", *options.draws, 1, 1000);
+    if (options.no_sound)
+      throw InputError("--draws", "draws are sounds", std::to_string(*options.draws), "no --no-sound");
+    if (!scene::has_spread(scene))
+      throw InputError("--draws", "no material of the scene comes from a fit that says how sure it is",
+                       std::to_string(*options.draws), "fit = FILE in a [[material]]");
+  }
   const scene::SceneProxies proxies(scene);
   const SceneFolder folder(options.output);
   if (options.resume) {
@@ -190,7 +212,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
   Moved result = moved(options, common, scene, folder, notes, monitor);
-  if (!options.no_sound) add_sound(scene, proxies, folder, notes, result, monitor);
+  if (!options.no_sound) add_sound(options, common, scene, proxies, folder, notes, result, monitor);
   if (!options.no_frames) add_frames(scene, folder, notes, result, monitor);
   scene::SceneDocument& document = result.document;
   document.header.warnings.insert(document.header.warnings.end(), warnings.begin(), warnings.end());
@@ -223,6 +245,8 @@ Subcommand add_scene_run(CLI::App& group, CommonOptions& common) {
   app->add_option("--stage", options->stage,
                   "Of a liquid: does this stage and those after it again: flow, bubbles, transfer, sound");
   app->add_flag("--no-sound", options->no_sound, "Motion only");
+  app->add_option("--draws", options->draws,
+                  "The sound again for this many draws from the fits' covariance: how sure it is");
   app->add_flag("--no-frames", options->no_frames, "No pictures of the motion");
   app->add_option("--proxies-above-hz", options->changes.proxies_above_hz,
                   "Bodies whose lowest frequency is above this are heard by ellipsoids of the scene's bank; 0: all");

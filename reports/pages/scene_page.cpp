@@ -181,6 +181,28 @@ std::vector<std::string> sentences_of(const SceneDocument& data) {
   return sentences;
 }
 
+std::string draws_html(const SceneDocument& data) {
+  if (!data.draws) return {};
+  const scene::DrawsRecord& draws = *data.draws;
+  std::string names, rows;
+  for (const std::string& name : draws.materials) names += (names.empty() ? "" : ", ") + escaped(name);
+  for (const scene::DrawnPartial& p : draws.partials)
+    rows += "<tr>" + tag("th", escaped(p.body), "scope=\"row\"") + number_cell(fixed(p.frequency_hz, 2)) +
+            number_cell(fixed(p.low_hz, 2) + " to " + fixed(p.high_hz, 2)) + number_cell(rounded(p.decay_per_s, 4)) +
+            number_cell(rounded(p.low_decay_per_s, 4) + " to " + rounded(p.high_decay_per_s, 4)) + "</tr>\n";
+  return "<p>The sound again for " + std::to_string(draws.n) + " draws from what the fit says of " + names +
+         ": nine of ten lie within " + fixed(draws.low_level_db, 2) + " to " + fixed(draws.high_level_db, 2) +
+         " dB of the level, with peaks of " + rounded(draws.low_peak_pressure_pa, 3) + " to " +
+         rounded(draws.high_peak_pressure_pa, 3) +
+         " Pa. The motion stays; shapes and radiation stay those of the estimate.</p>\n" +
+         scrolled(
+             "<table><thead><tr><th scope=\"col\">Body</th><th scope=\"col\" class=\"n\">Partial [Hz]</th><th "
+             "scope=\"col\" class=\"n\">90 % of draws</th><th scope=\"col\" class=\"n\">Decay [1/s]</th><th "
+             "scope=\"col\" class=\"n\">90 % of draws</th></tr></thead>\n<tbody>" +
+                 rows + "</tbody></table>",
+             "Partials over the draws");
+}
+
 /// Times that are shown: the start, just before and after what broke first, the end; else even ones.
 std::vector<int> still_numbers(const SceneDocument& data) {
   constexpr int kStills = 6;
@@ -256,6 +278,7 @@ Page make(const SceneDocument& data, ReportFolder& folder) {
   }
   page.sections = {{"sound", "Sound", sound},
                    {"motion", "Motion", stills_html(data, folder)},
+                   {"draws", "How sure the sound is", draws_html(data)},
                    {"impacts", "Impacts", impacts},
                    {"energy", "Energy", energy},
                    {"bodies", "Bodies", body_table(data)}};

@@ -242,3 +242,31 @@ TEST_F(KlangScene, ProxiesWithoutABankAreRefused) {
     EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "no"));
   }
 }
+
+TEST_F(KlangScene, DrawsFromAFitSayHowSureTheSoundIs) {
+  scratch_.write("fit.json", R"({"kind": "fit", "status": "converged",
+"material": {"lame_lambda_pa": 1.0849e11, "lame_mu_pa": 8.0535e10, "density_kg_m3": 7850},
+"parameters": [{"name": "youngs_modulus_pa", "value": 2.0729e11, "std": 4.1458e9, "identifiable": true}],
+"correlation": {"names": ["youngs_modulus_pa"], "matrix": [[1.0]]}})");
+  std::string scene = kScene;
+  scene.replace(scene.find("preset = \"steel\""), 16, "fit = \"fit.json\"");
+  scratch_.write("fitted.toml", scene);
+  const RunResult run = run_klang("scene run fitted.toml -o out --no-frames --draws 40 -q", scratch_.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json draws = read_json(scratch_.path() / "out/scene.json")["draws"];
+  EXPECT_EQ(draws["n"], 40);
+  EXPECT_EQ(draws["materials"], json({"steel"}));
+  EXPECT_EQ(draws["peak_pressure_pa"].size(), 40u);
+  ASSERT_GE(draws["partials"].size(), 2u);
+  // 2 % of E are 1 % of a frequency: nine of ten draws within 1.645 of it, here to the noise of 40 draws.
+  for (const json& partial : draws["partials"]) {
+    const double middle = partial["frequency_hz"].get<double>();
+    EXPECT_NEAR((partial["high_hz"].get<double>() - partial["low_hz"].get<double>()) / middle, 2 * 1.645 * 0.01, 0.012);
+    EXPECT_LT(partial["low_hz"].get<double>(), middle);
+    EXPECT_GT(partial["high_hz"].get<double>(), middle);
+  }
+  EXPECT_NE(bytes("out/report.html").find("How sure the sound is"), std::string::npos);
+  const RunResult without = run_klang("scene run scene.toml -o no --draws 3", scratch_.path());
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_EQ(without.err_lines(), 1) << without.err;
+}

@@ -25,6 +25,46 @@ struct HeardRecord {
   }
 };
 
+/// A partial of a body over the draws.
+struct DrawnPartial {
+  std::string body;
+  double frequency_hz = 0.0, low_hz = 0.0, high_hz = 0.0;
+  double decay_per_s = 0.0, low_decay_per_s = 0.0, high_decay_per_s = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"body", "whose partial"}, self.body);
+    visit({"frequency_hz", "of the estimate"}, self.frequency_hz);
+    visit({"low_hz", "5 % of the draws lie below"}, self.low_hz);
+    visit({"high_hz", "5 % lie above"}, self.high_hz);
+    visit({"decay_per_s", "of the estimate"}, self.decay_per_s);
+    visit({"low_decay_per_s", "5 % of the draws lie below"}, self.low_decay_per_s);
+    visit({"high_decay_per_s", "5 % lie above"}, self.high_decay_per_s);
+  }
+};
+
+/// The sound again for draws from the covariance of fitted materials; the motion stays.
+struct DrawsRecord {
+  int n = 0;
+  std::vector<std::string> materials;
+  std::vector<double> peak_pressure_pa, level_db;
+  double low_level_db = 0.0, high_level_db = 0.0, low_peak_pressure_pa = 0.0, high_peak_pressure_pa = 0.0;
+  std::vector<DrawnPartial> partials;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n", "draws"}, self.n);
+    visit({"materials", "that come from a fit and were drawn"}, self.materials);
+    visit({"peak_pressure_pa", "of each draw"}, self.peak_pressure_pa);
+    visit({"level_db", "of each draw: its root mean square over that of the sound [dB]"}, self.level_db);
+    visit({"low_level_db", "5 % of the draws lie below"}, self.low_level_db);
+    visit({"high_level_db", "5 % lie above"}, self.high_level_db);
+    visit({"low_peak_pressure_pa", "5 % of the draws lie below"}, self.low_peak_pressure_pa);
+    visit({"high_peak_pressure_pa", "5 % lie above"}, self.high_peak_pressure_pa);
+    visit({"partials", "of fitted bodies, the lowest ten of each, 100 in all"}, self.partials);
+  }
+};
+
 struct FloorRecord {
   int n_modes = 0, n_places = 0;
   double low_hz = 0.0, high_hz = 0.0;

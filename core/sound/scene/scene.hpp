@@ -16,6 +16,13 @@
 /// Scenes in which solid bodies move, strike and sound: one file, docs/scenes.md.
 namespace klang::scene {
 
+/// How sure a fit is of its constants.
+struct FitSpread {
+  std::vector<std::string> names;  ///< of elastic constants: fit.json's correlation.names
+  Eigen::MatrixXd covariance;
+  std::vector<double> damping_std;  ///< of the law's parameters, in its order; empty: the scene gives the damping
+};
+
 struct SceneMaterial {
   std::string name;
   solid::Material elastic;
@@ -24,6 +31,7 @@ struct SceneMaterial {
   std::optional<damping::LawValue> damping;
   std::optional<double> tensile_strength_pa, fracture_energy_j_m2;
   std::vector<std::filesystem::path> inputs;  ///< files that it was read from
+  std::optional<FitSpread> spread;            ///< of a fit that says how sure it is
 };
 
 /// How a body is heard.

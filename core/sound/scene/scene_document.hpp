@@ -219,6 +219,7 @@ struct SceneDocument {
   std::optional<ContactRecord> contact;
   std::optional<HeardRecord> sound;
   std::optional<FloorRecord> floor;
+  std::optional<DrawsRecord> draws;
   std::optional<FramesRecord> frames;
   SceneFiles files;
 
@@ -242,6 +243,7 @@ struct SceneDocument {
     visit({"contact", "of modal bodies; null: none"}, self.contact);
     visit({"sound", "null: not asked for"}, self.sound);
     visit({"floor", "the sound of the floor; null: it is silent"}, self.floor);
+    visit({"draws", "how sure the sound is; null: not asked for"}, self.draws);
     visit({"frames", "null: not asked for"}, self.frames);
     visit({"files", "beside scene.json"}, self.files);
   }

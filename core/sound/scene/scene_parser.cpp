@@ -125,7 +125,7 @@ const std::vector<TomlField>& schema() {
 }
 
 /// The best law of a fit without what radiation and mounts added to it; none where no decay was measured.
-void read_fitted_damping(const nlohmann::json& fit, SceneMaterial& material) {
+void read_fitted_damping(const nlohmann::json& fit, SceneMaterial& material, FitSpread& spread) {
   const nlohmann::json candidates = fit.value("/damping/candidates"_json_pointer, nlohmann::json::array());
   if (!candidates.is_array() || candidates.empty()) return;
   const nlohmann::json& best = candidates.front();
@@ -135,13 +135,42 @@ void read_fitted_damping(const nlohmann::json& fit, SceneMaterial& material) {
   value.law = damping::find_law(model, damping::LawUse::kOptions);
   if (!value.law || !best.contains("parameters") || !best["parameters"].is_array()) return;
   for (const damping::LawParameter& parameter : value.law->parameters()) {
-    double number = 0.0;
-    for (const nlohmann::json& entry : best["parameters"])
-      if (text_under(entry, "name") == parameter.name && entry.contains("value") && entry["value"].is_number())
-        number = entry["value"].get<double>();
+    double number = 0.0, std = 0.0;
+    for (const nlohmann::json& entry : best["parameters"]) {
+      if (text_under(entry, "name") != parameter.name) continue;
+      if (entry.contains("value") && entry["value"].is_number()) number = entry["value"].get<double>();
+      if (entry.contains("std") && entry["std"].is_number()) std = entry["std"].get<double>();
+    }
     value.parameters.push_back(number);
+    spread.damping_std.push_back(std);
   }
   material.damping = std::move(value);
+}
+
+/// Elastic constants that the data determine, with their covariance.
+void read_fitted_spread(const nlohmann::json& fit, FitSpread& spread) {
+  const nlohmann::json names = fit.value("/correlation/names"_json_pointer, nlohmann::json::array());
+  const nlohmann::json matrix = fit.value("/correlation/matrix"_json_pointer, nlohmann::json::array());
+  std::vector<double> stds;
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    for (const nlohmann::json& parameter : fit.value("parameters", nlohmann::json::array())) {
+      const std::string name = text_under(parameter, "name");
+      const bool elastic = name == "youngs_modulus_pa" || name == "poissons_ratio" || name == "shear_modulus_pa" ||
+                           name == "lame_lambda_pa" || name == "lame_mu_pa";
+      if (!elastic || names[i] != name || !parameter.contains("std") || !parameter["std"].is_number()) continue;
+      spread.names.push_back(name);
+      stds.push_back(parameter["std"].get<double>());
+      rows.push_back(i);
+    }
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  spread.covariance = Eigen::MatrixXd::Zero(n, n);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const nlohmann::json& entry = matrix.at(rows[i]).at(rows[k]);
+      spread.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
+          (entry.is_number() ? entry.get<double>() : (i == k ? 1.0 : 0.0)) * stds[i] * stds[k];
+    }
 }
 
 SceneMaterial read_scene_material(const TomlTable& table, const std::filesystem::path& folder) {
@@ -154,7 +183,21 @@ SceneMaterial read_scene_material(const TomlTable& table, const std::filesystem:
   material.elastic = input.material;
   if (table.has("fit")) {
     material.elastic.name = material.name;
-    for (const std::filesystem::path& file : input.files) read_fitted_damping(solid::read_fit_json(file), material);
+    FitSpread spread;
+    for (const std::filesystem::path& file : input.files) {
+      const nlohmann::json fit = solid::read_fit_json(file);
+      located(file.string(), [&] {
+        try {
+          read_fitted_damping(fit, material, spread);
+          read_fitted_spread(fit, spread);
+        } catch (const nlohmann::json::exception&) {
+          throw InputError("correlation", "is not that of a fit");
+        }
+        return 0;
+      });
+    }
+    if (table.has("damping")) spread.damping_std.clear();
+    if (!spread.names.empty() || !spread.damping_std.empty()) material.spread = std::move(spread);
   }
   material.inputs = input.files;
   material.restitution = table.number("restitution", material.restitution);

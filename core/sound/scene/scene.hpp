@@ -72,6 +72,17 @@ struct ModalSettings {
   bool linear_program = false;        ///< H03's contact, which is not the contact problem (erratum 71)
 };
 
+/// How impulses become forces that strain a breakable body; SB does not say (erratum 49).
+enum class ForceModel {
+  kHertz,            ///< the peak of Hertz' pulse, with at most the energy of the compression
+  kImpulseOverStep,  ///< J / step: strain energy grows as 1 / step^2, without a limit
+  kAuthorsCode       ///< J times 1800 per s, as in the authors' published program, without a limit
+};
+constexpr auto words_of(ForceModel) {
+  return std::array{Word{ForceModel::kHertz, "hertz"}, Word{ForceModel::kImpulseOverStep, "impulse_over_step"},
+                    Word{ForceModel::kAuthorsCode, "authors_code"}};
+}
+
 /// A place of a body that is moved from outside.
 struct SceneHold {
   int body = 0;
@@ -148,6 +159,7 @@ struct Scene {
   std::optional<FloorSound> floor_sound;
   SceneFrames frames;
   fracture::FractureOptions fracture;
+  ForceModel force_model = ForceModel::kHertz;
   std::vector<SceneHold> holds;
 
   bool has_deforming_bodies() const;

@@ -1,6 +1,8 @@
 #include "core/sound/scene/scene_breaking.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 
 #include "core/foundation/base/errors.hpp"
@@ -12,6 +14,8 @@ namespace klang::scene {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kAuthorsPerS = 1800.0;
 
 /// What one breakable body needs to be asked for its stress.
 struct Breakable {
@@ -54,6 +58,46 @@ double kinetic_j(const rigid::RigidWorld& world, int body, const Speed& speed) {
   return 0.5 * (spec.mass_kg * speed.velocity_m_s.squaredNorm() + own.dot(spec.inertia_kg_m2 * own));
 }
 
+/// Strain that pieces keep under the forces that still act on them (erratum 51), each as a free body that its load accelerates.
+double kept_strain_j(const std::vector<fracture::FragmentBody>& pieces, const std::vector<fracture::PointForce>& forces,
+                     const solid::Material& material) {
+  std::vector<std::vector<fracture::PointForce>> on_piece(pieces.size());
+  for (const fracture::PointForce& force : forces) {
+    std::size_t nearest = 0;
+    double distance_m = HUGE_VAL;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      const double d =
+          (pieces[i].mesh.nodes_m.rowwise() - force.place_m.transpose()).rowwise().squaredNorm().minCoeff();
+      if (!(d < distance_m)) continue;
+      distance_m = d;
+      nearest = i;
+    }
+    on_piece[nearest].push_back(force);
+  }
+  double sum_j = 0.0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (on_piece[i].empty()) continue;
+    fracture::FreeBodySolver solver(mesh::to_quadratic(pieces[i].mesh), material);
+    if (!solver.usable()) continue;
+    fracture::ContactResponses responses(solver);
+    try {
+      sum_j += responses.strain_energy_j(fracture::SurfacePlaces(solver.mesh()).at_nodes(on_piece[i]));
+    } catch (const InputError&) {  // the nearest node is not near: the contact was on what a cut took away
+    }
+  }
+  return sum_j;
+}
+
+/// What acts at the moment of a request, as far as the energy allows.
+std::vector<fracture::PointForce> allowed_forces(const fracture::LoadRequest& request, double scale) {
+  std::vector<fracture::PointForce> forces = request.lasting;
+  for (fracture::PointForce force : request.impacts) {
+    force.force_n *= scale;
+    forces.push_back(force);
+  }
+  return forces;
+}
+
 }  // namespace
 
 struct Breaking::State {
@@ -68,11 +112,13 @@ struct Breaking::State {
 
   std::vector<fracture::ContactLoad> loads_on(const rigid::RigidWorld& world, const rigid::StepRecord& step,
                                               int body) const;
+  fracture::ContactLoad as_modelled(fracture::ContactLoad load) const;
   std::map<int, Speed> without_rebound(const rigid::RigidWorld& world, const rigid::StepRecord& step, int body) const;
   bool breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage);
   void take_back_rebound(rigid::RigidWorld& world, rigid::StepRecord& step, int body,
                          const std::map<int, Speed>& speeds);
-  rigid::Breakage replace(rigid::RigidWorld& world, int body, fracture::FractureResult& result);
+  rigid::Breakage replace(rigid::RigidWorld& world, int body, fracture::FractureResult& result, double available_j,
+                          double time_s);
 };
 
 std::vector<fracture::ContactLoad> Breaking::State::loads_on(const rigid::RigidWorld& world,
@@ -126,7 +172,10 @@ void Breaking::State::take_back_rebound(rigid::RigidWorld& world, rigid::StepRec
   }
 }
 
-rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fracture::FractureResult& result) {
+/// @param time_s       when it broke: the peak of its load
+/// @param available_j  what contacts took; a force model that strains the body more puts the rest in from outside
+rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fracture::FractureResult& result,
+                                         double available_j, double time_s) {
   const rigid::RigidBodySpec parent = world.spec(body);
   const events::Pose pose = world.pose(body);
   const Eigen::Quaterniond turn = pose.orientation();
@@ -169,17 +218,26 @@ rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fra
     }
   }
   const fracture::FractureEnergies& energies = result.energies;
-  world.book(&rigid::EnergyLedger::contact_j, -energies.strain_j);
+  world.book(&rigid::EnergyLedger::contact_j, -std::min(energies.strain_j, available_j));
   world.book(&rigid::EnergyLedger::fracture_j, energies.fracture_j);
   world.book(&rigid::EnergyLedger::vibration_j, energies.vibration_j + energies.residual_j);
-  events.push_back({world.time_s(), body, static_cast<int>(result.pieces.size()), energies, result.crack_area_m2,
-                    result.largest_stress_pa});
+  events.push_back(
+      {time_s, body, static_cast<int>(result.pieces.size()), energies, result.crack_area_m2, result.largest_stress_pa});
   return breakage;
+}
+
+/// The same contact with SB's force or that of the authors' program at its peak, and no limit to what it may put in.
+fracture::ContactLoad Breaking::State::as_modelled(fracture::ContactLoad load) const {
+  if (scene.force_model == ForceModel::kHertz || load.lasting) return load;
+  const double per_s = scene.force_model == ForceModel::kAuthorsCode ? kAuthorsPerS : scene.solver.rate_hz;
+  load.impulse_n_s *= per_s * load.duration_s / fracture::hertz_peak_over_mean();
+  load.compression_energy_j = std::numeric_limits<double>::max() / 1e6;
+  return load;
 }
 
 bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage) {
   Breakable& breakable = *bodies.at(body);
-  const std::vector<fracture::ContactLoad> loads = loads_on(world, step, body);
+  std::vector<fracture::ContactLoad> loads = loads_on(world, step, body);
   double compression_j = 0.0;
   for (const fracture::ContactLoad& load : loads) compression_j += load.compression_energy_j;
   if (!(compression_j > 0.0)) return false;
@@ -190,6 +248,8 @@ bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, 
     available_j += kinetic_j(world, number, {world.velocity_m_s(number), world.angular_velocity_rad_s(number)}) -
                    kinetic_j(world, number, speed);
   if (!(available_j > 0.0)) return false;
+  for (fracture::ContactLoad& load : loads) load = as_modelled(load);
+  const bool limited = scene.force_model == ForceModel::kHertz;
   for (const fracture::LoadRequest& request : fracture::load_requests(loads)) {
     if (request.impacts.empty() || !(request.budget_j > 0.0)) continue;
     const std::int64_t solved = breakable.responses.n_nodes_solved();
@@ -197,12 +257,16 @@ bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, 
     if (!(load.strain_energy_j > 0.0)) continue;
     const fracture::StressField field = breakable.responses.field(load.forces);
     n_solves += breakable.responses.n_nodes_solved() - solved;
+    const fracture::ResidualEnergy kept = [&](const std::vector<fracture::FragmentBody>& pieces, double factor) {
+      return factor * factor * kept_strain_j(pieces, allowed_forces(request, load.scale), breakable.material.elastic);
+    };
     fracture::FractureResult result = fracture::fracture_body(
         breakable.parent, {field.energy_density_j_m3, field.stress_pa}, scene.fracture,
-        std::min({available_j, request.budget_j, load.strain_energy_j}), seed + static_cast<std::uint64_t>(body));
+        limited ? std::min({available_j, request.budget_j, load.strain_energy_j}) : load.strain_energy_j,
+        seed + static_cast<std::uint64_t>(body), kept);
     if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) continue;
     take_back_rebound(world, step, body, speeds);
-    breakage = replace(world, body, result);
+    breakage = replace(world, body, result, available_j, request.time_s);
     return true;
   }
   return false;

@@ -94,6 +94,10 @@ const TomlField kSchema[] = {
     {"fracture", "alpha", kNumber, "0.15", 0, 1, "how much smaller pieces are where more energy is"},
     {"fracture", "smallest_piece_m", kNumber, "0.006", 0, 10, "least distance of cells"},
     {"fracture", "most_pieces", kNumber, "400", 2, 2000, "cells of one breakage"},
+    {"fracture", "force_model", kText, "`hertz`", -kInf, kInf,
+     "`hertz`: peak of Hertz' pulse, with at most the energy of the compression; `impulse_over_step` or `authors_code` "
+     "(impulse "
+     "times 1800 per s): no such limit, what the model adds is booked in work_j (errata 49, 50)"},
     {"fracture", "impulses", kBoolean, "true", -kInf, kInf, "cracks that open push the pieces apart"},
     {"fracture", "literature", kText, "`mended`", -kInf, kInf, "`mended`, or `paper`: impulses as SB prints them"},
 
@@ -365,6 +369,8 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
       throw InputError(body.place, "sound = \"proxy\" needs a soundbank", body.name, "sound.bank = FILE");
   scene.frames = detail::read_frames(root.table("frames"));
   read_fracture(root.table("fracture"), scene.fracture);
+  scene.force_model = *enum_from_text<ForceModel>(
+      root.table("fracture").choice("force_model", {"hertz", "impulse_over_step", "authors_code"}));
   return scene;
 }
 

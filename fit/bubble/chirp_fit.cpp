@@ -130,20 +130,22 @@ double NoiseSpectrum::at(double frequency_hz) const {
   return (1.0 - t) * variance[i] + t * variance[i + 1];
 }
 
-ChirpWindow::ChirpWindow(const Eigen::VectorXd& samples, double rate, Eigen::Index first, Eigen::Index n_samples,
-                         double low_hz, double high_hz, const NoiseSpectrum& noise)
-    : first_s(static_cast<double>(first) / rate), sample_rate_hz(rate), taper(Eigen::VectorXd::Ones(samples.size())) {
+ChirpWindow::ChirpWindow(const Eigen::VectorXd& samples, double rate, const Place& place, const NoiseSpectrum& noise)
+    : first_s(static_cast<double>(place.first) / rate),
+      sample_rate_hz(rate),
+      taper(Eigen::VectorXd::Ones(samples.size())) {
   const Eigen::Index n = samples.size();
   const Eigen::Index edge = std::max<Eigen::Index>(1, std::min(n / 8, static_cast<Eigen::Index>(0.002 * rate)));
   for (Eigen::Index i = 0; i < edge; ++i) {
     const double t = 0.5 - 0.5 * std::cos(kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(edge));
-    if (first > 0) taper[i] *= t;
-    if (first + n < n_samples) taper[n - 1 - i] *= t;
+    if (place.first > 0) taper[i] *= t;
+    if (place.first + n < place.n_recording) taper[n - 1 - i] *= t;
   }
   n_fft = audio::good_fft_size(n);
   const double bin_hz = rate / static_cast<double>(n_fft);
-  const Eigen::Index last = std::min<Eigen::Index>(n_fft / 2, static_cast<Eigen::Index>(std::floor(high_hz / bin_hz)));
-  first_bin = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil(low_hz / bin_hz)), 1, last);
+  const Eigen::Index last =
+      std::min<Eigen::Index>(n_fft / 2, static_cast<Eigen::Index>(std::floor(place.high_hz / bin_hz)));
+  first_bin = std::clamp<Eigen::Index>(static_cast<Eigen::Index>(std::ceil(place.low_hz / bin_hz)), 1, last);
   n_bins = last - first_bin + 1;
   data = audio::real_spectrum(samples.cwiseProduct(taper), n_fft).segment(first_bin, n_bins);
   weight.resize(n_bins);

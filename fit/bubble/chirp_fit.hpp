@@ -31,10 +31,13 @@ struct ChirpWindow {
   Eigen::VectorXd weight;  ///< sqrt(2) / standard deviation of a bin's noise: real and imaginary part get variance 1
   std::shared_ptr<SearchWork> work;  ///< counts what is evaluated in this window and stops its fits; may be null
 
-  /// @param samples    samples first, first + 1, ... of the recording, less what other bubbles make of it
-  /// @param n_samples  of the whole recording, whose ends are no edges of the sound
-  ChirpWindow(const Eigen::VectorXd& samples, double sample_rate_hz, Eigen::Index first, Eigen::Index n_samples,
-              double low_hz, double high_hz, const NoiseSpectrum& noise);
+  /// Where the samples stand in the recording, whose ends are no edges of the sound, and the band that is fitted.
+  struct Place {
+    Eigen::Index first = 0, n_recording = 0;  ///< samples
+    double low_hz = 0.0, high_hz = 0.0;
+  };
+  /// @param samples  samples first, first + 1, ... of the recording, less what other bubbles make of it
+  ChirpWindow(const Eigen::VectorXd& samples, double sample_rate_hz, const Place& place, const NoiseSpectrum& noise);
   Eigen::Index n_real_data() const { return 2 * n_bins; }
   /// 2 n_bins: weighted real, then imaginary parts of tapered samples' bins.
   Eigen::VectorXd weighted(const Eigen::VectorXd& samples) const;

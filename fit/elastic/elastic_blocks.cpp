@@ -127,6 +127,51 @@ class TetBlocks : public ElasticBlocks {
   Monitor& monitor_;
 };
 
+/// Modes of a body whose problem falls into systems (harmonics of a section, parities of a box).
+struct SystemModes {
+  std::vector<modal::HarmonicModes>
+      all;  ///< a few more than asked for: they come into the band when material or dimensions change
+  std::vector<modal::HarmonicModes> shown;  ///< those whose shapes are sampled for what is shown and written
+};
+
+template <class Body, class Count>
+SystemModes system_modes(Body& body, const solid::Material& material, const ReducedSpectrumOptions& options,
+                         const Count& count) {
+  const int least = std::max({1, options.count, options.min_count});
+  double highest_hz = options.band.high_hz;
+  SystemModes modes;
+  for (int round = 0; round < 40; ++round) {
+    modes.all = body.modes_up_to(material, 1.15 * highest_hz);
+    if (count(modes.all) >= least) break;
+    highest_hz *= 1.3;
+  }
+  modes.shown = modes.all;
+  for (auto& system : modes.shown) {
+    const auto n = (system.angular_frequency_sq.array() <= std::pow(2.0 * kPi * 1.02 * highest_hz, 2)).count();
+    system.angular_frequency_sq.conservativeResize(n);
+  }
+  if (count(modes.shown) < least) modes.shown = modes.all;
+  return modes;
+}
+
+/// As many as with tetrahedra.
+Eigen::Index most_modes(const ReducedSpectrumOptions& options) {
+  return options.count > 0 ? options.count : std::max(4 * options.max_count, options.min_count);
+}
+
+/// All systems' vectors and the first n of the sampled modes; neither errors nor rigid modes.
+BlockModes block_modes(const std::vector<modal::HarmonicModes>& all, modal::SampledModes sampled, Eigen::Index n) {
+  BlockModes modes;
+  for (const auto& system : all) modes.vectors.push_back(system.vectors);
+  modes.result.status = modal::EigenStatus::kConverged;
+  modes.result.none_missing = true;
+  modes.result.model = std::move(sampled.model);
+  modes.result.model.angular_frequency_rad_s.conservativeResize(n);
+  modes.result.model.shapes.conservativeResize(Eigen::NoChange, n);
+  modes.result.relative_residual = sampled.relative_residual.head(n);
+  return modes;
+}
+
 class SectionBlocks : public ElasticBlocks {
  public:
   SectionBlocks(const Specimen& specimen, const SpecimenBody& body, std::size_t like_blocks)
@@ -142,34 +187,14 @@ class SectionBlocks : public ElasticBlocks {
   double volume_m3() const override { return body_.volume_m3(); }
 
   BlockModes lowest(const solid::Material& material, const ReducedSpectrumOptions& options, bool) override {
-    double highest_hz = options.band.high_hz;
-    std::vector<modal::HarmonicModes> all;
-    for (int round = 0; round < 40; ++round) {
-      // A few more than asked for: modes come into the band when material or dimensions change.
-      all = body_.modes_up_to(material, 1.15 * highest_hz);
-      if (count(all) >= std::max(options.count, options.min_count)) break;
-      highest_hz *= 1.3;
-    }
-    BlockModes modes;
-    for (const auto& harmonic : all) modes.vectors.push_back(harmonic.vectors);
-    std::vector<modal::HarmonicModes> kept = all;
-    for (auto& harmonic : kept) {
-      const auto n = (harmonic.angular_frequency_sq.array() <= std::pow(2.0 * kPi * 1.02 * highest_hz, 2)).count();
-      harmonic.angular_frequency_sq.conservativeResize(n);
-    }
-    // Shapes are sampled for what is shown and written; the number is limited as it is with tetrahedra.
-    auto sampled = modal::sample_modes(
-        body_, count(kept) >= std::max({1, options.count, options.min_count}) ? kept : all, mesh_, material);
-    const auto limit = options.count > 0 ? options.count : std::max(4 * options.max_count, options.min_count);
-    const Eigen::Index n = std::min<Eigen::Index>(sampled.model.n_modes(), limit);
-    modes.relative_error = modal::section_mesh_error(shape_, divisions_, material, all, sampled, n);
-    modes.result.status = modal::EigenStatus::kConverged;
-    modes.result.none_missing = true;
+    const SystemModes found =
+        system_modes(body_, material, options, [this](const auto& modes) { return count(modes); });
+    modal::SampledModes sampled = modal::sample_modes(body_, found.shown, mesh_, material);
+    const Eigen::Index n = std::min(sampled.model.n_modes(), most_modes(options));
+    const Eigen::VectorXd error = modal::section_mesh_error(shape_, divisions_, material, found.all, sampled, n);
+    BlockModes modes = block_modes(found.all, std::move(sampled), n);
+    modes.relative_error = error;
     modes.result.n_rigid_modes = 6;
-    modes.result.model = std::move(sampled.model);
-    modes.result.model.angular_frequency_rad_s.conservativeResize(n);
-    modes.result.model.shapes.conservativeResize(Eigen::NoChange, n);
-    modes.result.relative_residual = sampled.relative_residual.head(n);
     return modes;
   }
 
@@ -216,43 +241,20 @@ class BoxBlocks : public ElasticBlocks {
   double volume_m3() const override { return body_.volume_m3(); }
 
   BlockModes lowest(const solid::Material& material, const ReducedSpectrumOptions& options, bool) override {
-    const int least = std::max({1, options.count, options.min_count});
-    double highest_hz = options.band.high_hz;
-    std::vector<modal::HarmonicModes> all;
-    for (int round = 0; round < 40; ++round) {
-      // A few more than asked for: modes come into the band when material or dimensions change.
-      all = body_.modes_up_to(material, 1.15 * highest_hz);
-      if (count(all) >= least) break;
-      highest_hz *= 1.3;
-    }
-    BlockModes modes;
+    const SystemModes found = system_modes(body_, material, options, count);
     std::vector<int> counts;
-    for (const auto& system : all) {
-      modes.vectors.push_back(system.vectors);
-      counts.push_back(static_cast<int>(system.angular_frequency_sq.size()));
-    }
-    std::vector<modal::HarmonicModes> kept = all;
-    for (auto& system : kept) {
-      const auto n = (system.angular_frequency_sq.array() <= std::pow(2.0 * kPi * 1.02 * highest_hz, 2)).count();
-      system.angular_frequency_sq.conservativeResize(n);
-    }
-    modal::SampledModes sampled =
-        modal::sample_box_modes(body_, count(kept) >= least ? kept : all, mesh_, material, support_);
-    const auto limit = options.count > 0 ? options.count : std::max(4 * options.max_count, options.min_count);
-    const Eigen::Index n = std::min<Eigen::Index>(sampled.model.n_modes(), limit);
+    for (const auto& system : found.all) counts.push_back(static_cast<int>(system.angular_frequency_sq.size()));
+    modal::SampledModes sampled = modal::sample_box_modes(body_, found.shown, mesh_, material, support_);
+    const Eigen::Index n = std::min(sampled.model.n_modes(), most_modes(options));
     const modal::BoxBody lower(half_m_, modal::box_degrees_raised(half_m_, degrees_, -1), held_);
-    const auto bound = modal::box_error_bound(lower.lowest(material, counts), all, degrees_, held_);
-    modes.relative_error.resize(n);
+    const auto bound = modal::box_error_bound(lower.lowest(material, counts), found.all, degrees_, held_);
+    Eigen::VectorXd error(n);
     for (Eigen::Index k = 0; k < n; ++k)
-      modes.relative_error[k] = bound[static_cast<std::size_t>(sampled.system[static_cast<std::size_t>(k)])]
-                                     [sampled.index[static_cast<std::size_t>(k)]];
+      error[k] = bound[static_cast<std::size_t>(sampled.system[static_cast<std::size_t>(k)])]
+                      [sampled.index[static_cast<std::size_t>(k)]];
+    BlockModes modes = block_modes(found.all, std::move(sampled), n);
+    modes.relative_error = std::move(error);
     for (std::size_t s = 0; s < body_.n_systems(); ++s) modes.result.n_rigid_modes += body_.n_rigid(s);
-    modes.result.status = modal::EigenStatus::kConverged;
-    modes.result.none_missing = true;
-    modes.result.model = std::move(sampled.model);
-    modes.result.model.angular_frequency_rad_s.conservativeResize(n);
-    modes.result.model.shapes.conservativeResize(Eigen::NoChange, n);
-    modes.result.relative_residual = sampled.relative_residual.head(n);
     return modes;
   }
 

@@ -66,7 +66,7 @@ bool has_torn_line(const Context& c, const JointMatch& joint) {
 void weigh(const Context& c, JointMatch& joint) {
   constexpr double kTorn = 100.0;  // log odds: such a match is taken only where there is no other
   const auto data = elastic_data(c.tables, joint.lines, joint.matches);
-  joint.evidence = match_evidence(c.space, c.tables, joint.lines, joint.matches, data, joint.fit, c.options.elastic,
+  joint.evidence = match_evidence(c.space, {c.tables, joint.lines, joint.matches, data, joint.fit}, c.options.elastic,
                                   evidence_options(c));
   if (has_torn_line(c, joint)) joint.evidence -= kTorn;
 }
@@ -180,7 +180,7 @@ void weigh_alternatives(const Context& c, const JointMatch& joint, std::vector<A
       }
       const ElasticFit fit = linear_fit(c.space, joint.fit.x, residual, derivative, data, c.options.elastic);
       list[a].evidence =
-          match_evidence(c.space, c.tables, joint.lines, matches, data, fit, c.options.elastic, evidence_options(c));
+          match_evidence(c.space, {c.tables, joint.lines, matches, data, fit}, c.options.elastic, evidence_options(c));
     }
   });
 }

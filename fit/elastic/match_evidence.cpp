@@ -39,9 +39,9 @@ Eigen::VectorXd guess_std(const ParameterSpace& space) {
   return std;
 }
 
-double match_evidence(const ParameterSpace& space, const std::vector<PartialTable>& tables, const SpecimenLines& lines,
-                      const std::vector<TableMatch>& matches, const std::vector<ElasticDatum>& data,
-                      const ElasticFit& fit, const ElasticFitOptions& options, const MatchOptions& match) {
+double match_evidence(const ParameterSpace& space, const WeighedMatch& weighed, const ElasticFitOptions& options,
+                      const MatchOptions& match) {
+  const auto& [tables, lines, matches, data, fit] = weighed;
   double score = 0.0;
   for (std::size_t s = 0; s < tables.size(); ++s) score += match_prior_score(tables[s], lines[s], matches[s], match);
   const Eigen::VectorXd guess = guess_std(space);

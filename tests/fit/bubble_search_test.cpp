@@ -232,9 +232,9 @@ TEST(ChirpCost, GradientMatchesDifferences) {
   const Drop drop;
   const audio::Signal sound = tests::drop_sound({drop}, 0.15, 44100.0, 30.0, 1);
   const Eigen::VectorXd samples = sound.samples.col(0);
-  const auto window =
-      std::make_shared<const ChirpWindow>(samples.segment(1000, 4000).eval(), 44100.0, 1000, samples.size(), 500.0,
-                                          5000.0, noise_spectrum(samples, 44100.0));
+  const auto window = std::make_shared<const ChirpWindow>(samples.segment(1000, 4000).eval(), 44100.0,
+                                                          ChirpWindow::Place{1000, samples.size(), 500.0, 5000.0},
+                                                          noise_spectrum(samples, 44100.0));
   const auto exponential = std::make_shared<const ExponentialPitch>();
   const auto depth =
       std::make_shared<const DepthPitch>([](double t) { return 0.012 - 0.2 * t; }, [](double) { return 0.2; });

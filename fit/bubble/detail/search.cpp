@@ -93,7 +93,7 @@ ChirpWindow Search::window_of(const std::vector<const FoundBubble*>& group) cons
     evaluate_chirp(bubble->law, bubble->chirp, static_cast<double>(span.first) / rate_, rate_, value);
     samples.segment(span.first - first, value.size()) += value;
   }
-  ChirpWindow window(samples, rate_, first, residual_.size(), low, high, result_.noise);
+  ChirpWindow window(samples, rate_, {first, residual_.size(), low, high}, result_.noise);
   window.work = work_;
   return window;
 }

@@ -107,8 +107,8 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
     throw InputError("--method", "needs a free body of revolution, p2 and no --lumped-mass", options.body.shape,
                      modal::harmonics_apply_to());
   if (how.method == modal::ModesMethod::kPolynomial && !modal::polynomials_apply(body, how.mass))
-    throw InputError("--method", "polynomial needs a box that is free or held at a whole face, p2 and no --lumped-mass",
-                     options.body.shape, "box");
+    throw InputError("--method", "polynomial needs one of a few bodies, p2 and no --lumped-mass", options.body.shape,
+                     modal::polynomials_apply_to());
   const modal::ModesMethod method = modal::chosen_method(body, how);
 
   monitor.progress("mesh", 0.0);

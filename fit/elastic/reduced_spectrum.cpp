@@ -10,6 +10,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/files/mesh_file.hpp"
 #include "core/geometry/mesh/quality.hpp"
+#include "core/physics/modal/ellipsoid_solve.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 #include "core/sound/stage/surface_coupling.hpp"
@@ -53,7 +54,8 @@ SpecimenBody make_body(const Specimen& specimen, const solid::Material& material
     const auto method = modal::chosen_method({specimen.shape, specimen.support}, {});
     if (method == modal::ModesMethod::kHarmonics)
       body.section = modal::section_divisions_for(*specimen.shape, guess, highest_hz);
-    if (method == modal::ModesMethod::kPolynomial) {
+    if (method == modal::ModesMethod::kPolynomial &&
+        !modal::ellipsoid_axes_m(*specimen.shape)) {  // these go by tetrahedra
       const Eigen::Vector3d half_m = modal::box_half_lengths_m(*specimen.shape);
       body.polynomials =
           modal::box_modes(half_m, *modal::held_faces(specimen.support, half_m), guess, {0.0, highest_hz}).degrees;

@@ -6,6 +6,7 @@
 #include "core/geometry/shapes/section.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
 #include "core/physics/modal/box_modes.hpp"
+#include "core/physics/modal/ellipsoid_solve.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 
 namespace klang::modal {
@@ -24,9 +25,12 @@ std::string harmonics_apply_to() {
 }
 
 bool polynomials_apply(const ModesBody& body, solid::MassKind mass) {
-  return body.shape && body.shape->kind == "box" && body.element_order == 2 && mass == solid::MassKind::kConsistent &&
-         held_faces(body.support, box_half_lengths_m(*body.shape)).has_value();
+  if (!body.shape || body.element_order != 2 || mass != solid::MassKind::kConsistent) return false;
+  if (ellipsoid_axes_m(*body.shape)) return body.support.kind == solid::SupportKind::kFree;
+  return body.shape->kind == "box" && held_faces(body.support, box_half_lengths_m(*body.shape)).has_value();
 }
+
+std::string polynomials_apply_to() { return "box that is free or held at a whole face, free ellipsoid or sphere"; }
 
 std::string to_text(ModesMethod method) {
   switch (method) {
@@ -50,9 +54,8 @@ ModesMethod chosen_method(const ModesBody& body, const ModesOptions& options) {
     throw InputError("modes", "harmonics need a free body of revolution, quadratic elements and consistent mass", kind,
                      harmonics_apply_to());
   if (options.method == ModesMethod::kPolynomial && !by_polynomials)
-    throw InputError(
-        "modes", "polynomials need a box that is free or held at a whole face, quadratic elements and consistent mass",
-        kind, "box");
+    throw InputError("modes", "polynomials need one of a few bodies, quadratic elements and consistent mass", kind,
+                     polynomials_apply_to());
   if (options.method != ModesMethod::kAuto) return options.method;
   if (options.mesh_is_wanted) return ModesMethod::kTetrahedra;
   return by_harmonics ? ModesMethod::kHarmonics : by_polynomials ? ModesMethod::kPolynomial : ModesMethod::kTetrahedra;
@@ -62,6 +65,8 @@ EigenResult modes_of(const ModesBody& body, const mesh::TetMesh& mesh, const sol
                      const ModesOptions& options, Monitor& monitor) {
   KLANG_CHECK(!body.shape || mesh.order() == body.element_order, "modes_of: the mesh is of another element order");
   const ModesMethod method = chosen_method(body, options);
+  if (method == ModesMethod::kPolynomial && ellipsoid_axes_m(*body.shape))
+    return solve_ellipsoid_modes(*body.shape, mesh, material, options.eigen, monitor);
   if (method == ModesMethod::kPolynomial)
     return solve_box_modes(*body.shape, mesh, material, body.support, options.eigen, monitor);
   if (method == ModesMethod::kHarmonics)

@@ -30,9 +30,12 @@ bool harmonics_apply(const ModesBody& body, solid::MassKind mass = solid::MassKi
 /// The bodies that harmonics_apply() to, in words: "tube, rod, ellipsoid with a_m = b_m, ...".
 std::string harmonics_apply_to();
 
-/// Whether polynomials can give the modes (box_modes.hpp): a box that is free or held at one whole face, quadratic elements (to which
-/// shapes are sampled), consistent mass.
+/// Whether polynomials can give the modes: a box that is free or held at one whole face (box_modes.hpp), a free ellipsoid
+/// (ellipsoid_solve.hpp); quadratic elements, to which shapes are sampled, consistent mass.
 bool polynomials_apply(const ModesBody& body, solid::MassKind mass = solid::MassKind::kConsistent);
+
+/// The bodies that polynomials_apply() to, in words.
+std::string polynomials_apply_to();
 
 /// The word for a method: "polynomial", "harmonics", "tetrahedra", "auto".
 std::string to_text(ModesMethod method);
@@ -41,7 +44,7 @@ std::string to_text(ModesMethod method);
 /// @throws InputError where one is asked for and does not apply
 ModesMethod chosen_method(const ModesBody& body, const ModesOptions& options);
 
-/// Elastic modes of a body on the nodes of its mesh, by solve_box_modes(), solve_revolution_modes(), or by assemble() and
+/// Elastic modes of a body on the nodes of its mesh, by solve_box_modes(), solve_ellipsoid_modes(), solve_revolution_modes(), or by assemble() and
 /// solve_modes(), as
 /// chosen_method() says; EigenResult::method_used tells which. wall_time_s["assembly"] is beside the solver's "total".
 /// The lowest frequency of many small free bodies without a mesh is another task: polynomial_modes.hpp.

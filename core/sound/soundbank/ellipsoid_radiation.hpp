@@ -1,5 +1,5 @@
 #pragma once
-#include "core/sound/soundbank/ellipsoid_modes.hpp"
+#include "core/sound/soundbank/ellipsoid.hpp"
 #include "core/sound/waves/multipole.hpp"
 
 namespace klang::soundbank {

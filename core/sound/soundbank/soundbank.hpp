@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/physics/solid/material.hpp"
-#include "core/sound/soundbank/ellipsoid_modes.hpp"
+#include "core/sound/soundbank/ellipsoid.hpp"
 #include "core/sound/transfer/transfer_model.hpp"
 #include "core/sound/waves/medium.hpp"
 

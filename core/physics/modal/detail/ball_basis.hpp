@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-namespace klang::soundbank::detail {
+namespace klang::modal::detail {
 
 /// Parity of a function under the three reflections: bit d is set where it is odd in axis d (x, y, z).
 using Parity = int;
@@ -33,4 +33,4 @@ class BallBasis {
 /// The basis of a degree, made at the first call; any thread.
 const BallBasis& ball_basis(int degree);
 
-}  // namespace klang::soundbank::detail
+}  // namespace klang::modal::detail

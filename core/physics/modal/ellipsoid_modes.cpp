@@ -1,4 +1,4 @@
-#include "core/sound/soundbank/ellipsoid_modes.hpp"
+#include "core/physics/modal/ellipsoid_modes.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -9,9 +9,9 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/la/lapack.hpp"
-#include "core/sound/soundbank/detail/ball_basis.hpp"
+#include "core/physics/modal/detail/ball_basis.hpp"
 
-namespace klang::soundbank {
+namespace klang::modal {
 namespace {
 
 /// Stiffness of a class over mu, divided by the volume factor abc; lower half. Strain energy
@@ -80,8 +80,8 @@ void lowest_eigenpairs(Eigen::MatrixXd& matrix, int count, Eigen::VectorXd& valu
 
 void EllipsoidModeOptions::validate() const {
   if (degree < 3 || degree > 24) throw InputError("ellipsoid", "degree", std::to_string(degree), "3 to 24");
-  if (per_class < 1 || per_class > 100)
-    throw InputError("ellipsoid", "per_class", std::to_string(per_class), "1 to 100");
+  if (per_class < 1 || per_class > 1000)
+    throw InputError("ellipsoid", "per_class", std::to_string(per_class), "1 to 1000");
 }
 
 int rigid_motions(int mode_class) {
@@ -104,13 +104,19 @@ EllipsoidModes::EllipsoidModes(const Eigen::Vector3d& axes_m, const solid::Mater
     const int rigid = rigid_motions(c);
     const int count = std::min(options.per_class + rigid, static_cast<int>(stiffness.rows()));
     Eigen::VectorXd values;
-    Eigen::MatrixXd vectors;
+    Eigen::MatrixXd vectors, kept;
+    if (options.residuals) kept = stiffness.selfadjointView<Eigen::Lower>();
     lowest_eigenpairs(stiffness, count, values, vectors);
     omega_[c].resize(count - rigid);
     for (int k = 0; k < count - rigid; ++k) {
       const Eigen::VectorXd u = vectors.col(rigid + k);
       const double energy = twice_energy(c, u, axes_m, material.lame_lambda_pa, material.lame_mu_pa, basis);
       omega_[c][k] = std::sqrt(energy / (u.squaredNorm() * material.density_kg_m3));
+    }
+    if (options.residuals) {
+      const Eigen::MatrixXd elastic = vectors.rightCols(count - rigid);
+      const Eigen::VectorXd value = material.density_kg_m3 * omega_[c].cwiseAbs2();
+      residual_[c] = (kept * elastic - elastic * value.asDiagonal()).colwise().norm().transpose().cwiseQuotient(value);
     }
     coefficients_[c] = vectors.rightCols(count - rigid) / std::sqrt(mass_factor);
     for (auto column : coefficients_[c].colwise()) {  // a sign that does not depend on the eigensolver
@@ -163,4 +169,23 @@ Eigen::Matrix3Xd EllipsoidModes::shape_at(const ModeId& mode, const Eigen::Matri
   return u;
 }
 
-}  // namespace klang::soundbank
+Eigen::MatrixXd EllipsoidModes::shapes_at(const std::vector<ModeId>& modes, const Eigen::Matrix3Xd& xi) const {
+  const detail::BallBasis& basis = detail::ball_basis(degree_);
+  std::array<Eigen::MatrixXd, detail::kParities> values;
+  Eigen::MatrixXd shapes(3 * xi.cols(), static_cast<Eigen::Index>(modes.size()));
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const auto c = coefficients(modes[k]);
+    Eigen::Map<Eigen::Matrix3Xd> u(shapes.col(static_cast<Eigen::Index>(k)).data(), 3, xi.cols());
+    Eigen::Index start = 0;
+    for (int i = 0; i < 3; ++i) {
+      const detail::Parity parity = modes[k].mode_class ^ (1 << i);
+      Eigen::MatrixXd& at = values[static_cast<std::size_t>(parity)];
+      if (at.size() == 0) at = basis.values(parity, xi);
+      u.row(i) = (at * c.segment(start, basis.size(parity))).transpose();
+      start += basis.size(parity);
+    }
+  }
+  return shapes;
+}
+
+}  // namespace klang::modal

@@ -1,4 +1,4 @@
-#include "core/sound/soundbank/detail/ball_basis.hpp"
+#include "core/physics/modal/detail/ball_basis.hpp"
 
 #include <Eigen/QR>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/math/quadrature.hpp"
 
-namespace klang::soundbank::detail {
+namespace klang::modal::detail {
 namespace {
 
 /// P_0 ... P_degree and their slopes at t.
@@ -107,4 +107,4 @@ const BallBasis& ball_basis(int degree) {
   return *basis;
 }
 
-}  // namespace klang::soundbank::detail
+}  // namespace klang::modal::detail

@@ -5,7 +5,7 @@
 
 #include "core/physics/solid/material.hpp"
 
-namespace klang::soundbank {
+namespace klang::modal {
 
 /// An ellipsoid keeps its shape under the reflections of x, y and z, and each mode is even or odd in each: eight classes.
 /// Bit d of a class is set where the normal displacement (and so the sound) is odd in axis d; the displacement along axis d
@@ -20,8 +20,9 @@ struct ModeId {
 };
 
 struct EllipsoidModeOptions {
-  int degree = 12;        ///< of the polynomials, 3 to 24
-  int per_class = 12;     ///< modes kept in each class, 1 to 100
+  int degree = 12;     ///< of the polynomials, 3 to 24
+  int per_class = 12;  ///< modes kept in each class, 1 to 1000
+  bool residuals = false;
   void validate() const;  ///< InputError
 };
 
@@ -43,12 +44,16 @@ class EllipsoidModes {
   int degree() const { return degree_; }
   /// Elastic modes of a class, ascending [rad/s].
   const Eigen::VectorXd& angular_frequency_rad_s(int mode_class) const { return omega_[mode_class]; }
+  /// ||K u - omega^2 M u|| / (omega^2 ||M u||) of a class's modes; empty where it was not asked for.
+  const Eigen::VectorXd& relative_residual(int mode_class) const { return residual_[mode_class]; }
   double angular_frequency_rad_s(const ModeId& mode) const { return omega_[mode.mode_class][mode.index]; }
   /// The lowest modes of all classes, ascending; fewer where a class might hide one that was not kept.
   std::vector<ModeId> lowest(int count) const;
 
   /// Mass-normalised displacement [1/sqrt(kg)] of a mode at points xi (3 x n_points, the unit ball): 3 x n_points.
   Eigen::Matrix3Xd shape_at(const ModeId& mode, const Eigen::Matrix3Xd& xi) const;
+  /// Of several modes: 3 n_points x n_modes, (x, y, z) by point. What the modes share at a point is computed once.
+  Eigen::MatrixXd shapes_at(const std::vector<ModeId>& modes, const Eigen::Matrix3Xd& xi) const;
   /// Coefficients of a mode: those of u_x, u_y, u_z in turn.
   auto coefficients(const ModeId& mode) const { return coefficients_[mode.mode_class].col(mode.index); }
   const Eigen::MatrixXd& coefficients(int mode_class) const { return coefficients_[mode_class]; }
@@ -56,7 +61,7 @@ class EllipsoidModes {
  private:
   Eigen::Vector3d axes_m_;
   int degree_;
-  std::array<Eigen::VectorXd, kModeClasses> omega_;
+  std::array<Eigen::VectorXd, kModeClasses> omega_, residual_;
   std::array<Eigen::MatrixXd, kModeClasses> coefficients_;
 };
 
@@ -69,4 +74,4 @@ int rigid_motions(int mode_class);
 /// Sorted merge of frequencies by class: the lowest count ids; classes hold ascending values.
 std::vector<ModeId> lowest_modes(const std::array<Eigen::VectorXd, kModeClasses>& by_class, int count);
 
-}  // namespace klang::soundbank
+}  // namespace klang::modal

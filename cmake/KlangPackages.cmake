@@ -27,7 +27,7 @@ set(CPACK_DEBIAN_LIBKLANGPROBE-DEV_PACKAGE_NAME libklangprobe-dev)
 set(CPACK_DEBIAN_LIBKLANGPROBE-DEV_PACKAGE_SECTION libdevel)
 # What cmake/KlangDependencies.cmake looks for.
 set(CPACK_DEBIAN_LIBKLANGPROBE-DEV_PACKAGE_DEPENDS
-  "libbullet-dev, libceres-dev, libcli11-dev, libeigen3-dev, libfftw3-dev, libhdf5-dev, libmumps-seq-dev, libnanoflann-dev, libopenblas-dev, libpng-dev, libpugixml-dev, librsvg2-dev, libsamplerate0-dev, libsndfile1-dev, libspectra-dev, libssl-dev, libsuitesparse-dev, libtbb-dev, libtet1.5-dev, libtomlplusplus-dev, libvtk9-dev, nlohmann-json3-dev, ocl-icd-opencl-dev, pkg-config, zlib1g-dev")
+  "libboost-dev, libbullet-dev, libceres-dev, libcli11-dev, libeigen3-dev, libfftw3-dev, libhdf5-dev, libmatio-dev, libmumps-seq-dev, libnanoflann-dev, libopenblas-dev, libpng-dev, libpugixml-dev, librsvg2-dev, libsamplerate0-dev, libsndfile1-dev, libspectra-dev, libssl-dev, libsuitesparse-dev, libtbb-dev, libtet1.5-dev, libtomlplusplus-dev, libvtk9-dev, nlohmann-json3-dev, ocl-icd-opencl-dev, pkg-config, zlib1g-dev")
 if(PORTAUDIO_FOUND)
   string(APPEND CPACK_DEBIAN_LIBKLANGPROBE-DEV_PACKAGE_DEPENDS ", portaudio19-dev")
 endif()

@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "apps/commands/analyze_responses.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/field_options.hpp"
 #include "apps/kit/number_options.hpp"
@@ -9,6 +10,7 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "fit/frf/response_set.hpp"
 #include "fit/ringdown/analysis_document.hpp"
 #include "reports/report/report.hpp"
 
@@ -23,6 +25,8 @@ struct AnalyzeOptions {
   std::string csv;
   double a4_hz = audio::kConcertPitchHz;
   bool bell = false;
+  std::string modes;
+  bool band_given = false;
 };
 
 void print_partials(const fit::AnalysisDocument& document, const CommonOptions& common) {
@@ -62,6 +66,15 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& given) {
   if (common.table_on_stdout && common.json == "-")
     throw InputError("--csv", "and --json both want standard output", "-", "a file for one of them");
   checked("command line", "--a4-hz", options.a4_hz, audio::kLowestA4Hz, audio::kHighestA4Hz);
+  if (fit::is_response_file(options.recording)) {
+    if (options.bell) throw InputError("--bell", "goes with recordings, not with responses", options.recording);
+    return run_analyze_responses({options.recording, options.output, options.csv, options.modes, !options.band_given,
+                                  parse_band("--band-hz", options.band), options.a4_hz},
+                                 common);
+  }
+  if (!options.modes.empty())
+    throw InputError("--modes", "goes with responses at several places", options.recording,
+                     ".uff, .unv, .uf58 or .mat");
   TerminalMonitor monitor(common.quiet);
   fit::RingdownOptions ringdown = options.ringdown;
   ringdown.band = parse_band("--band-hz", options.band);
@@ -82,7 +95,7 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& given) {
   fit::AnalysisDocument document =
       fit::analysis_document(make_header("analysis", "ok", common, used, {options.recording}), result, options.a4_hz);
   if (options.bell) {
-    document.bell = fit::name_bell(document.partials, options.a4_hz);
+    document.bell = fit::name_bell(fit::without_shapes(document.partials), options.a4_hz);
     if (!document.bell->found())
       document.header.warnings.emplace_back("--bell: the partials do not stand as a bell's do; none of them is named");
   }
@@ -99,7 +112,8 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& given) {
     for (const std::string& warning : report.warnings) warn(warning);
     out->commit();
   }
-  if (!options.csv.empty()) write_table(options.csv, fit::partial_csv({document.partials, options.recording}));
+  if (!options.csv.empty())
+    write_table(options.csv, fit::partial_csv({fit::without_shapes(document.partials), options.recording}));
   write_json(common, json);
 
   for (const std::string& warning : document.header.warnings) warn(warning);
@@ -118,21 +132,29 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& given) {
 Subcommand add_analyze(CLI::App& program, CommonOptions& common) {
   auto options = std::make_shared<AnalyzeOptions>();
   CLI::App* app = program.add_subcommand("analyze", "Partials of a recording with their standard deviations");
-  app->add_option("recording", options->recording, "WAV, FLAC, OGG, MP3 or AIFF")->required();
+  app->add_option("recording", options->recording,
+                  "WAV, FLAC, OGG, MP3 or AIFF; FRFs and free decays at several places: .uff, .unv (dataset 58), .mat")
+      ->required();
   add_band_option(*app, common, options->band);
   add_fields(*app, common, options->ringdown, {{"max_partials"}, {"min_snr_db"}, {"accept_unexplained"}});
   app->add_option("-o,--output", options->output, "Folder for report.html, resynthesis and pictures");
   app->add_option("--csv", options->csv, "Write the partials as CSV, which klang fit reads (- for standard output)");
   app->add_option("--a4-hz", options->a4_hz, "Frequency of A4, by which the partials have their notes, 300 to 600")
       ->capture_default_str();
+  app->add_option("--modes", options->modes,
+                  "Of responses: modal model (.vtu) whose shapes the measured ones are held against (MAC)");
   app->add_flag("--bell", options->bell, "Name a bell's partials: hum, prime, tierce, quint, nominal, strike note");
   app->footer(
       "Examples:\n"
       "  klang analyze tap.wav --json tap.json\n"
       "  klang analyze bell.flac --bell --a4-hz 443 --band-hz 100:8000 -o bell-report\n"
-      "  klang analyze tap.wav --csv - | head -3");
+      "  klang analyze tap.wav --csv - | head -3\n"
+      "  klang analyze hammer.uff --modes modes.vtu -o modal-test");
   return {app,
-          [options, &common] { return run_analyze(*options, common); },
+          [options, app, &common] {
+            options->band_given = app->count("--band-hz") > 0;
+            return run_analyze(*options, common);
+          },
           {result_kind<fit::AnalysisDocument>("analysis", "analysis.json of `klang analyze`")}};
 }
 

@@ -1,7 +1,11 @@
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 
 #include "apps/kit/command.hpp"
@@ -10,6 +14,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/sound/audio/note.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "fit/run/fit.hpp"
 #include "fit/run/fit_document.hpp"
@@ -22,6 +27,7 @@ struct FitCommand {
   std::string problem;
   std::string output;
   bool no_pictures = false, strict = false;
+  double a4_hz = audio::kConcertPitchHz;
   fit::FitOptions fit;
 };
 
@@ -54,13 +60,33 @@ void write_specimen_files(const OutputDirectory& out, const fit::FitResult& resu
   }
 }
 
+/// Significant digits with which a value shows two of its standard deviation.
+int digits_for(double value, double std) {
+  if (!(std > 0.0) || value == 0.0) return 6;
+  return std::clamp(static_cast<int>(std::floor(std::log10(std::abs(value) / std))) + 3, 3, 15);
+}
+
+/// Coloured where standard output is a terminal that wants it (no-color.org).
+std::string verdict_words(fit::Verdict verdict) {
+  std::string words(to_text(verdict));
+  std::transform(words.begin(), words.end(), words.begin(), [](unsigned char c) { return std::toupper(c); });
+  const char* plain = std::getenv("NO_COLOR");
+  const char* terminal = std::getenv("TERM");
+  if (::isatty(STDOUT_FILENO) != 1 || (plain && *plain) || !terminal || std::string(terminal) == "dumb") return words;
+  const char* colour = verdict == fit::Verdict::kTrusted    ? "\033[32m"
+                       : verdict == fit::Verdict::kDoubtful ? "\033[33m"
+                                                            : "\033[31m";
+  return colour + words + "\033[0m";
+}
+
 void print_parameters(const std::vector<fit::FitParameter>& parameters, const CommonOptions& common) {
   say(common, "%-26s %14s %11s   %-28s %s\n", "parameter", "value", "std", "95 % interval", "verdict");
   for (const fit::FitParameter& p : parameters) {
     if (p.identifiable && p.std && p.ci95) {
       char interval[64];
-      std::snprintf(interval, sizeof interval, "%.6g to %.6g", (*p.ci95)[0], (*p.ci95)[1]);
-      say(common, "%-26s %14.6g %11.2g   %-28s %s%s%s\n", p.name.c_str(), p.value, *p.std, interval,
+      const int digits = digits_for(p.value, *p.std);
+      std::snprintf(interval, sizeof interval, "%.*g to %.*g", digits, (*p.ci95)[0], digits, (*p.ci95)[1]);
+      say(common, "%-26s %14.*g %11.2g   %-28s %s%s%s\n", p.name.c_str(), digits, p.value, *p.std, interval,
           std::string(to_text(p.verdict)).c_str(), p.caveat.empty() ? "" : ", ", p.caveat.c_str());
     } else if (p.given) {
       say(common, "%-26s %14.6g %11s   given\n", p.name.c_str(), p.value, "-");
@@ -72,9 +98,7 @@ void print_parameters(const std::vector<fit::FitParameter>& parameters, const Co
 
 /// The verdict with its evidence; what raises no doubt stands on the page and in fit.json.
 void print_judgement(const fit::Judgement& judgement, const CommonOptions& common) {
-  std::string words(to_text(judgement.verdict));
-  std::transform(words.begin(), words.end(), words.begin(), [](unsigned char c) { return std::toupper(c); });
-  say(common, "verdict: %s\n", words.c_str());
+  say(common, "verdict: %s\n", verdict_words(judgement.verdict).c_str());
   for (const fit::Reason& reason : judgement.reasons) {
     if (reason.weight == fit::Verdict::kTrusted) continue;
     say(common, "  %s: %s%s\n", std::string(to_text(reason.weight)).c_str(),
@@ -82,8 +106,20 @@ void print_judgement(const fit::Judgement& judgement, const CommonOptions& commo
   }
 }
 
+/// The partials' notes by another A4 than the concert's.
+void name_notes(fit::FitDocument& document, double a4_hz) {
+  for (fit::SpecimenRecord& specimen : document.specimens) {
+    for (fit::PartialRecord& partial : specimen.partials) {
+      const audio::NearestNote note = audio::nearest_note(partial.frequency_hz, a4_hz);
+      partial.note = note.name;
+      partial.cents = note.cents;
+    }
+  }
+}
+
 int run_fit_command(const FitCommand& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
+  checked("command line", "--a4-hz", options.a4_hz, audio::kLowestA4Hz, audio::kHighestA4Hz);
   options.fit.validate();
   const fit::FitProblem problem = fit::read_fit_problem(options.problem);
   OutputDirectory out(options.output);
@@ -94,9 +130,12 @@ int run_fit_command(const FitCommand& options, const CommonOptions& common) {
   const nlohmann::json used = {{"gate_cents", fit_options.gate_cents},
                                {"model_std_cents", fit_options.model_std_cents},
                                {"robust", fit_options.robust},
-                               {"n_modes", fit_options.n_modes}};
-  const nlohmann::json json = json_of(fit::fit_document(
-      problem, result, make_provenance(common.command_line, common.seed, used, input_files(options, problem))));
+                               {"n_modes", fit_options.n_modes},
+                               {"a4_hz", options.a4_hz}};
+  fit::FitDocument document = fit::fit_document(
+      problem, result, make_provenance(common.command_line, common.seed, used, input_files(options, problem)));
+  name_notes(document, options.a4_hz);
+  const nlohmann::json json = json_of(document);
   write_specimen_files(out, result, json["provenance"].dump());
   write_file(out.staging() / "fit.json", json_text(json));
   reports::ReportOptions report_options;
@@ -131,6 +170,8 @@ Subcommand add_fit(CLI::App& program, CommonOptions& common) {
       ->required();
   add_fields(*app, common, options->fit, {{"gate_cents"}, {"model_std_cents"}, {"n_modes", "--modes"}});
   app->add_flag("!--least-squares", options->fit.robust, "Plain least squares instead of a robust loss");
+  app->add_option("--a4-hz", options->a4_hz, "Frequency of A4, by which the partials have their notes, 300 to 600")
+      ->capture_default_str();
   app->add_flag("--strict", options->strict, "Exit code 1 unless the verdict is \"trusted\"");
   app->add_flag("--no-pictures", options->no_pictures, "Leave out the pictures of mode shapes");
   app->footer("Example:\n  klang fit specimen.toml -o result\n\n" + fit::specimen_schema_markdown());

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdarg>
 #include <cstdio>
 #include <mutex>
@@ -15,6 +16,15 @@ namespace klang::apps {
 namespace {
 
 std::mutex terminal_mutex;
+bool line_shown = false;  ///< a progress line stands on the terminal
+bool verbose = false;
+
+/// Takes the progress line away before anything else is written.
+void clear_line() {
+  const std::lock_guard lock(terminal_mutex);
+  if (line_shown) std::fputs("\r\033[K", stderr);
+  line_shown = false;
+}
 
 }  // namespace
 
@@ -23,6 +33,7 @@ void add_common_options(CLI::App& app, CommonOptions& common) {
       ->type_name("FILE")
       ->group("Common options");
   app.add_flag("--quiet,-q", common.quiet, "Print nothing but errors and warnings")->group("Common options");
+  app.add_flag("--verbose", verbose, "Say on standard error what runs, and since when")->group("Common options");
   app.add_option("--threads", common.n_threads, "Threads, 0 to 1024; 0: all cores")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str()
@@ -46,19 +57,28 @@ TerminalMonitor::TerminalMonitor(bool quiet) : active_(!quiet && ::isatty(STDERR
 TerminalMonitor::~TerminalMonitor() { clear(); }
 
 void TerminalMonitor::progress(std::string_view stage, double fraction) {
-  if (!active_) return;
+  static const auto begin = std::chrono::steady_clock::now();
+  static std::string logged;
+  if (!active_ && !verbose) return;
   char line[100];
-  std::snprintf(line, sizeof line, "%.*s %3.0f %%", static_cast<int>(stage.size() < 70 ? stage.size() : 70),
-                stage.data(), 100.0 * fraction);
+  const int length = static_cast<int>(stage.size() < 70 ? stage.size() : 70);
+  std::snprintf(line, sizeof line, "%.*s %3.0f %%", length, stage.data(), 100.0 * fraction);
   const std::lock_guard lock(terminal_mutex);
-  if (shown_ == line) return;
+  if (verbose && logged != stage) {
+    logged = stage;
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - begin;
+    std::fprintf(stderr, "%sklang: %.2f s: %.*s\n", line_shown ? "\r\033[K" : "", since.count(), length, stage.data());
+    line_shown = false;
+  }
+  if (!active_ || (shown_ == line && line_shown)) return;
   shown_ = line;
+  line_shown = true;
   std::fprintf(stderr, "\r\033[K%s", line);
   std::fflush(stderr);
 }
 
 void TerminalMonitor::clear() {
-  if (active_ && !shown_.empty()) std::fputs("\r\033[K", stderr);
+  if (active_ && !shown_.empty()) clear_line();
   shown_.clear();
 }
 
@@ -98,6 +118,7 @@ void write_table(const std::filesystem::path& path, const std::string& text) {
 
 void say(const CommonOptions& common, const char* format, ...) {
   if (common.quiet || common.json == "-" || common.table_on_stdout) return;
+  clear_line();
   std::va_list arguments;
   va_start(arguments, format);
   std::vprintf(format, arguments);
@@ -105,10 +126,12 @@ void say(const CommonOptions& common, const char* format, ...) {
 }
 
 void warn(std::string_view text) {
+  clear_line();
   std::fprintf(stderr, "klang: warning: %.*s\n", static_cast<int>(text.size()), text.data());
 }
 
 void note(const CommonOptions& common, std::string_view text) {
+  clear_line();
   if (!common.quiet) std::fprintf(stderr, "klang: note: %.*s\n", static_cast<int>(text.size()), text.data());
 }
 

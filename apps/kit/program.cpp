@@ -131,6 +131,10 @@ int Program::call(std::vector<std::string> words) {
 void Program::ask_for_help(std::vector<std::string>& words) const {
   const std::size_t first = next_plain_word(app_, words, 0);
   const bool asks = first < words.size() && words[first] == "help";
+  const auto is_help = [](const std::string& word) { return word == "--help" || word == "-h"; };
+  if (!asks && std::any_of(words.begin(), words.end(), is_help)) {  // the whole help is no answer to a mistyped name
+    if (const std::string wrong = unknown_subcommand(words); !wrong.empty()) throw InputError(wrong);
+  }
   if (!asks && !words.empty()) return;
   if (asks) words.erase(words.begin() + static_cast<std::ptrdiff_t>(first));
   if (const std::string wrong = unknown_subcommand(words); !wrong.empty()) throw InputError(wrong);

@@ -12,10 +12,11 @@ AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& re
   document.strike_amplitudes = result.strike_amplitudes;
   document.explained_energy = result.explained_energy;
   document.noise_rms = result.noise_rms;
-  document.partials = result.partials.partials;
   document.steady_tones = result.steady_tones;
   document.a4_hz = a4_hz;
-  name_notes(document.partials, a4_hz);
+  std::vector<Partial> partials = result.partials.partials;
+  name_notes(partials, a4_hz);
+  document.partials = with_shapes(partials);
   name_notes(document.steady_tones, a4_hz);
   return document;
 }

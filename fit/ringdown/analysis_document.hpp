@@ -5,6 +5,7 @@
 
 #include "core/foundation/config/result_header.hpp"
 #include "fit/ringdown/bell.hpp"
+#include "fit/ringdown/response_record.hpp"
 #include "fit/ringdown/ringdown.hpp"
 
 /// analysis.json of `klang analyze`: amplitude(t) = exp(-decay_per_s t), t from the first strike.
@@ -29,10 +30,12 @@ struct AnalysisDocument {
   std::vector<double> strikes_s;
   std::vector<std::vector<double>> strike_amplitudes;
   std::optional<double> explained_energy, noise_rms;
-  std::vector<Partial> partials, steady_tones;
+  std::vector<AnalysisPartial> partials;
+  std::vector<Partial> steady_tones;
   std::optional<double> a4_hz;  ///< that the notes go by
   std::optional<Bell> bell;
   std::optional<SoundFiles> files;
+  std::optional<ResponseRecord> responses;  ///< of FRFs and decays at several places
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -50,6 +53,10 @@ struct AnalysisDocument {
     visit(absent_if_empty({"a4_hz", "that the notes of the partials go by"}), self.a4_hz);
     visit(absent_if_empty({"bell", "with --bell: the partials that founders name"}), self.bell);
     visit(absent_if_empty({"files", "with -o: beside the result"}), self.files);
+    visit(absent_if_empty({"responses",
+                           "of FRFs and free decays at several places (.uff, .unv, .mat): what they were, stability "
+                           "chart, estimators, modal assurance"}),
+          self.responses);
   }
 };
 /// Without what only the recording knows: name, duration, channels, files. Partials and tones have their notes.

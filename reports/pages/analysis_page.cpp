@@ -11,6 +11,7 @@
 #include "reports/pages/key_figures.hpp"
 #include "reports/pages/page.hpp"
 #include "reports/pages/page_parts.hpp"
+#include "reports/pages/response_figures.hpp"
 #include "reports/pages/sound_media.hpp"
 #include "reports/pages/spectrum_view.hpp"
 
@@ -32,7 +33,8 @@ std::vector<std::string> sentences_of(const fit::AnalysisDocument& data) {
   const auto [lowest, highest] =
       std::minmax_element(data.partials.begin(), data.partials.end(),
                           [](const fit::Partial& a, const fit::Partial& b) { return a.frequency_hz < b.frequency_hz; });
-  std::string sentence = "The recording holds " + bold(counted(data.partials.size(), "partial", "partials"));
+  std::string sentence = std::string(data.responses ? "The responses hold " : "The recording holds ") +
+                         bold(counted(data.partials.size(), "partial", "partials"));
   if (data.partials.size() > 1)
     sentence += " from " + escaped(hertz(lowest->frequency_hz, lowest->frequency_std_hz)) + " to " +
                 escaped(hertz(highest->frequency_hz, highest->frequency_std_hz));
@@ -48,16 +50,18 @@ std::vector<std::string> sentences_of(const fit::AnalysisDocument& data) {
     sentences.push_back(counted(data.steady_tones.size(), "steady tone", "steady tones") +
                         " in band do not decay and are left out.");
   }
-  sentence = "The strongest (by amplitude at the strike) lies at " +
+  sentence = std::string(data.responses ? "The strongest (in its largest response) lies at "
+                                        : "The strongest (by amplitude at the strike) lies at ") +
              bold(hertz(loudest->frequency_hz, loudest->frequency_std_hz));
   if (loudest->decay_per_s && *loudest->decay_per_s > 0) {
     sentence += " and falls by 60 dB in " + rounded(std::log(1000.0) / *loudest->decay_per_s, 3) + " s";
   }
   sentences.push_back(sentence + ".");
   if (data.explained_energy) {
-    sentences.push_back("Together they explain " + bold(rounded(100 * *data.explained_energy, 4) + " %") +
-                        " of the recording’s energy in band after the first strike." +
-                        (*data.explained_energy < fit::kMostlyExplained ? " <b>The rest is not explained.</b>" : ""));
+    sentences.push_back(
+        "Together they explain " + bold(rounded(100 * *data.explained_energy, 4) + " %") +
+        (data.responses ? " of the responses in band." : " of the recording’s energy in band after the first strike.") +
+        (*data.explained_energy < fit::kMostlyExplained ? " <b>The rest is not explained.</b>" : ""));
   }
   return sentences;
 }
@@ -150,10 +154,12 @@ Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
                      "it. Bars are one standard deviation.");
   }
   const SoundPair sounds = sounds_of(data, folder);
-  SpectrumView spectrum{data.name, sounds.recorded, sounds.computed, 0, data.partials};
+  const std::vector<fit::Partial> rings = fit::without_shapes(data.partials);
+  SpectrumView spectrum{data.name, sounds.recorded, sounds.computed, 0, rings};
   if (!data.strikes_s.empty()) spectrum.strike_s = data.strikes_s.front();
-  partials = spectrum_html(spectrum, folder);
-  if (!data.partials.empty()) partials += scrolled(partial_table(data.partials, data.partials), "Partials");
+  if (!data.responses) partials = spectrum_html(spectrum, folder);
+  if (!data.partials.empty())
+    partials += scrolled(partial_table(rings, data.responses ? std::vector<fit::Partial>() : rings), "Partials");
   if (data.a4_hz) partials += "<p class=\"caption\">Notes by A4 = " + rounded(*data.a4_hz, 5) + " Hz.</p>";
   if (data.bell && data.bell->found()) partials += bell_table(*data.bell, data.a4_hz.value_or(audio::kConcertPitchHz));
   const SoundMedia media = sound_media(sounds, 1, folder);
@@ -163,6 +169,8 @@ Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
   page.sections = {
       {"sound", "Sound", players(media, sounds) + spectrogram_html(media, kSpectrogramCaption) + facts_html(facts)},
       {"partials", "Partials", partials},
+      {"stability", "Stability", stability_html(data, folder)},
+      {"assurance", "Modal assurance", assurance_html(data)},
       {"damping", "Damping", damping}};
   add_table("partials.csv", csv_table(rows), data.header.provenance.inputs, folder, page.downloads);
   if (data.files) {

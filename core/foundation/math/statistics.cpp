@@ -1,5 +1,6 @@
 #include "core/foundation/math/statistics.hpp"
 
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "core/foundation/base/check.hpp"
@@ -9,23 +10,7 @@ namespace klang {
 
 double student_t_975(double degrees_of_freedom) {
   KLANG_CHECK(degrees_of_freedom >= 1.0, "needs a degree of freedom");
-  constexpr double kTail = 0.975;
-  if (degrees_of_freedom == 1.0) return std::tan(kPi * (kTail - 0.5));
-  if (degrees_of_freedom == 2.0) {
-    const double a = 2.0 * kTail - 1.0;
-    return a * std::sqrt(2.0 / (1.0 - a * a));
-  }
-  if (degrees_of_freedom < 3.0) {  // between the exact ones, linear in the logarithm
-    const double low = degrees_of_freedom < 2.0 ? 1.0 : 2.0;
-    const double t = degrees_of_freedom - low;
-    return std::exp((1.0 - t) * std::log(student_t_975(low)) + t * std::log(student_t_975(low + 1.0)));
-  }
-  const double z = 1.959963984540054, z2 = z * z, v = 1.0 / degrees_of_freedom;
-  const double g1 = z * (z2 + 1.0) / 4.0;
-  const double g2 = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
-  const double g3 = z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
-  const double g4 = z * ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92160.0;
-  return z + v * (g1 + v * (g2 + v * (g3 + v * g4)));
+  return boost::math::quantile(boost::math::students_t(degrees_of_freedom), 0.975);
 }
 
 double scatter_estimate(const Eigen::VectorXd& residual, const Eigen::VectorXd& sigma, const Eigen::VectorXd& weight,

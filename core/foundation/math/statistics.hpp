@@ -4,9 +4,7 @@
 namespace klang {
 
 /// 97.5 % quantile of Student's t distribution: half the width of a 95 % interval in standard deviations.
-///   exact for 1 and 2 degrees of freedom, otherwise the Cornish-Fisher expansion to order dof^-4 (0.12 % at 3).
 /// @param degrees_of_freedom >= 1; not an integer is fine; infinity gives 1.959964
-/// Source: Abramowitz and Stegun 1964, 26.7.5.
 double student_t_975(double degrees_of_freedom);
 
 /// A variance component s^2 that makes residuals agree with their standard deviations (Paule and Mandel 1982):

@@ -1,0 +1,152 @@
+// klang listen and watch, and responses at several places through klang analyze.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/cli/expect_refused.hpp"
+#include "tests/cli/json_file.hpp"
+#include "tests/cli/klang_process.hpp"
+
+namespace klang::test {
+namespace {
+
+constexpr unsigned kRate = 16000;
+
+/// Taps of 880 Hz at these times over faint noise.
+std::string taps(const std::vector<double>& times_s, double length_s) {
+  std::vector<float> samples(static_cast<std::size_t>(length_s * kRate));
+  unsigned state = 1;
+  for (float& sample : samples) {
+    state = state * 1664525u + 1013904223u;
+    sample = 2e-5f * (static_cast<float>(state >> 8) / 8388608.0f - 1.0f);
+  }
+  for (const double strike : times_s) {
+    for (std::size_t i = static_cast<std::size_t>(strike * kRate); i < samples.size(); ++i) {
+      const double t = static_cast<double>(i) / kRate - strike;
+      samples[i] += static_cast<float>(0.4 * std::exp(-9 * t) * std::sin(2 * M_PI * 880 * t));
+    }
+  }
+  return wav_bytes(samples, 1, kRate);
+}
+
+TEST(Listen, EachTapIsATakeWithItsNoteAndItsFile) {
+  const Scratch scratch;
+  scratch.write("session.wav", taps({0.5, 2.0, 3.5}, 5.0));
+  const RunResult run = run_klang("listen --input session.wav --takes 2 -o out --json r.json", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json takes = read_json(scratch.path() / "r.json")["takes"];
+  ASSERT_EQ(takes.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_NEAR(takes[i]["strike_s"].get<double>(), 0.5 + 1.5 * static_cast<double>(i), 0.02);
+    EXPECT_EQ(takes[i]["note"], "A5");
+    EXPECT_NEAR(takes[i]["cents"].get<double>(), 0.0, 1.0);
+    EXPECT_NEAR(takes[i]["partials"][0]["frequency_hz"].get<double>(), 880.0, 0.5);
+    EXPECT_TRUE(std::filesystem::is_regular_file(scratch.path() / "out" / takes[i]["file"].get<std::string>()));
+  }
+}
+
+TEST(Listen, WithoutATapNothingIsWritten) {
+  const Scratch scratch;
+  scratch.write("quiet.wav", taps({}, 2.0));
+  const RunResult run = run_klang("listen --input quiet.wav -o out", scratch.path());
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_EQ(run.err_lines(), 1) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "out"));
+}
+
+TEST(Watch, SurvivesBrokenFilesAndWaitsUntilAFileHasStoppedGrowing) {
+  const Scratch scratch;
+  std::filesystem::create_directories(scratch.path() / "in");
+  const std::string whole = taps({0.2}, 2.0);
+  scratch.write("in/a-broken.wav", "RIFF and no more");
+  scratch.write("in/grows.wav", whole.substr(0, whole.size() / 2));
+  std::thread later([&] {
+    for (int i = 1; i <= 6; ++i) {  // faster than --settled-s
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      scratch.write("in/grows.wav",
+                    whole.substr(0, whole.size() / 2 + static_cast<std::size_t>(i) * whole.size() / 12));
+    }
+    scratch.write("in/grows.wav", whole);
+  });
+  const RunResult run = run_klang("watch in -o out --every-s 0.1 --settled-s 2 --for-s 12", scratch.path());
+  later.join();
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("a-broken.wav"), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("grows.wav"), std::string::npos) << "half a file was read: " << run.err;
+  const nlohmann::json analysis = read_json(scratch.path() / "out/grows/analysis.json");
+  EXPECT_EQ(analysis["kind"], "analysis");
+  EXPECT_NEAR(analysis["partials"][0]["frequency_hz"].get<double>(), 880.0, 0.5);
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "out/a-broken"));
+}
+
+/// Dataset 58 of a body with modes at 100 and 230 Hz, accelerance at two places: [1, 0.5] and [-0.7, 1].
+std::string universal_file() {
+  using Complex = std::complex<double>;
+  const double shapes[2][2] = {{1.0, -0.7}, {0.5, 1.0}}, hz[2] = {100, 230}, decay[2] = {2, 5};
+  std::string text;
+  char part[64];
+  for (int place = 0; place < 2; ++place) {
+    text += "    -1\n    58\nNONE\nNONE\nNONE\nNONE\nNONE\n    4         0    0         0       NONE         " +
+            std::to_string(place + 1) + "   3       NONE         1   3\n";
+    text +=
+        "         6      1200         1  2.00000E+01  2.50000E-01  0.00000E+00\n"
+        "        18    0    0    0            Frequency                   Hz\n"
+        "        12    0    0    0         Acceleration                m/s^2\n"
+        "        13    0    0    0                Force                    N\n"
+        "         0    0    0    0                 NONE                 NONE\n";
+    for (int i = 0; i < 1200; ++i) {
+      const Complex s(0, 2 * M_PI * (20 + 0.25 * i));
+      Complex h = 0;
+      for (int mode = 0; mode < 2; ++mode) {
+        const double omega = 2 * M_PI * hz[mode];
+        h += s * s * shapes[place][mode] * shapes[0][mode] /
+             (s * s + 2 * decay[mode] * s + omega * omega + decay[mode] * decay[mode]);
+      }
+      std::snprintf(part, sizeof part, "%20.11E%20.11E", h.real(), h.imag());
+      text += part;
+      if (i % 2 == 1) text += "\n";
+    }
+    text += "    -1\n";
+  }
+  return text;
+}
+
+TEST(Responses, PolesAndShapesStandInTheAnalysis) {
+  const Scratch scratch;
+  const std::string file = universal_file();
+  scratch.write("hammer.uff", file);
+  const RunResult run = run_klang("analyze hammer.uff -o out --csv p.csv", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json analysis = read_json(scratch.path() / "out/analysis.json");
+  EXPECT_EQ(analysis["kind"], "analysis");
+  ASSERT_EQ(analysis["partials"].size(), 2u) << run.out;
+  EXPECT_NEAR(analysis["partials"][0]["frequency_hz"].get<double>(), 100.0, 1e-5);
+  EXPECT_NEAR(analysis["partials"][1]["frequency_hz"].get<double>(), 230.0, 1e-5);
+  EXPECT_NEAR(analysis["partials"][1]["decay_per_s"].get<double>(), 5.0, 1e-4);
+  EXPECT_NEAR(analysis["partials"][0]["shape"][1][0].get<double>(), 0.5, 1e-6);
+  EXPECT_NEAR(analysis["partials"][1]["shape"][0][0].get<double>(), -0.7, 1e-6);
+  EXPECT_NEAR(analysis["partials"][1]["shape"][0][1].get<double>(), 0.0, 1e-6);
+  EXPECT_FALSE(analysis["responses"]["stability"].empty());
+  EXPECT_TRUE(std::filesystem::is_regular_file(scratch.path() / "out/report.html"));
+  scratch.write("half.uff", file.substr(0, file.size() / 3));
+  expect_refused(scratch, "analyze half.uff -o bad", {"half.uff", "truncated"});
+  scratch.write("none.mat", "MATLAB no more");
+  expect_refused(scratch, "analyze none.mat -o bad", {"none.mat"});
+  expect_refused(scratch, "analyze hammer.uff --bell", {"--bell"});
+}
+
+TEST(Help, OfAMistypedCommandAsksWhatWasMeant) {
+  const Scratch scratch;
+  expect_refused(scratch, "stres --help", {"did you mean stress"});
+  expect_refused(scratch, "bubble inof -h", {"did you mean info"});
+  const RunResult run = run_klang("bubble info --radius-m 0.001 --verbose", scratch.path());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+}
+
+}  // namespace
+}  // namespace klang::test

@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "core/foundation/base/output_file.hpp"
-#include "core/foundation/base/stopwatch.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/entrainment/entrainment.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/sound/liquid_scene/from_recording.hpp"
+#include "core/sound/liquid_scene/stage_watch.hpp"
 
 namespace klang::liquid_scene {
 using entrainment::RadiusDistribution;
@@ -69,7 +69,7 @@ std::size_t count_births(const LiquidScene& scene, const RunFolder& folder, std:
 }
 
 void run_bubbles(StageRun& run) {
-  const Stopwatch watch;
+  const StageWatch watch;
   const auto n_frames = static_cast<std::size_t>(std::max<std::int64_t>(run.document.n_frames, 1));
   const std::unique_ptr<liquid::LiquidFrames> frames = folder_frames(run.scene, run.folder, n_frames);
   const EntrainmentOptions options = options_of(run.scene.entrainment);
@@ -97,7 +97,7 @@ void run_bubbles(StageRun& run) {
   run.document.n_bubbles = static_cast<std::int64_t>(paths.size());
   run.document.births_per_s = end_s > 0.0 ? static_cast<double>(paths.size()) / end_s : 0.0;
   run.document.stages.bubbles =
-      StageRecord{StageStatus::kDone, watch.seconds(), watch.seconds(), static_cast<std::int64_t>(n_frames)};
+      StageRecord{StageStatus::kDone, watch.seconds(), watch.cpu_s(), static_cast<std::int64_t>(n_frames)};
   run.folder.write_document(run.document);
 }
 

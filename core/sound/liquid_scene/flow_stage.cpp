@@ -1,30 +1,19 @@
 #include "core/sound/liquid_scene/flow_stage.hpp"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <cstring>
 #include <fstream>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
-#include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/physics/liquid/surface.hpp"
+#include "core/sound/liquid_scene/stage_watch.hpp"
 
 namespace klang::liquid_scene {
 namespace {
 
 constexpr std::uint64_t kCheckpointMagic = 0x3150434c474e4c4bULL;  // "KLNGLCP1"
-
-double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
 
 /// What a checkpoint holds besides the liquid.
 struct Progress {

@@ -3,10 +3,10 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
-#include "core/foundation/base/stopwatch.hpp"
 #include "core/physics/liquid/level_set.hpp"
 #include "core/physics/liquid/surface.hpp"
 #include "core/sound/liquid_scene/foreign_frames.hpp"
+#include "core/sound/liquid_scene/stage_watch.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -81,7 +81,7 @@ double even_step_s(const std::vector<double>& time_s, const std::string& name) {
 RunDocument import_frames(ForeignFrames& frames, const std::string& kind, const std::string& name,
                           const std::optional<Vector3d>& listener_m, const ResultHeader& header,
                           const RunFolder& folder, Monitor& monitor) {
-  const Stopwatch watch;
+  const StageWatch watch;
   if (folder.begun() || folder.has("scene.toml"))
     throw InputError(folder.path().string(), "holds a run already", "", "another folder");
   const std::string toml = scene_text(frames, name, listener_m);
@@ -121,7 +121,7 @@ RunDocument import_frames(ForeignFrames& frames, const std::string& kind, const 
   document.n_frames = static_cast<std::int64_t>(frames.n_frames());
   document.n_cells = static_cast<std::int64_t>(shape.n_cells());
   document.stages.flow =
-      StageRecord{StageStatus::kDone, watch.seconds(), watch.seconds(), static_cast<std::int64_t>(frames.n_frames())};
+      StageRecord{StageStatus::kDone, watch.seconds(), watch.cpu_s(), static_cast<std::int64_t>(frames.n_frames())};
   for (const std::string& warning : frames.warnings()) document.header.warnings.push_back(warning);
   const LiquidScene written = read_liquid_scene(staging.file("scene.toml"));
   document.run = run_key(written);

@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/base/stopwatch.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
+#include "core/sound/liquid_scene/stage_watch.hpp"
 #include "core/sound/liquid_scene/transfer_stage.hpp"
 
 namespace klang::liquid_scene {
@@ -76,7 +76,7 @@ stage::BubbleScene heard_scene(const StageRun& run) {
 }  // namespace
 
 void run_sound(StageRun& run) {
-  const Stopwatch watch;
+  const StageWatch watch;
   const stage::BubbleScene scene = heard_scene(run);
   audio::Signal signal;
   double peak = 0.0, gain = 1.0;
@@ -106,7 +106,7 @@ void run_sound(StageRun& run) {
   record.peak_pressure_pa = peak;
   record.gain = gain;
   run.document.sound = record;
-  run.document.stages.sound = StageRecord{StageStatus::kDone, watch.seconds(), watch.seconds(), 1};
+  run.document.stages.sound = StageRecord{StageStatus::kDone, watch.seconds(), watch.cpu_s(), 1};
   run.folder.write_document(run.document);
 }
 

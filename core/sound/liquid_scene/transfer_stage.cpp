@@ -1,10 +1,10 @@
 #include "core/sound/liquid_scene/transfer_stage.hpp"
+#include "core/sound/liquid_scene/stage_watch.hpp"
 
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
-#include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/config/csv.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
@@ -12,7 +12,7 @@
 namespace klang::liquid_scene {
 
 void run_transfer(StageRun& run) {
-  const Stopwatch watch;
+  const StageWatch watch;
   const std::vector<entrainment::BubblePath> paths =
       run.document.n_bubbles > 0 ? entrainment::read_tracked_bubbles(run.folder.file("bubbles.trk")).paths
                                  : std::vector<entrainment::BubblePath>{};
@@ -54,7 +54,7 @@ void run_transfer(StageRun& run) {
              to_text(run.scene.transfer.liquid_loss_factor) + " and walls taken as rigid make them");
   run.document.n_solves = found.n_solves;
   run.document.transfer = TransferRecord{to_text(method), found.error_estimate, found.modes_hz};
-  run.document.stages.transfer = StageRecord{StageStatus::kDone, watch.seconds(), watch.seconds(), found.n_solves};
+  run.document.stages.transfer = StageRecord{StageStatus::kDone, watch.seconds(), watch.cpu_s(), found.n_solves};
   run.folder.write_document(run.document);
 }
 

@@ -47,8 +47,13 @@ void print(const fit::AnalysisDocument& document, const CommonOptions& common) {
   for (std::size_t k = 0; k < document.partials.size(); ++k) {
     const fit::AnalysisPartial& p = document.partials[k];
     const double decay = p.decay_per_s.value_or(0.0);
-    say(common, "%14.4f %10.2g %12.4f %10.2g %10.4f  ", p.frequency_hz, p.frequency_std_hz.value_or(0.0), decay,
-        p.decay_std_per_s.value_or(0.0), 100.0 * decay / std::hypot(decay, 2 * kPi * p.frequency_hz));
+    const auto shown = [](const std::optional<double>& std) {
+      char text[16] = "-";
+      if (std) std::snprintf(text, sizeof text, "%.2g", *std);
+      return std::string(text);
+    };
+    say(common, "%14.4f %10s %12.4f %10s %10.4f  ", p.frequency_hz, shown(p.frequency_std_hz).c_str(), decay,
+        shown(p.decay_std_per_s).c_str(), 100.0 * decay / std::hypot(decay, 2 * kPi * p.frequency_hz));
     if (p.model_mode) {
       const auto mode = static_cast<std::size_t>(*p.model_mode);
       say(common, "%d at %.2f Hz, %.3f\n", *p.model_mode, document.responses->model_hz[mode],

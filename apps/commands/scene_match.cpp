@@ -93,6 +93,8 @@ void compare_spectra(const audio::Signal& recorded, const audio::Signal& made, c
 struct Rate {
   double attempts_per_m2_s = 0.0;
   int n_rounds = 0;
+  double missed_by = 0.0;  ///< of the number of bubbles, relative
+  bool within() const { return missed_by <= 0.05; }
 };
 Rate find_rate(const liquid_scene::LiquidScene& scene, const liquid_scene::RunFolder& folder, std::size_t n_frames,
                double wanted, std::uint64_t seed, Monitor& monitor) {
@@ -110,21 +112,31 @@ Rate find_rate(const liquid_scene::LiquidScene& scene, const liquid_scene::RunFo
     if (least <= std::max(0.5, 0.02 * wanted)) break;
     rate = std::min(rate * (born > 0.0 ? std::clamp(wanted / born, 0.01, 100.0) : 100.0), 1e12);
   }
+  best.missed_by = least / wanted;
   if (!(least < wanted))
     throw NumericalError("the flow has no place where it entrains bubbles: no rate of attempts makes the recording's " +
                          to_text(wanted) + " of them ([entrainment] threshold_m_s, or [[entrainment.patch]])");
   return best;
 }
 
-void say_what_is_what(const drops::BubblesDocument& found, bool with_pitch, const audio::Signal& recording,
-                      MatchDocument& document) {
-  document.matched = {"births per second", "radii of the bubbles"};
+void say_what_is_what(const drops::BubblesDocument& found, const Rate& rate, bool with_pitch,
+                      const audio::Signal& recording, MatchDocument& document) {
+  document.matched = {"radii of the bubbles"};
+  if (rate.within()) {
+    document.matched.insert(document.matched.begin(), "births per second");
+  } else {
+    document.unknown.emplace_back("births per second: no rate of attempts makes the recording's number");
+    document.header.warnings.push_back("the number of bubbles is missed by " +
+                                       to_text(std::round(1000 * rate.missed_by) / 10) +
+                                       " %: more attempts do not make more of them where there is no room");
+  }
   if (with_pitch) document.matched.emplace_back("the law of pitch: K e^eta and eta / |phi0|");
   document.predicted = {"where and when bubbles are born", "their depths and paths", "their transfer to the listener",
                         "the spectrum"};
   if (!with_pitch) document.predicted.emplace_back("how their pitch rises");
-  document.unknown = {"the level: recordings are not calibrated",
-                      "bubbles below the recording's noise: rate and radii are those of the ones that are heard"};
+  document.unknown.emplace_back("the level: recordings are not calibrated");
+  document.unknown.emplace_back(
+      "bubbles below the recording's noise: rate and radii are those of the ones that are heard");
   if (found.bubbles.size() < kFewBubbles)
     document.header.warnings.push_back("few bubbles: " + std::to_string(found.bubbles.size()) +
                                        " of them say little of a rate and of radii");
@@ -238,7 +250,7 @@ int run_match(MatchOptions options, const CommonOptions& common) {
       made.push_back(path.radius_m);
   document.made = summary(made, flow.end_s);
   document.radii = quantiles(radii, made);
-  say_what_is_what(found, match.with_pitch, recording, document);
+  say_what_is_what(found, rate, match.with_pitch, recording, document);
   if (!options.no_sound)
     compare_spectra(heard.mono, audio::read_sound(folder.file("sound.wav")), options.search.band, document);
   write_file(folder.file("match.json"), json_text(json_of(document)));

@@ -181,7 +181,8 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   if (is_liquid_file(options.scene)) {
     for (const auto& [given, flag] :
          {std::pair(options.changes.proxies_above_hz.has_value(), "--proxies-above-hz"),
-          std::pair(options.changes.without_fracture_impulses, "--without-fracture-impulses")})
+          std::pair(options.changes.without_fracture_impulses, "--without-fracture-impulses"),
+          std::pair(options.draws.has_value(), "--draws"), std::pair(options.no_frames, "--no-frames")})
       if (given) throw InputError(flag, "belongs to scenes of solid bodies", options.scene, "a scene without [domain]");
     return run_liquid({options.scene, options.output, options.until_s, options.checkpoint_s, options.stage,
                        options.no_sound, options.resume, options.no_page},

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
@@ -79,6 +80,13 @@ std::string moved_output(const std::string& given, const fs::path& folder) {
   return (folder / name).string();
 }
 
+/// Options that name what is written. Where one of them is a flag in some command, the word after it is copied for nothing.
+bool is_output(std::string_view word) {
+  constexpr std::string_view kOutputs[] = {
+      "-o", "--output", "--json", "--csv", "--vdb", "--tracked", "--impulses-csv", "--faust", "--sfz", "--scl", "--pd"};
+  return std::find(std::begin(kOutputs), std::end(kOutputs), word) != std::end(kOutputs);
+}
+
 void fall_silent() {
   const int nowhere = ::open("/dev/null", O_WRONLY);
   if (nowhere < 0) return;
@@ -94,16 +102,16 @@ void move_outputs(std::vector<std::string>& words, const std::string& scratch) {
   const auto folder = [&] { return fs::path(scratch) / std::to_string(n++); };
   for (std::size_t i = 0; i < words.size(); ++i) {
     std::string& word = words[i];
-    if ((word == "-o" || word == "--output" || word == "--json") && i + 1 < words.size()) {
+    if (is_output(word) && i + 1 < words.size() && !words[i + 1].starts_with("-")) {
       ++i;
       words[i] = moved_output(words[i], folder());
       continue;
     }
-    for (const std::string prefix : {"--output=", "--json=", "-o"}) {
-      if (!word.starts_with(prefix) || word.size() == prefix.size()) continue;
-      word = prefix + moved_output(word.substr(prefix.size()), folder());
-      break;
-    }
+    const std::size_t equals = word.find('=');
+    const std::string prefix = word.starts_with("--") ? word.substr(0, equals + 1) : word.substr(0, 2);
+    const bool joined = word.starts_with("--") ? equals != std::string::npos && is_output(word.substr(0, equals))
+                                               : prefix == "-o" && word.size() > 2;
+    if (joined) word = prefix + moved_output(word.substr(prefix.size()), folder());
   }
 }
 

@@ -33,7 +33,7 @@ class Ranks {
 /// Version of the MPI that Ranks would use; nothing where the program was built without or MPI is not installed.
 std::optional<std::string> mpi_version();
 
-/// Changes the values of -o, --output and --json to paths below scratch and copies there what these have (and what a stopped
+/// Changes the values of -o, --json and other options that name what is written to paths below scratch and copies there what these have (and what a stopped
 /// run left beside them), so that a process sees the same files as process 0 and changes none of them.
 void move_outputs(std::vector<std::string>& words, const std::string& scratch);
 

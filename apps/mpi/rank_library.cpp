@@ -3,6 +3,8 @@
 #include <mpi.h>
 
 #include <deque>
+#include <limits>
+#include <stdexcept>
 
 namespace {
 
@@ -20,6 +22,8 @@ class MpiTransport final : public klang::RankTransport {
   int size() const override { return size_; }
 
   void send(int to, std::string_view bytes) override {
+    if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+      throw std::runtime_error("a message between processes of more than 2 GiB");
     drop_taken();
     Sent& sent = on_their_way_.emplace_back();
     sent.bytes = bytes;

@@ -72,11 +72,11 @@ std::vector<Pole> standing(const std::vector<StabilityPole>& chart, int n_orders
   return poles;
 }
 
-/// Of a chart: poles that stand in it; where it ends early, since the data hold no more than a few poles, those of its end.
-std::vector<Pole> best_of(const std::vector<OrderPoles>& chart) {
+/// Of a chart: poles that stand in it. ERA's chart ends where the data hold no more poles: a short one is taken by its end.
+std::vector<Pole> best_of(const std::string& estimator, const std::vector<OrderPoles>& chart) {
   constexpr std::size_t kShortChart = 8;
   if (chart.empty()) return {};
-  if (chart.size() < kShortChart) return chart.back().poles;
+  if (estimator == "era" && chart.size() < kShortChart) return chart.back().poles;
   return standing(stability_chart(chart), static_cast<int>(chart.size()));
 }
 
@@ -102,6 +102,25 @@ double even_step_s(const ResponseSet& set) {
   return step;
 }
 
+/// Every stride-th sample behind a low-pass (windowed sinc, only where all of it lies on the data: sums of exponentials stay such, and
+/// what lies above the new band does not fold into it).
+Eigen::MatrixXcd thinned(const Eigen::MatrixXcd& values, Index stride, Index most) {
+  if (stride == 1) return values.leftCols(std::min(most, values.cols()));
+  const Index half = std::min(8 * stride, (values.cols() - 1) / 4);
+  Eigen::VectorXd tap(2 * half + 1);
+  for (Index i = -half; i <= half; ++i) {
+    const double x = static_cast<double>(i) / static_cast<double>(stride);
+    const double sinc = i == 0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x);
+    const double t = static_cast<double>(i) / static_cast<double>(half + 1);
+    tap[i + half] = sinc * (0.42 + 0.5 * std::cos(std::numbers::pi * t) + 0.08 * std::cos(2 * std::numbers::pi * t));
+  }
+  tap /= tap.sum();
+  const Index n = std::min(most, (values.cols() - tap.size()) / stride + 1);
+  Eigen::MatrixXcd thin(values.rows(), n);
+  for (Index i = 0; i < n; ++i) thin.col(i) = values.middleCols(i * stride, tap.size()) * tap;
+  return thin;
+}
+
 /// The charts of a set's estimators: the first is the stability chart.
 struct Charts {
   std::vector<std::pair<std::string, std::vector<OrderPoles>>> all;
@@ -115,9 +134,7 @@ Charts charts_of(const ResponseSet& set, const ResponseOptions& options, Monitor
     // Long decays are thinned to twice the band, so that a matrix of some hundred samples sees their lowest partials turn.
     const double highest = std::min(options.band.high_hz, 0.5 / step_s);
     const Index stride = std::max<Index>(1, static_cast<Index>(std::floor(0.4 / (step_s * highest))));
-    const Index n = std::min(kMostPulses, (set.n_lines() - 1) / stride + 1);
-    Eigen::MatrixXcd pulses(set.n_responses(), n);
-    for (Index i = 0; i < n; ++i) pulses.col(i) = set.values.col(i * stride);
+    const Eigen::MatrixXcd pulses = thinned(set.values, stride, kMostPulses);
     const Band band{std::max(options.band.low_hz, 1e-3),
                     std::min(highest, 0.5 / (step_s * static_cast<double>(stride)))};
     charts.all.emplace_back(
@@ -153,7 +170,8 @@ detail::PolishedPoles polished_modes(const ResponseSet& set, const Band& band, s
       const bool twice = k > 0 && std::abs(fit.poles[k] - fit.poles[k - 1]) < 1e-3 * std::abs(fit.poles[k].real());
       if (carried(fit, k) && !twice && hz >= band.low_hz && hz <= band.high_hz) kept.push_back(fit.poles[k]);
     }
-    if (kept.size() == fit.poles.size() || kept.empty()) break;
+    if (kept.size() == fit.poles.size()) return fit;
+    if (kept.empty()) return {};
     fit = detail::polished(set, band, kept);
   }
   return fit;
@@ -251,7 +269,7 @@ ResponseAnalysis analyse_responses(const ResponseSet& given, const ResponseOptio
   monitor.throw_if_stopped();
   const std::vector<OrderPoles>& first_chart = charts.all.front().second;
   result.record.stability = stability_chart(first_chart);
-  std::vector<Pole> start = best_of(first_chart);
+  std::vector<Pole> start = best_of(charts.all.front().first, first_chart);
   if (start.empty()) {
     result.status = ResponseStatus::kNothingFound;
     result.message = "no pole stands in the stability chart: nothing rings in this band above the noise";
@@ -264,6 +282,12 @@ ResponseAnalysis analyse_responses(const ResponseSet& given, const ResponseOptio
   }
   monitor.progress("poles", 0.6);
   const detail::PolishedPoles fit = polished_modes(set, options.band, start);
+  if (fit.poles.empty()) {
+    result.status = ResponseStatus::kNothingFound;
+    result.message = "the data carry no pole of this band: each is less sure than its own decay";
+    return result;
+  }
+  if (!fit.converged) result.warnings.push_back("the poles' least squares have not converged: take them with care");
   result.explained_energy = fit.explained;
   for (std::size_t k = 0; k < fit.poles.size(); ++k) result.partials.push_back(partial_of(fit, k, set));
   std::sort(result.partials.begin(), result.partials.end(),
@@ -281,7 +305,7 @@ ResponseAnalysis analyse_responses(const ResponseSet& given, const ResponseOptio
   for (const AnalysisPartial& p : result.partials)
     refined.emplace_back(-*p.decay_per_s, 2 * std::numbers::pi * p.frequency_hz);
   add_estimates("least_squares", refined, result);
-  for (const auto& [name, chart] : charts.all) add_estimates(name, best_of(chart), result);
+  for (const auto& [name, chart] : charts.all) add_estimates(name, best_of(name, chart), result);
   if (set.in_time) add_ringdown(set, options.band, result);
   for (const AnalysisPartial& a : result.partials) {
     std::vector<double> row;
@@ -305,7 +329,7 @@ void compare_with_model(const ResponseSet& set, const modal::ModalModel& model, 
     Index nearest = 0;
     const double away =
         std::sqrt((model.mesh.nodes_m.rowwise() - node->second.transpose()).rowwise().squaredNorm().minCoeff(&nearest));
-    if (away > 0.05 * size.maxCoeff())
+    if (!(away <= 0.05 * size.maxCoeff()))
       throw InputError(set.origin, "a place lies outside the model", "node " + std::to_string(point.node),
                        "within 5 % of the body's size of its mesh, in the same axes");
     const int axis = std::abs(point.direction) - 1;

@@ -61,6 +61,14 @@ void validate(const ResponseSet& set) {
     if (!set.values.row(r).allFinite())
       throw InputError(place, "response " + std::to_string(r + 1) + " has a value that is no finite number");
   }
+  if (set.in_time && !set.values.imag().isZero(0.0)) throw InputError(place, "free decays are complex");
+  for (const ResponsePoint& point : set.points)
+    if (std::abs(point.direction) > 3)
+      throw InputError(place, "a response's direction is no axis (rotations are not read)",
+                       std::to_string(point.direction), "1, 2, 3 with sign, or 0");
+  for (const auto& [node, at_m] : set.nodes_m)
+    if (!at_m.allFinite())
+      throw InputError(place, "node " + std::to_string(node) + " has a coordinate that is no finite number");
   if (set.values.cwiseAbs().maxCoeff() == 0.0) throw InputError(place, "all responses are 0");
   if (set.values.cwiseAbs().maxCoeff() > 1e15) throw InputError(place, "a response above 1e15");
 }

@@ -47,10 +47,10 @@ class Lines {
   std::string_view rest_;
 };
 
-long whole(std::string_view text, const std::string& place, const char* what) {
+int whole(std::string_view text, const std::string& place, const char* what) {
   text = trimmed(text);
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  long value = 0;
+  int value = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
   if (text.empty() || read.ec != std::errc{} || read.ptr != text.data() + text.size())
     throw InputError(place, std::string(what) + " is no whole number", std::string(text.substr(0, 30)));
@@ -97,7 +97,7 @@ std::vector<Dataset> datasets_of(std::string_view bytes, const std::string& name
     std::string_view number = trimmed(set.head.substr(0, 6));
     set.binary = set.head.size() > 6 && (set.head[6] == 'b' || set.head[6] == 'B');
     if (!number.empty() && (number.back() == 'b' || number.back() == 'B')) number.remove_suffix(1), set.binary = true;
-    set.number = static_cast<int>(whole(number, name, "a dataset's number"));
+    set.number = whole(number, name, "a dataset's number");
     const std::string_view from = lines.rest();
     if (set.binary) {
       Numbers head(set.head.substr(std::min<std::size_t>(7, set.head.size())), name);
@@ -135,7 +135,7 @@ struct Function {
   Eigen::Index n = 0;
   bool even = true;
   double first = 0, step = 0;
-  int abscissa_kind = 0, ordinate_kind = 0;
+  int abscissa_kind = 0, ordinate_kind = 0, denominator_kind = 0;
   std::string unit;
 };
 
@@ -146,18 +146,18 @@ std::string_view columns(std::string_view line, std::size_t from, std::size_t n)
 Function function_head(Lines& lines, const std::string& place) {
   Function f;
   for (int i = 0; i < 5; ++i) (void)lines.next();
-  const std::string_view degrees = lines.next(), form = lines.next(), abscissa = lines.next(), ordinate = lines.next();
+  const std::string_view degrees = lines.next(), form = lines.next(), abscissa = lines.next(), ordinate = lines.next(),
+                         denominator = lines.next();
   (void)lines.next();
-  (void)lines.next();
-  f.type = static_cast<int>(whole(columns(degrees, 0, 5), place, "the function type"));
+  f.type = whole(columns(degrees, 0, 5), place, "the function type");
   const auto optional = [&](std::string_view text, const char* what) {
-    return text.empty() ? 0 : static_cast<int>(whole(text, place, what));
+    return text.empty() ? 0 : whole(text, place, what);
   };
   f.response = {optional(columns(degrees, 41, 10), "the response node"),
                 optional(columns(degrees, 51, 4), "the response direction")};
   f.reference = {optional(columns(degrees, 66, 10), "the reference node"),
                  optional(columns(degrees, 76, 4), "the reference direction")};
-  f.ordinate_type = static_cast<int>(whole(columns(form, 0, 10), place, "the ordinate data type"));
+  f.ordinate_type = whole(columns(form, 0, 10), place, "the ordinate data type");
   f.n = static_cast<Eigen::Index>(
       checked(place, "lines", static_cast<double>(whole(columns(form, 10, 10), place, "the number of lines")), 1,
               static_cast<double>(kMostValues)));
@@ -167,6 +167,7 @@ Function function_head(Lines& lines, const std::string& place) {
   f.step = spacing.next();
   f.abscissa_kind = optional(columns(abscissa, 0, 10), "the abscissa's kind");
   f.ordinate_kind = optional(columns(ordinate, 0, 10), "the ordinate's kind");
+  f.denominator_kind = optional(columns(denominator, 0, 10), "the denominator's kind");
   f.unit = std::string(columns(ordinate, 47, 21));
   return f;
 }
@@ -207,6 +208,10 @@ void read_values(const Dataset& set, const Function& f, std::string_view data, c
     throw InputError(place, "binary numbers of an unknown form", to_text(order) + ", " + to_text(format),
                      "IEEE, either byte order");
   const bool swap = (order == 2) == (std::endian::native == std::endian::little);
+  const std::size_t of_value =
+      (f.ordinate_type == 4 || f.ordinate_type == 6 ? 8U : 4U) * (f.ordinate_type >= 5 ? 2U : 1U);
+  if (static_cast<std::size_t>(f.n) > data.size() / (of_value + (f.even ? 0U : 4U)))
+    throw InputError(place, "ends before its numbers do");
   std::size_t at = 0;
   fill(
       f,
@@ -226,13 +231,24 @@ void read_nodes(const Dataset& set, const std::string& name, std::map<int, Eigen
   while (!lines.done()) {
     const std::string_view line = lines.next();
     if (trimmed(line).empty()) continue;
-    const int label = static_cast<int>(whole(columns(line, 0, 10), name, "a node's number"));
+    const int label = whole(columns(line, 0, 10), name, "a node's number");
     Numbers place(set.number == 15 ? line.substr(std::min<std::size_t>(40, line.size())) : lines.next(),
                   name + ": node " + std::to_string(label));
     Eigen::Vector3d at;
     for (double& coordinate : at) coordinate = place.next();
     nodes[label] = at;
   }
+}
+
+/// What else a function says of itself must be what is read here. @throws InputError
+void check_meaning(const Function& f, const std::string& place) {
+  const int abscissa = f.type == kFrf ? 18 : 17;
+  if (f.abscissa_kind != 0 && f.abscissa_kind != abscissa)
+    throw InputError(place, "has an abscissa of another kind", std::to_string(f.abscissa_kind),
+                     f.type == kFrf ? "18: frequency" : "17: time");
+  if (f.type == kFrf && f.denominator_kind != 0 && f.denominator_kind != 13)
+    throw InputError(place, "is no response to a force", "ordinate denominator " + std::to_string(f.denominator_kind),
+                     "13: excitation force");
 }
 
 int derivative_of_kind(const Function& f, ResponseSet& set) {
@@ -249,6 +265,10 @@ int derivative_of_kind(const Function& f, ResponseSet& set) {
   try {
     return derivative_of_unit(f.unit, set.origin);
   } catch (const InputError&) {
+    if (f.ordinate_kind > 1 || !(f.unit.empty() || f.unit == "NONE"))
+      throw InputError(set.origin, "a response of an unknown quantity",
+                       "ordinate kind " + std::to_string(f.ordinate_kind) + ", unit " + f.unit,
+                       "displacement (8, m), velocity (11, m/s), acceleration (12, m/s^2)");
     const std::string words = "the file does not say what was measured: taken for acceleration";
     if (std::find(set.warnings.begin(), set.warnings.end(), words) == set.warnings.end()) set.warnings.push_back(words);
     return 2;
@@ -281,6 +301,7 @@ ResponseSet read_universal_bytes(std::string_view bytes, const std::string& name
     }
     if (f.ordinate_type != 2 && f.ordinate_type != 4 && f.ordinate_type != 5 && f.ordinate_type != 6)
       throw InputError(place, "unknown ordinate data type", std::to_string(f.ordinate_type), "2, 4, 5 or 6");
+    check_meaning(f, place);
     Eigen::VectorXd x;
     Eigen::RowVectorXcd y;
     read_values(dataset, f, lines.rest(), place, x, y);
@@ -312,6 +333,14 @@ ResponseSet read_universal_bytes(std::string_view bytes, const std::string& name
       functions.size() > 1 && std::all_of(functions.begin(), functions.end(), [&](const Function& f) {
         return f.response.node == functions[0].response.node && f.response.direction == functions[0].response.direction;
       });
+  for (const Function& f : functions) {
+    const bool same =
+        f.reference.node == functions[0].reference.node && f.reference.direction == functions[0].reference.direction;
+    if (!roving && !set.in_time && !same)
+      throw InputError(name, "has responses to forces at several places",
+                       std::to_string(functions[0].reference.node) + " and " + std::to_string(f.reference.node),
+                       "one place of the force, or one response and a roving force");
+  }
   for (std::size_t i = 0; i < rows.size(); ++i) {
     set.values.row(static_cast<Eigen::Index>(i)) = rows[i];
     set.points.push_back(roving ? functions[i].reference : functions[i].response);

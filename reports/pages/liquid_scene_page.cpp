@@ -103,10 +103,11 @@ std::optional<Svg> energy_figure(ReportFolder& folder) {
   std::vector<double> potential = energy.at("potential_j");
   const double lowest = *std::min_element(potential.begin(), potential.end());
   for (double& value : potential) value -= lowest;
-  return curves_figure(
-      "Kinetic and potential energy of the liquid over time.", "Energy [J]", Scale::kLinear,
-      {{"kinetic", points_of(time->second, energy.at("kinetic_j"))}, {"potential", points_of(time->second, potential)}},
-      true);
+  std::vector<NamedCurve> curves;
+  if (std::isfinite(energy.at("kinetic_j").front()))  // frames of other programs may not say how the liquid moves
+    curves.emplace_back("kinetic", points_of(time->second, energy.at("kinetic_j")));
+  curves.emplace_back("potential", points_of(time->second, potential));
+  return curves_figure("Energy of the liquid over time.", "Energy [J]", Scale::kLinear, curves, true);
 }
 
 std::optional<Svg> radii_figure(ReportFolder& folder) {

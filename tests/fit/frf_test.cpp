@@ -117,6 +117,40 @@ TEST(Responses, NoiseAloneIsRefused) {
   EXPECT_FALSE(analyse_responses(set, {{20, 420}}).usable());
 }
 
+TEST(Responses, NoiseOnFewLinesIsRefusedToo) {
+  for (const int n : {16, 24, 40, 60}) {
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      ResponseSet set;
+      set.origin = "noise";
+      set.abscissa = Eigen::VectorXd::LinSpaced(n, 20, 420);
+      set.values.resize(1, n);
+      set.points.push_back({1, 3});
+      std::srand(seed);
+      for (Complex& value : set.values.reshaped())
+        value = {Eigen::internal::random<double>(-1, 1), Eigen::internal::random<double>(-1, 1)};
+      EXPECT_FALSE(analyse_responses(set, {{20, 420}}).usable()) << n << " lines, seed " << seed;
+    }
+  }
+}
+
+TEST(Responses, WhatRingsAboveTheBandOfADecayIsNotFoundWithinIt) {
+  ResponseSet set;
+  set.origin = "decay";
+  set.in_time = true;
+  set.abscissa = Eigen::VectorXd::LinSpaced(16384, 0, 16383 / 16384.0);
+  set.values.resize(1, 16384);
+  set.points.push_back({1, 3});
+  for (Eigen::Index i = 0; i < 16384; ++i) {
+    const double t = set.abscissa[i];
+    set.values(0, i) = std::exp(-8 * t) * std::sin(2 * std::numbers::pi * 150 * t) +
+                       0.5 * std::exp(-9 * t) * std::sin(2 * std::numbers::pi * 1087 * t);
+  }
+  const ResponseAnalysis result = analyse_responses(set, {{20, 400}});
+  ASSERT_TRUE(result.usable()) << result.message;
+  ASSERT_EQ(result.partials.size(), 1U);
+  EXPECT_NEAR(result.partials[0].frequency_hz, 150, 0.05);
+}
+
 TEST(Responses, FreeDecaysGiveTheSame) {
   const Chain truth = chain(4.0);
   ResponseSet set;
@@ -195,6 +229,30 @@ TEST(UniversalFile, DamageIsRefusedInOneLine) {
   std::string other = whole;
   for (std::size_t at; (at = other.find("\n    4         0")) != std::string::npos;) other[at + 5] = '2';
   EXPECT_THROW(read_universal_bytes(other, "a.uff"), InputError) << "spectra are no responses";
+}
+
+TEST(UniversalFile, WhatItMeansIsReadOrRefused) {
+  const std::string whole = universal(frf_of(chain(4.0), 2, 0), true);
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = whole;
+    EXPECT_NE(text.find(from), std::string::npos) << from;
+    text.replace(text.find(from), from.size(), to);
+    return text;
+  };
+  const std::string head = "NONE         1   3 ";
+  EXPECT_THROW(read_universal_bytes(changed(head, "NONE         1   4 "), "a.uff"), InputError) << "a rotation";
+  EXPECT_THROW(read_universal_bytes(changed(head, "NONE         19999 "), "a.uff"), InputError) << "no axis";
+  EXPECT_THROW(read_universal_bytes(changed("        18    0", "        19    0"), "a.uff"), InputError)
+      << "not over frequency";
+  EXPECT_THROW(read_universal_bytes(changed("        13    0", "        12    0"), "a.uff"), InputError)
+      << "transmissibility";
+  std::string pressure = changed("        12    0", "        15    0");
+  pressure.replace(pressure.find("m/s^2"), 5, "Pa   ");
+  EXPECT_THROW(read_universal_bytes(pressure, "a.uff"), InputError) << "a pressure";
+  std::string second = whole;
+  const std::string reference = "NONE         1   3\n";
+  second.replace(second.rfind(reference), reference.size(), "NONE         2   3\n");
+  EXPECT_THROW(read_universal_bytes(second, "a.uff"), InputError) << "two places of the force";
 }
 
 void write_mat(const std::filesystem::path& path, const ResponseSet& set, const char* unit, bool sideways = false) {

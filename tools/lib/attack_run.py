@@ -1,6 +1,8 @@
 """One run of klang under limits, and what must hold of it whatever its input was (tools/attack)."""
+import base64
 import dataclasses
 import os
+import pathlib
 import re
 import resource
 import shlex
@@ -48,11 +50,22 @@ def execute(arguments, folder):
     return Result(process.returncode, busy, usage.ru_maxrss / 1024, text)
 
 
+def own_scripts():
+    """Texts of the scripts that the program puts into its pages."""
+    web = pathlib.Path(__file__).resolve().parent.parent.parent / "reports/pages/web"
+    return {path.read_text("utf-8").strip() for path in web.rglob("*.js")}
+
+
+def is_own_script(target):
+    head = "data:text/javascript;base64,"
+    return target.startswith(head) and base64.b64decode(target[len(head):]).decode("utf-8").strip() in own_scripts()
+
+
 def links(folder):
-    """Targets of a page's links and media that are neither beside it nor in it."""
+    """Targets of a page's links and media that are neither beside it nor in it, and scripts that are not the program's own."""
     for page in folder.rglob("*.html"):
         for target in re.findall(r"""\b(?:href|src)\s*=\s*["']([^"']*)""", page.read_text("utf-8", "replace"), re.I):
-            if not re.match(r"(#|\./(?!/)|data:(image|audio)/|figures/)", target):
+            if not re.match(r"(#|\./(?!/)|data:(image|audio)/|figures/)", target) and not is_own_script(target):
                 yield target
 
 

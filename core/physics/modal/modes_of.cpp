@@ -65,9 +65,13 @@ EigenResult modes_of(const ModesBody& body, const mesh::TetMesh& mesh, const sol
                      const ModesOptions& options, Monitor& monitor) {
   KLANG_CHECK(!body.shape || mesh.order() == body.element_order, "modes_of: the mesh is of another element order");
   const ModesMethod method = chosen_method(body, options);
-  if (method == ModesMethod::kPolynomial && ellipsoid_axes_m(*body.shape))
-    return solve_ellipsoid_modes(*body.shape, mesh, material, options.eigen, monitor);
-  if (method == ModesMethod::kPolynomial)
+  const bool is_ellipsoid = body.shape && ellipsoid_axes_m(*body.shape);
+  if (method == ModesMethod::kPolynomial && is_ellipsoid) {
+    EigenResult result = solve_ellipsoid_modes(*body.shape, mesh, material, options.eigen, monitor);
+    // Of hundreds of modes the highest want more than the polynomials have: unless they were asked for, the mesh gives them.
+    if (result.usable() || options.method == ModesMethod::kPolynomial) return result;
+  }
+  if (method == ModesMethod::kPolynomial && !is_ellipsoid)
     return solve_box_modes(*body.shape, mesh, material, body.support, options.eigen, monitor);
   if (method == ModesMethod::kHarmonics)
     return solve_revolution_modes(*body.shape, mesh, material, options.eigen, monitor);

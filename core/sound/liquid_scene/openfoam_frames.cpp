@@ -134,7 +134,7 @@ class OpenFoamFrames : public ForeignFrames {
       for (const auto& file : std::filesystem::directory_iterator(entry.path(), error)) {
         std::string field = file.path().filename().string();
         if (field.ends_with(".gz")) field.resize(field.size() - 3);
-        if (options_.field.empty() ? field.starts_with("alpha") : field == options_.field) return true;
+        if (options_.field.empty() ? field.starts_with("alpha.") : field == options_.field) return true;
       }
     }
     return false;
@@ -177,7 +177,7 @@ class OpenFoamFrames : public ForeignFrames {
       const char* const name = data->GetArrayName(a);
       if (name == nullptr) continue;
       const std::string word(name);
-      if (options_.field.empty() ? word.starts_with("alpha") : word == options_.field) return data->GetArray(a);
+      if (options_.field.empty() ? word.starts_with("alpha.") : word == options_.field) return data->GetArray(a);
     }
     return nullptr;
   }

@@ -102,7 +102,7 @@ struct ImportRecord {
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
-    visit({"kind", "vdb, vtp, openfoam or tracked"}, self.kind);
+    visit({"kind", "vdb, vtp or openfoam"}, self.kind);
     visit({"has_velocity", "the frames say how the liquid moves: it can entrain bubbles"}, self.has_velocity);
     visit({"low_m", "where the box's low corner lies in the files (z up, metres)"}, self.low_m);
   }

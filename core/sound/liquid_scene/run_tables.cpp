@@ -21,6 +21,7 @@ EnergyRow energy_of(const FrameFields& fields, double time_s, double density, do
   const double h = s.cell_m, cell = h * h * h;
   EnergyRow row;
   row.time_s = time_s;
+  if (fields.u) row.kinetic_j = 0.0;
   for (int k = 0; k < s.nz; ++k)
     for (int j = 0; j < s.ny; ++j)
       for (int i = 0; i < s.nx; ++i) {
@@ -35,7 +36,7 @@ EnergyRow energy_of(const FrameFields& fields, double time_s, double density, do
         const double x = u[0](i, j, k) * u[0](i, j, k) + u[0](i + 1, j, k) * u[0](i + 1, j, k),
                      y = u[1](i, j, k) * u[1](i, j, k) + u[1](i, j + 1, k) * u[1](i, j + 1, k),
                      z = u[2](i, j, k) * u[2](i, j, k) + u[2](i, j, k + 1) * u[2](i, j, k + 1);
-        row.kinetic_j += share * cell * 0.25 * density * (x + y + z);
+        *row.kinetic_j += share * cell * 0.25 * density * (x + y + z);
       }
   return row;
 }
@@ -56,8 +57,9 @@ std::vector<RadiusRow> radius_rows(const std::vector<double>& asked, const std::
              static_cast<double>(list.size());
     };
     RadiusRow row{1e-3 * std::exp2(static_cast<double>(bin) / kBinsPerOctave),
-                  1e-3 * std::exp2(static_cast<double>(bin + 1) / kBinsPerOctave), asked.empty() ? 0.0 : share(asked),
-                  std::nullopt, std::nullopt};
+                  1e-3 * std::exp2(static_cast<double>(bin + 1) / kBinsPerOctave), std::nullopt, std::nullopt,
+                  std::nullopt};
+    if (!asked.empty()) row.asked = share(asked);
     if (!made.empty()) row.made = share(made);
     if (!recorded.empty()) row.recorded = share(recorded);
     rows.push_back(row);

@@ -168,8 +168,10 @@ DrawsRecord draw_sounds(const Scene& scene, const events::EventLog& log, const s
   std::vector<FollowedPartial> partials = followed(scene, heard, materials);
   DrawsRecord record;
   record.n = n;
-  for (const SceneMaterial& material : scene.materials)
-    if (material.spread) record.materials.push_back(material.name);
+  for (std::size_t m = 0; m < scene.materials.size(); ++m)
+    if (scene.materials[m].spread &&
+        std::find(materials.begin(), materials.end(), static_cast<int>(m)) != materials.end())
+      record.materials.push_back(scene.materials[m].name);
   const double level = sound.samples.norm();
   for (int i = 0; i < n; ++i) {
     monitor.throw_if_stopped();

@@ -16,6 +16,7 @@ namespace {
 using Eigen::Vector3d;
 constexpr double kStruckX = 0.37, kStruckY = 0.43;  // of the sides
 constexpr double kSamePlaceM = 0.3;
+constexpr double kFloorReachM = 0.01;  ///< a contact this near to z = 0 is the floor's
 constexpr std::size_t kMostPlaces = 12;
 
 double sine_at(const SlabMode& mode, double x_over_a, double y_over_b) {
@@ -51,6 +52,8 @@ FloorContacts floor_contacts(const events::EventLog& log) {
     if (is_new) motion->second = log.motion_of(impulse.body);
     const events::Pose pose = motion->second.at(impulse.time_s);
     Vector3d place = pose.to_world(impulse.point_m);
+    if (!(std::abs(place.z()) <= kFloorReachM))
+      continue;  // somebody strikes the body: the log has no name for it either
     place.z() = 0.0;
     events::Impulse row = impulse;
     row.body = contacts.place_of(place);

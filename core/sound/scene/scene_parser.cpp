@@ -139,15 +139,18 @@ void read_fitted_damping(const nlohmann::json& fit, SceneMaterial& material, Fit
   value.law = damping::find_law(model, damping::LawUse::kOptions);
   if (!value.law || !best.contains("parameters") || !best["parameters"].is_array()) return;
   for (const damping::LawParameter& parameter : value.law->parameters()) {
-    double number = 0.0, std = 0.0;
+    std::optional<double> number, std;
     for (const nlohmann::json& entry : best["parameters"]) {
       if (text_under(entry, "name") != parameter.name) continue;
       if (entry.contains("value") && entry["value"].is_number()) number = entry["value"].get<double>();
       if (entry.contains("std") && entry["std"].is_number()) std = entry["std"].get<double>();
     }
-    value.parameters.push_back(number);
-    spread.damping_std.push_back(std);
+    if (!number) return;  // not that law's numbers
+    value.parameters.push_back(*number);
+    if (std) spread.damping_std.push_back(*std);
   }
+  // Numbers without a deviation are not exact numbers: damping is drawn only where all are known.
+  if (spread.damping_std.size() != value.parameters.size()) spread.damping_std.clear();
   material.damping = std::move(value);
 }
 

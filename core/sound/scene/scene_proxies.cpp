@@ -108,7 +108,15 @@ std::optional<SoundModel> SceneProxies::stand_in(const Body& body, const SceneNo
       heard.push_back({omega, i});
   }
   std::stable_sort(heard.begin(), heard.end(), [](const Heard& a, const Heard& b) { return a.omega < b.omega; });
+  if (heard.empty() && notes.warning)
+    notes.warning("body " + body.name + ": its ellipsoid has no mode of the bank in the band that is heard" +
+                  (body.of->sound == BodySound::kProxy ? "; its own modes are heard" : ""));
   if (heard.empty()) return {};
+  const double highest = heard.back().omega / (2.0 * kPi);
+  if (notes.warning && heard.back().cell_mode + 1 == cell.modes.size() && highest < 0.9 * scene_.sound.high_hz)
+    notes.warning("body " + body.name + ": the bank's modes end at " + to_text(std::round(highest)) + " Hz of the " +
+                  to_text(scene_.sound.high_hz) +
+                  " Hz that are heard: a bank of more modes (klang proxy build --modes)");
 
   SoundModel model;
   model.proxy = true;

@@ -2,6 +2,7 @@
 
 #include <matio.h>
 
+#include <cmath>
 #include <memory>
 
 #include "core/foundation/base/errors.hpp"
@@ -9,6 +10,8 @@
 
 namespace klang::fit::detail {
 namespace {
+
+constexpr double kMostNumbers = 5e7;
 
 struct CloseFile {
   void operator()(mat_t* file) const { Mat_Close(file); }
@@ -63,7 +66,15 @@ class Reader {
     file_.reset(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
     if (!file_) throw InputError(place_, "is no MATLAB file");
   }
-  Variable find(const char* name) { return Variable(Mat_VarRead(file_.get(), name)); }
+  /// Its size is looked at before its numbers are read: a small file can claim any.
+  Variable find(const char* name) {
+    const Variable info(Mat_VarReadInfo(file_.get(), name));
+    if (!info) return nullptr;
+    double n = 1.0;
+    for (int d = 0; d < info->rank; ++d) n *= static_cast<double>(info->dims[d]);
+    if (!(n <= kMostNumbers)) throw InputError(place_ + ": " + name, "is too large", to_text(n), "up to 5e7 numbers");
+    return Variable(Mat_VarRead(file_.get(), name));
+  }
 
   /// Empty where there is none.
   Eigen::MatrixXcd matrix(const char* name) {
@@ -90,6 +101,7 @@ class Reader {
     const Eigen::MatrixXcd values = matrix(name);
     if (values.size() > 0 && values.rows() != 1 && values.cols() != 1)
       throw InputError(place_ + ": " + name, "is no vector");
+    if (!values.imag().isZero(0.0)) throw InputError(place_ + ": " + name, "is complex");
     return values.real().reshaped();
   }
   std::string text(const char* name) {
@@ -123,14 +135,20 @@ void read_places(Reader& reader, ResponseSet& set) {
   fits(direction.size(), "direction");
   fits(points.rows(), "points_m");
   if (points.size() > 0 && points.cols() != 3) throw InputError(reader.place() + ": points_m", "has not three columns");
+  const auto whole = [&](const char* name, double value, double low, double high) {
+    if (checked(reader.place(), name, value, low, high) != std::floor(value))
+      throw InputError(reader.place() + ": " + name, "is no whole number", to_text(value));
+    return static_cast<int>(value);
+  };
   for (Eigen::Index i = 0; i < n; ++i) {
     ResponsePoint point;
-    point.node =
-        node.size() > 0 ? static_cast<int>(checked(reader.place(), "node", node[i], 0, 2e9)) : static_cast<int>(i) + 1;
-    if (direction.size() > 0)
-      point.direction = static_cast<int>(checked(reader.place(), "direction", direction[i], -3, 3));
+    point.node = node.size() > 0 ? whole("node", node[i], 0, 2e9) : static_cast<int>(i) + 1;
+    if (direction.size() > 0) point.direction = whole("direction", direction[i], -3, 3);
     set.points.push_back(point);
-    if (points.size() > 0) set.nodes_m[point.node] = points.row(i).transpose();
+    if (points.size() == 0) continue;
+    const auto [known, is_new] = set.nodes_m.emplace(point.node, points.row(i).transpose());
+    if (!is_new && known->second != points.row(i).transpose())
+      throw InputError(reader.place() + ": points_m", "places one node at two points", std::to_string(point.node));
   }
 }
 

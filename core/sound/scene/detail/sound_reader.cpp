@@ -44,7 +44,7 @@ std::vector<TomlField> floor_sound_fields() {
       {"world.floor.sound", "low_hz", kNumber, "20", 1, 1e5, "lowest mode that is heard"},
       {"world.floor.sound", "high_hz", kNumber, "4000", 1, 1e5, "highest mode that is heard"},
       {"world.floor.sound", "n_modes", kNumber, "1000", 1, 20000,
-       "most modes, from low_hz up (SB's band holds five times as many as its count: erratum 54)"},
+       "most modes, from low_hz up (some 950 bending modes of the default slab lie in its band)"},
   };
 }
 

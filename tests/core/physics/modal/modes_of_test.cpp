@@ -35,9 +35,16 @@ TEST(ModesOf, PolynomialsArePickedForABoxThatIsFreeOrHeldAtAFace) {
   EXPECT_THROW(chosen_method({kTube, {}}, with(ModesMethod::kPolynomial)), InputError);
 }
 
+const mesh::ShapeSpec kFlat{"ellipsoid", {{"a_m", 0.05}, {"b_m", 0.04}, {"c_m", 0.03}}, {}};
+
+TEST(ModesOf, PolynomialsArePickedForAFreeEllipsoidOfThreeAxes) {
+  EXPECT_EQ(chosen_method({kFlat, {}}, {}), ModesMethod::kPolynomial);
+  const mesh::ShapeSpec round{"ellipsoid", {{"a_m", 0.05}, {"b_m", 0.05}, {"c_m", 0.03}}, {}};
+  EXPECT_EQ(chosen_method({round, {}}, {}), ModesMethod::kHarmonics);
+}
+
 TEST(ModesOf, TetrahedraArePickedForEverythingElse) {
-  const mesh::ShapeSpec flat{"ellipsoid", {{"a_m", 0.05}, {"b_m", 0.04}, {"c_m", 0.03}}, {}};
-  EXPECT_EQ(chosen_method({flat, {}}, {}), ModesMethod::kTetrahedra);
+  EXPECT_EQ(chosen_method({kFlat, {solid::SupportKind::kClamped, "z<-0.02"}}, {}), ModesMethod::kTetrahedra);
   EXPECT_EQ(chosen_method({std::nullopt, {}}, {}), ModesMethod::kTetrahedra) << "known by its mesh alone";
   EXPECT_EQ(chosen_method({kTube, {solid::SupportKind::kClamped, "z<-0.09"}}, {}), ModesMethod::kTetrahedra);
   EXPECT_EQ(chosen_method({kTube, {}, 1}, {}), ModesMethod::kTetrahedra);

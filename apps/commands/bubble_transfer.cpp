@@ -238,7 +238,7 @@ nlohmann::json forward(const TransferOptions& options, const CommonOptions& comm
   std::vector<bubble::ReciprocalTransfer> references;
   if (solve.literature == bubble::Literature::kCorrected) {
     const bubble::ReciprocalOptions check{options.series.solver, options.series.air_vertices, true};
-    references = bubble::reciprocal_transfer(one.boundary, options.series.frequency_hz, sources, {one.bubble}, ears,
+    references = bubble::reciprocal_transfer(one.boundary, options.series.frequency_hz, sources, {{one.bubble}, ears},
                                              check, monitor)[0];
   }
   nlohmann::json json = with_pressures(options, common, pressures, references);

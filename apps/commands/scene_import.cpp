@@ -42,7 +42,7 @@ int import_foreign(const ImportOptions& options, const CommonOptions& common, Mo
   while (!name.empty() && (name.back() == '_' || name.back() == '.' || name.back() == '-')) name.pop_back();
   if (name.empty() || name == "." || name == "..") name = options.kind;
   const liquid_scene::RunDocument document =
-      import_frames(*frames, options.kind, name, optional_vector("--listener", options.listener), header,
+      import_frames(*frames, {options.kind, name, optional_vector("--listener", options.listener)}, header,
                     liquid_scene::RunFolder(options.output), monitor);
   for (const std::string& warning : document.header.warnings) warn(warning);
   write_json(common, json_of(document));

@@ -68,9 +68,17 @@ Moved moved(const RunOptions& options, const CommonOptions& common, const scene:
   return result;
 }
 
-void add_sound(const RunOptions& options, const CommonOptions& common, const scene::Scene& scene,
-               const scene::SceneProxies& proxies, const SceneFolder& folder, const scene::SceneNotes& notes,
-               Moved& moved, Monitor& monitor) {
+/// A scene on its way into a folder.
+struct RunningScene {
+  const scene::Scene& scene;
+  const scene::SceneProxies& proxies;
+  const SceneFolder& folder;
+  const scene::SceneNotes& notes;
+};
+
+void add_sound(const RunOptions& options, const CommonOptions& common, const RunningScene& running, Moved& moved,
+               Monitor& monitor) {
+  const auto& [scene, proxies, folder, notes] = running;
   Stopwatch watch;
   std::vector<scene::HeardBody> heard = heard_bodies(scene, proxies, &folder, notes, monitor);
   for (scene::HeardBody& piece : heard_pieces(scene, proxies, moved.log, folder, notes, monitor))
@@ -94,7 +102,7 @@ void add_sound(const RunOptions& options, const CommonOptions& common, const sce
   watch = Stopwatch();
   moved.document.draws =
       scene::draw_sounds(scene, moved.log, heard, scene::sound_of(moved.log, heard, scene.sound, duration_s, monitor),
-                         *options.draws, common.seed, monitor);
+                         {*options.draws, common.seed}, monitor);
   moved.document.header.wall_time_s["draws"] = watch.seconds();
 }
 
@@ -213,7 +221,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
   Moved result = moved(options, common, scene, folder, notes, monitor);
-  if (!options.no_sound) add_sound(options, common, scene, proxies, folder, notes, result, monitor);
+  if (!options.no_sound) add_sound(options, common, {scene, proxies, folder, notes}, result, monitor);
   if (!options.no_frames) add_frames(scene, folder, notes, result, monitor);
   scene::SceneDocument& document = result.document;
   document.header.warnings.insert(document.header.warnings.end(), warnings.begin(), warnings.end());

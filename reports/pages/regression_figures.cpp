@@ -47,8 +47,13 @@ IndexedImage image_of(const std::vector<std::vector<double>>& levels, Index&& in
   return image;
 }
 
-void colour_bar(Svg& svg, double left, double top, double height, double low, double high, const std::string& unit,
-                const std::array<std::array<std::uint8_t, 3>, 256>& palette, int last) {
+struct ColourBar {
+  double left, top, height, low, high;
+  const char* unit;
+};
+
+void colour_bar(Svg& svg, const ColourBar& bar, const std::array<std::array<std::uint8_t, 3>, 256>& palette, int last) {
+  const auto& [left, top, height, low, high, unit] = bar;
   IndexedImage ramp{1, last + 1, {}};
   for (int i = last; i >= 0; --i) ramp.pixels.push_back(static_cast<std::uint8_t>(i));
   svg.image(left, top, 12, height, data_uri("image/png", png_bytes(ramp, palette)));
@@ -215,8 +220,8 @@ std::optional<Svg> regression_spectrogram_figure(const validate::RegressionDocum
     frame.draw_axes(5, 6, false, false);
     svg.text(left, kTop - 12, titles[i], "strong");
   }
-  colour_bar(svg, kLeft + 2 * panel + kGap + 8, kTop, kPlotHeight, low, high, "dB", heat_palette(), 255);
-  colour_bar(svg, kWidth - kBar + 8, kTop, kPlotHeight, -kDifferenceDb, kDifferenceDb, "dB", palette, 254);
+  colour_bar(svg, {kLeft + 2 * panel + kGap + 8, kTop, kPlotHeight, low, high, "dB"}, heat_palette(), 255);
+  colour_bar(svg, {kWidth - kBar + 8, kTop, kPlotHeight, -kDifferenceDb, kDifferenceDb, "dB"}, palette, 254);
   return svg;
 }
 

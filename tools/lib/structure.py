@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a formatted tree must keep to (docs/developer/style.md): no function above 100 lines, no header above 300, no source above 500,
+"""What a formatted tree must keep to (docs/developer/style.md): no function above 100 lines or of 7 parameters and more, no header above 300, no source above 500,
 no include that climbs ("../") or names a detail header of another room, no call of Ceres past fit/least_squares (which keeps it
 silent), no subject of a commit above 72 characters.
 
@@ -35,6 +35,45 @@ def functions(lines):
         at += 1
 
 
+KERNELS = re.compile(r"kernel|lapack|blas|legendre\.cpp$")  # numeric kernels and wrappers of LAPACK pass what these pass
+NO_CALL = {"if", "for", "while", "switch", "return", "sizeof", "catch", "static_assert", "decltype", "assert"}
+PARAMETER = re.compile(r"^(const\s+)?[\w:<>,\s*&]+[\s*&]+\w+(\s*=\s*.+)?$", re.S)
+
+
+def parameters(text, at):
+    """The parts between commas of the bracket that opens before text[at]."""
+    parts, depth, angle, start = [], 1, 0, at
+    while at < len(text) and depth > 0:
+        c = text[at]
+        if c in "([{":
+            depth += 1
+        elif c in ")]}":
+            depth -= 1
+        elif c == "<":
+            angle += 1
+        elif c == ">" and text[at - 1] != "-":
+            angle = max(0, angle - 1)
+        if depth == 0 or (c == "," and depth == 1 and angle == 0):
+            parts.append(text[start:at].strip())
+            start = at + 1
+        at += 1
+    return parts
+
+
+def long_signatures(path, text):
+    """(line, name, number) of functions with 7 parameters or more."""
+    if KERNELS.search(path) or path.startswith("tests/"):
+        return
+    text = re.sub(r"//[^\n]*", "", text)
+    text = re.sub(r'"(\\.|[^"\\])*"', '""', text)
+    for call in re.finditer(r"\b([A-Za-z_]\w*)\s*\(", text):
+        if call.group(1) in NO_CALL:
+            continue
+        parts = parameters(text, call.end())
+        if len(parts) >= 7 and sum(1 for part in parts if PARAMETER.match(part)) >= len(parts) - 1:
+            yield text.count("\n", 0, call.start()) + 1, call.group(1), len(parts)
+
+
 def room_of(path):
     """The folder of a header without its detail part; None for what is no room's file."""
     return re.sub(r"/detail$", "", path.rpartition("/")[0])
@@ -48,6 +87,8 @@ def findings(path):
     for line, count in functions(lines):
         if count > FUNCTION_LINES:
             yield f"{path}:{line}: function of {count} lines, allowed are {FUNCTION_LINES}"
+    for line, name, count in long_signatures(path, "\n".join(lines)):
+        yield f"{path}:{line}: {name} has {count} parameters: 7 and more go into a struct"
     for number, line in enumerate(lines, 1):
         if "ceres::Solve(" in line and not path.startswith("fit/least_squares/"):
             yield f"{path}:{number}: ceres::Solve outside fit/least_squares, where its messages are silenced"

@@ -199,8 +199,10 @@ class Comparison {
         kCentsPerNeper * relative_std(q.frequency_std_hz, q.frequency_hz));
     row.cents = cents(q.frequency_hz, p.frequency_hz);
     row.cents_tolerance = tolerance(options_.floor_cents, std_cents, known.frequency_scatter_cents, scatter_factor_);
-    add(name + ".frequency", where + " keeps its frequency [cents]", *row.cents, *row.cents_tolerance, std_cents,
-        one_more_ * known.frequency_scatter_cents, options_.catch_cents, "cents", row.note);
+    add(name + ".frequency", where + " keeps its frequency [cents]",
+        {*row.cents, *row.cents_tolerance, std_cents, one_more_ * known.frequency_scatter_cents, options_.catch_cents,
+         "cents"},
+        row.note);
     if (row.note.empty()) shift_.add(*row.cents, std_cents, one_more_ * known.frequency_scatter_cents);
 
     if (p.decay_per_s && q.decay_per_s && *p.decay_per_s > 0.0) {
@@ -210,9 +212,15 @@ class Comparison {
       row.decay_tolerance = tolerance(options_.floor_decay, std_decay, known.decay_scatter, decay_scatter_factor_);
       const bool falls =
           std::max(*p.decay_per_s, *q.decay_per_s) * std::min(reference_.duration_s, sound_.duration_s) >= kLeastFall;
-      add(name + ".decay", where + " keeps its decay [%]", 100.0 * *row.decay_change, 100.0 * *row.decay_tolerance,
-          100.0 * std_decay, 100.0 * one_more_ * known.decay_scatter, 100.0 * options_.catch_decay, "%",
-          row.note.empty() && !falls ? "rings far beyond the end of the sound" : row.note);
+      // Deviations of this size are not those of a straight line: no tolerance follows from them.
+      const bool known_at_all = *row.decay_tolerance <= 1.0;
+      add(name + ".decay", where + " keeps its decay [%]",
+          {100.0 * *row.decay_change, 100.0 * *row.decay_tolerance, 100.0 * std_decay,
+           100.0 * one_more_ * known.decay_scatter, 100.0 * options_.catch_decay, "%"},
+          !row.note.empty() ? row.note
+          : !falls          ? "rings far beyond the end of the sound"
+          : !known_at_all   ? "its decay is known to no better than its own size"
+                            : "");
     }
     result_.partials.push_back(std::move(row));
   }
@@ -241,13 +249,18 @@ class Comparison {
     const double factor = scatter_factor(probability, common ? reference_.n_takes - 1.0 : reference_.scatter_dof);
     const double allowed =
         std::max(options_.floor_cents, std::hypot(detail::normal_two_sided(probability) * noise, factor * scatter));
-    add("all-partials.frequency", "All partials together keep their pitch [cents]", shift_.sum / shift_.weights,
-        allowed, noise, scatter, options_.catch_shift_cents, "cents", "");
+    add("all-partials.frequency", "All partials together keep their pitch [cents]",
+        {shift_.sum / shift_.weights, allowed, noise, scatter, options_.catch_shift_cents, "cents"}, "");
   }
 
   /// A claim about a difference; not judged where it holds and a change worth catching would hold too.
-  void add(const std::string& name, const std::string& words, double difference, double allowed, double std,
-           double scatter, double worth, const char* unit, const std::string& reason) {
+  struct Difference {
+    double value = 0.0, allowed = 0.0, std = 0.0, scatter = 0.0;
+    double worth = 0.0;  ///< catching
+    const char* unit = "";
+  };
+  void add(const std::string& name, const std::string& words, const Difference& of, const std::string& reason) {
+    const auto& [difference, allowed, std, scatter, worth, unit] = of;
     Claim claim{name, words, difference, 0.0, allowed, {}, false, reason};
     const double sensitivity = allowed + kCaught * std::hypot(std, scatter);
     if (reason.empty() && std::abs(difference) <= allowed && !(sensitivity <= worth)) {

@@ -42,7 +42,7 @@ Level released_column(double cells_across) {
   liquid::PressureOptions options;
   options.tolerance = 1e-11;
   for (double& w : u[2].data()) w = -kColumnGravity * options.kick_s;
-  const liquid::PressureSolve result = liquid::project(shape, phi, open, solids, u, pressure, options);
+  const liquid::PressureSolve result = liquid::project(shape, phi, open, solids, {u, pressure}, options);
   Level level;
   level.h_m = h;
   level.n_unknowns = static_cast<double>(result.n_unknowns);

@@ -145,7 +145,7 @@ Series run_problem(Problem problem, const StudyOptions& options, Monitor& monito
     solve.estimate_air = false;
     const std::vector<bubble::ReciprocalTransfer> found = bubble::reciprocal_transfer(
         boundary, problem.frequency_hz, bubble::random_source_points(boundary, problem.n_sources, 1, 1),
-        {{problem.bubble_m, kUnitRadius_m}}, problem.listeners, solve, monitor)[0];
+        {{{problem.bubble_m, kUnitRadius_m}}, problem.listeners}, solve, monitor)[0];
     const double strength = bubble::bubble_source_strength(kUnitRadius_m, problem.frequency_hz, 1000.0);
     double error = 0.0, size = 0.0;
     for (std::size_t e = 0; e < exact.size(); ++e) {

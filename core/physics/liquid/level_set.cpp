@@ -191,14 +191,14 @@ double plane_fraction(double value, const Vector3d& slope) {
 namespace {
 
 /// Of a cell that a solid cuts.
-double cut_fraction(const SolidField& solid, double h, int i, int j, int k, double value, const Vector3d& slope) {
+double cut_fraction(const SolidField& solid, double h, const Vector3d& cell, double value, const Vector3d& slope) {
   constexpr int kSub = 4;
   double sum = 0.0;
   for (int c = 0; c < kSub; ++c)
     for (int b = 0; b < kSub; ++b)
       for (int a = 0; a < kSub; ++a) {
         const Vector3d at((a + 0.5) / kSub, (b + 0.5) / kSub, (c + 0.5) / kSub);
-        const double open = trilinear(solid.distance_m, i + at.x(), j + at.y(), k + at.z()) / h;
+        const double open = trilinear(solid.distance_m, cell.x() + at.x(), cell.y() + at.y(), cell.z() + at.z()) / h;
         const double wet = value + slope.dot(at - Vector3d::Constant(0.5));
         sum += std::clamp(0.5 + kSub * open, 0.0, 1.0) * std::clamp(0.5 - kSub * wet, 0.0, 1.0);
       }
@@ -221,7 +221,8 @@ double liquid_volume_m3(const GridShape& shape, const Field& phi, const SolidFie
           continue;
         }
         const Vector3d slope = slope_at(phi, h, i, j, k);
-        sum += open < 1.0 ? cut_fraction(solid, h, i, j, k, value, slope) : plane_fraction(value, slope);
+        sum += open < 1.0 ? cut_fraction(solid, h, {1.0 * i, 1.0 * j, 1.0 * k}, value, slope)
+                          : plane_fraction(value, slope);
       }
     layers[static_cast<std::size_t>(k)] = sum;
   });

@@ -254,7 +254,7 @@ LiquidStep Liquid::step(double step_s) {
   options.density_kg_m3 = o.density_kg_m3;
   options.tension_m3_s2 = o.tension ? o.surface_tension_n_m / o.density_kg_m3 : 0.0;
   options.tolerance = o.pressure_tolerance;
-  report.pressure = project(shape, phi_, solid_, solids_, u_, pressure_, options);
+  report.pressure = project(shape, phi_, solid_, solids_, {u_, pressure_}, options);
 
   const Grid3<std::uint8_t> liquid = liquid_cells(shape, phi_, solid_);
   find_near_liquid(liquid);

@@ -150,8 +150,14 @@ double surface_pressure(const Assembly& a, const std::array<int, 3>& wet, const 
 
 double theta_of(double wet, double dry) { return std::clamp(wet / (wet - dry), kLeastTheta, 1.0); }
 
-void add_face(const Assembly& a, const MacGrid& u, int axis, int side, const std::array<int, 3>& c, std::size_t row,
+/// A face of a cell: across which axis, and on its lower (-1) or upper side.
+struct CellFace {
+  int axis = 0, side = 0;
+};
+
+void add_face(const Assembly& a, const MacGrid& u, CellFace at, const std::array<int, 3>& c, std::size_t row,
               System& system) {
+  const int axis = at.axis, side = at.side;
   std::array<int, 3> other = c, face = c;
   const auto ax = static_cast<std::size_t>(axis);
   other[ax] += side;
@@ -218,7 +224,7 @@ System assemble(Assembly& a, const MacGrid& u) {
       const std::array<int, 3> at{static_cast<int>(c % a.shape.nx), static_cast<int>(c % layer / a.shape.nx),
                                   static_cast<int>(c / layer)};
       for (int axis = 0; axis < 3; ++axis)
-        for (const int side : {-1, 1}) add_face(a, u, axis, side, at, row, system);
+        for (const int side : {-1, 1}) add_face(a, u, {axis, side}, at, row, system);
     }
   });
   return system;
@@ -310,7 +316,9 @@ Grid3<std::uint8_t> liquid_cells(const GridShape& shape, const Field& phi_m, con
 }
 
 PressureSolve project(const GridShape& shape, const Field& phi_m, const SolidField& open, std::vector<Solid>& solids,
-                      MacGrid& u, Field& pressure, const PressureOptions& options) {
+                      const Flowing& flow, const PressureOptions& options) {
+  MacGrid& u = flow.u;
+  Field& pressure = flow.pressure;
   Assembly a{shape, phi_m, open, solids, options, liquid_cells(shape, phi_m, open), {}};
   const System system = assemble(a, u);
   PressureSolve result;

@@ -23,13 +23,18 @@ struct PressureSolve {
   std::size_t n_unknowns = 0;
 };
 
+/// What the pressure changes.
+struct Flowing {
+  MacGrid& u;
+  Field& pressure;  ///< [m2/s2], kinematic, at centres: first guess and result; 0 in air
+};
+
 /// Makes the velocity free of divergence where phi < 0 (Batty et al. 2007: shares of faces that solids leave open; Gibou et al. 2002:
 /// p is that of the surface where phi = 0; Kang et al. 2000: tension as a jump there). Conjugate gradients with modified incomplete
 /// Cholesky (Bridson 2015, sec. 5.3). Free solids take part: the pressure's force moves them in the same solve.
-/// @param pressure  [m2/s2], kinematic, at centres: first guess and result; 0 in air
-/// @param solids    velocities of free ones are changed
+/// @param solids  velocities of free ones are changed
 PressureSolve project(const GridShape& shape, const Field& phi_m, const SolidField& open, std::vector<Solid>& solids,
-                      MacGrid& u, Field& pressure, const PressureOptions& options);
+                      const Flowing& flow, const PressureOptions& options);
 
 /// Whether a cell is liquid to the solver: phi < 0 and some face open.
 Grid3<std::uint8_t> liquid_cells(const GridShape& shape, const Field& phi_m, const SolidField& open);

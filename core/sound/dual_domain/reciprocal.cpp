@@ -276,13 +276,12 @@ std::vector<ReciprocalTransfer> checked_transfer(const LiquidBoundary& boundary,
 
 std::vector<std::vector<ReciprocalTransfer>> reciprocal_transfer(const LiquidBoundary& boundary, double frequency_hz,
                                                                  const SourcePoints& points,
-                                                                 const std::vector<SwingingBubble>& bubbles,
-                                                                 const std::vector<Vector3d>& ears_m,
+                                                                 const BubblesAndEars& between,
                                                                  const ReciprocalOptions& options, Monitor& monitor) {
-  const EarField air = ear_field(boundary, frequency_hz, ears_m, options, monitor);
+  const EarField air = ear_field(boundary, frequency_hz, between.ears_m, options, monitor);
   const EarInLiquid liquid = ear_in_liquid(boundary, air, points, options, monitor);
   std::vector<std::vector<ReciprocalTransfer>> result;
-  for (const SwingingBubble& bubble : bubbles) {
+  for (const SwingingBubble& bubble : between.bubbles) {
     monitor.throw_if_stopped();
     checked("bubble", "radius_m", bubble.radius_m, 1e-6, 0.1);
     result.push_back(checked_transfer(boundary, air, liquid, points, bubble, options));

@@ -94,6 +94,10 @@ struct ReciprocalTransfer {
   std::optional<double> error_air;  ///< a third of the change between both surfaces of the air; none: not asked for
   double error_estimate() const { return error_liquid + error_air.value_or(0.0); }
 };
+struct BubblesAndEars {
+  std::vector<SwingingBubble> bubbles;
+  std::vector<Eigen::Vector3d> ears_m;
+};
 /// Passes A and B and, for the error, pass 1 (the bubble's own field P, of a unit source) with the same matrix:
 ///   w(x_b) - int_free (w - q) dP/dn + int_rigid P dw/dn
 /// has the product of both solutions' errors where w(x_b) alone has that of w (dual-weighted residual, Becker and Rannacher
@@ -101,8 +105,7 @@ struct ReciprocalTransfer {
 /// @return bubbles x ears
 std::vector<std::vector<ReciprocalTransfer>> reciprocal_transfer(const LiquidBoundary& boundary, double frequency_hz,
                                                                  const SourcePoints& points,
-                                                                 const std::vector<SwingingBubble>& bubbles,
-                                                                 const std::vector<Eigen::Vector3d>& ears_m,
+                                                                 const BubblesAndEars& between,
                                                                  const ReciprocalOptions& options = {},
                                                                  Monitor& monitor = silent_monitor());
 

@@ -19,41 +19,48 @@ Eigen::Vector3d position(const BubblePath& path, double time_s) {
   return (1.0 - t) * path.position_m[i - 1] + t * path.position_m[i];
 }
 
+struct FrameBubble {
+  SwingingBubble bubble;
+  Eigen::Vector3d listener_m;
+  double time_s = 0.0;
+};
+
 /// Adds the transfer in one frame; false: the result says why there is none.
-bool solve_frame(const LiquidBoundary& liquid, const SourcePoints& points, const SwingingBubble& bubble,
-                 const Eigen::Vector3d& listener_m, double time_s, const TransferSeriesOptions& options,
-                 TransferSeriesResult& result) {
+bool solve_frame(const LiquidBoundary& liquid, const SourcePoints& points, const FrameBubble& at,
+                 const TransferSeriesOptions& options, TransferSeriesResult& result) {
   const bool first = result.n_solves++ == 0, paper = options.solver.literature == Literature::kPaper;
   ReciprocalOptions reciprocal{options.solver, options.air_vertices, first};
   std::optional<ReciprocalTransfer> reference;
   if (first && !paper) {
     try {
-      reference = reciprocal_transfer(liquid, options.frequency_hz, points, {bubble}, {listener_m}, reciprocal)[0][0];
+      reference =
+          reciprocal_transfer(liquid, options.frequency_hz, points, {{at.bubble}, {at.listener_m}}, reciprocal)[0][0];
     } catch (const NumericalError&) {
       if (options.method == TransferMethod::kReciprocal) throw;
     }
   }
   if (options.method == TransferMethod::kReciprocal) {
-    const EarField air = ear_field(liquid, options.frequency_hz, {listener_m}, reciprocal);
+    const EarField air = ear_field(liquid, options.frequency_hz, {at.listener_m}, reciprocal);
     const EarInLiquid ear = ear_in_liquid(liquid, air, points, reciprocal);
-    const std::complex<double> pressure = ear.pressure(bubble, 0);
+    const std::complex<double> pressure = ear.pressure(at.bubble, 0);
     if (reference) result.error_estimate = error_estimate(pressure, *reference);
     result.n_fluid_sources = static_cast<int>(points.fluid_m.size());
     result.n_air_sources = static_cast<int>(points.air_m.size());
-    result.steps.push_back({time_s, pressure, ear.fit_error[0], std::nullopt, false});
+    result.steps.push_back({at.time_s, pressure, ear.fit_error[0], std::nullopt, false});
     return true;
   }
-  const DualDomainResult solved = solve_dual_domain(liquid, options.frequency_hz, points, {bubble}, options.solver)[0];
+  const DualDomainResult solved =
+      solve_dual_domain(liquid, options.frequency_hz, points, {at.bubble}, options.solver)[0];
   if (!solved.usable()) {
     result.status = TransferSeriesResult::Status::kFailed;
-    result.message = "at " + to_text(time_s) + " s: " + solved.message;
+    result.message = "at " + to_text(at.time_s) + " s: " + solved.message;
     return false;
   }
   result.n_fluid_sources = first ? solved.n_fluid_sources : std::min(result.n_fluid_sources, solved.n_fluid_sources);
   result.n_air_sources = first ? solved.n_air_sources : std::min(result.n_air_sources, solved.n_air_sources);
-  const std::complex<double> pressure = air_pressure(solved, listener_m);
+  const std::complex<double> pressure = air_pressure(solved, at.listener_m);
   if (reference) result.error_estimate = error_estimate(pressure, *reference);
-  result.steps.push_back({time_s, pressure, solved.fit_error_fluid, solved.fit_error_air, false});
+  result.steps.push_back({at.time_s, pressure, solved.fit_error_fluid, solved.fit_error_air, false});
   return true;
 }
 
@@ -123,7 +130,7 @@ TransferSeriesResult transfer_series(const std::vector<double>& frame_time_s,
     }
     if (liquid.inside_air_boundary(listener_m))
       throw InputError("listener", "lies inside the liquid (" + liquid.name() + ")");
-    if (!solve_frame(liquid, *points, {at, options.radius_m}, listener_m, time_s, options, result)) return result;
+    if (!solve_frame(liquid, *points, {{at, options.radius_m}, listener_m, time_s}, options, result)) return result;
     // Half a step of slack: frames do not fall on the grown steps exactly.
     next_s = time_s + step_s * (std::exp(options.decay_per_s * (time_s - birth_s)) - 0.5);
   }

@@ -63,10 +63,15 @@ std::unique_ptr<ForeignFrames> openfoam_frames(const ForeignOptions& options, Mo
 /// Even times, or an InputError. @return the step
 double even_step_s(const std::vector<double>& time_s, const std::string& name);
 
-/// A folder as a run would have left it after its stage flow. @param listener_m  in the files' place, z up; none: before the box and over it
+/// What an import is called and where it is heard from.
+struct ImportedAs {
+  std::string kind, name;
+  std::optional<Eigen::Vector3d> listener_m;  ///< in the files' place, z up; none: before the box and over it
+};
+
+/// A folder as a run would have left it after its stage flow.
 /// @throws InputError: a folder that holds a run, fewer than two frames, no liquid in any of them
-RunDocument import_frames(ForeignFrames& frames, const std::string& kind, const std::string& name,
-                          const std::optional<Eigen::Vector3d>& listener_m, const ResultHeader& header,
+RunDocument import_frames(ForeignFrames& frames, const ImportedAs& as, const ResultHeader& header,
                           const RunFolder& folder, Monitor& monitor);
 
 }  // namespace klang::liquid_scene

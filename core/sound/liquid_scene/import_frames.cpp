@@ -78,13 +78,12 @@ double even_step_s(const std::vector<double>& time_s, const std::string& name) {
   return step;
 }
 
-RunDocument import_frames(ForeignFrames& frames, const std::string& kind, const std::string& name,
-                          const std::optional<Vector3d>& listener_m, const ResultHeader& header,
+RunDocument import_frames(ForeignFrames& frames, const ImportedAs& as, const ResultHeader& header,
                           const RunFolder& folder, Monitor& monitor) {
   const StageWatch watch;
   if (folder.begun() || folder.has("scene.toml"))
     throw InputError(folder.path().string(), "holds a run already", "", "another folder");
-  const std::string toml = scene_text(frames, name, listener_m);
+  const std::string toml = scene_text(frames, as.name, as.listener_m);
   const LiquidScene scene = parse_liquid_scene(toml, "scene.toml", ".");
   require_room(scene, scene.duration_s, folder.path());
   const liquid::GridShape& shape = frames.shape();
@@ -113,10 +112,10 @@ RunDocument import_frames(ForeignFrames& frames, const std::string& kind, const 
       document.volume.max_drift_relative =
           std::max(document.volume.max_drift_relative, std::abs(volume / document.volume.start_m3 - 1.0));
   }
-  if (!any_liquid) throw InputError(name, "there is no liquid in any frame", "", "phi below 0 somewhere in the box");
+  if (!any_liquid) throw InputError(as.name, "there is no liquid in any frame", "", "phi below 0 somewhere in the box");
   write_file(staging.file("scene.toml"), toml);
   staging.write_collection(scene, frames.n_frames());
-  document.imported = ImportRecord{kind, any_velocity, {frames.low_m().x(), frames.low_m().y(), frames.low_m().z()}};
+  document.imported = ImportRecord{as.kind, any_velocity, {frames.low_m().x(), frames.low_m().y(), frames.low_m().z()}};
   document.end_s = scene.duration_s;
   document.n_frames = static_cast<std::int64_t>(frames.n_frames());
   document.n_cells = static_cast<std::int64_t>(shape.n_cells());

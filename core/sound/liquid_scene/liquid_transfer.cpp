@@ -155,7 +155,7 @@ void TransferFinder::forward(const LiquidBoundary& boundary, double time_s, cons
     bubble::ReciprocalOptions both = options_;
     both.estimate_air = true;
     errors_.push_back(bubble::error_estimate(
-        pressure, bubble::reciprocal_transfer(boundary, frequency, points, {one}, {ear}, both, monitor_)[0][0]));
+        pressure, bubble::reciprocal_transfer(boundary, frequency, points, {{one}, {ear}}, both, monitor_)[0][0]));
   }
 }
 

@@ -156,7 +156,8 @@ std::vector<FollowedPartial> followed(const Scene& scene, const std::vector<Hear
 }  // namespace
 
 DrawsRecord draw_sounds(const Scene& scene, const events::EventLog& log, const std::vector<HeardBody>& heard,
-                        const audio::Signal& sound, int n, std::uint64_t seed, Monitor& monitor) {
+                        const audio::Signal& sound, const Drawing& drawing, Monitor& monitor) {
+  const int n = drawing.n;
   std::vector<int> materials;
   for (const HeardBody& body : heard) {
     auto row = static_cast<std::size_t>(body.body);
@@ -176,7 +177,7 @@ DrawsRecord draw_sounds(const Scene& scene, const events::EventLog& log, const s
   for (int i = 0; i < n; ++i) {
     monitor.throw_if_stopped();
     monitor.progress("draws", static_cast<double>(i) / n);
-    const std::vector<HeardBody> bodies = drawn.draw(seed, static_cast<std::uint64_t>(i));
+    const std::vector<HeardBody> bodies = drawn.draw(drawing.seed, static_cast<std::uint64_t>(i));
     const audio::Signal other = sound_of(log, bodies, scene.sound, sound.duration_s());
     record.peak_pressure_pa.push_back(other.n_frames() > 0 ? other.samples.cwiseAbs().maxCoeff() : 0.0);
     record.level_db.push_back(

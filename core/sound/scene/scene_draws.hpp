@@ -36,9 +36,14 @@ class DrawnBodies {
 /// Whether a scene has a material that can be drawn.
 bool has_spread(const Scene& scene);
 
+struct Drawing {
+  int n = 0;
+  std::uint64_t seed = 1;
+};
+
 /// The sound of the bodies again for n draws, and how it spreads.
 /// @param sound  of the estimate, bodies alone
 DrawsRecord draw_sounds(const Scene& scene, const events::EventLog& log, const std::vector<HeardBody>& heard,
-                        const audio::Signal& sound, int n, std::uint64_t seed, Monitor& monitor = silent_monitor());
+                        const audio::Signal& sound, const Drawing& drawing, Monitor& monitor = silent_monitor());
 
 }  // namespace klang::scene

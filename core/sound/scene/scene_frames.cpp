@@ -102,8 +102,14 @@ class Keys {
  public:
   json channels = json::array(), samplers = json::array();
 
-  void add(int node, const char* path, const std::vector<float>& times, const std::vector<float>& values, int width,
-           const char* interpolation, Buffers& buffers) {
+  struct Channel {
+    const char* path;
+    int width;
+    const char* interpolation;
+  };
+  void add(int node, const Channel& channel, const std::vector<float>& times, const std::vector<float>& values,
+           Buffers& buffers) {
+    const auto& [path, width, interpolation] = channel;
     const int input = buffers.add(times, 1, false, true), output = buffers.add(values, width, false, false);
     channels.push_back({{"sampler", samplers.size()}, {"target", {{"node", node}, {"path", path}}}});
     samplers.push_back({{"input", input}, {"output", output}, {"interpolation", interpolation}});
@@ -249,8 +255,8 @@ std::string Frames::glb() const {
         for (int axis = 0; axis < 3; ++axis) places.push_back(static_cast<float>(pose.position_m[axis]));
         for (const int part : {1, 2, 3, 0}) turns.push_back(static_cast<float>(turn[part]));
       }
-      keys.add(node, "translation", times, places, 3, "LINEAR", buffers);
-      keys.add(node, "rotation", times, turns, 4, "LINEAR", buffers);
+      keys.add(node, {"translation", 3, "LINEAR"}, times, places, buffers);
+      keys.add(node, {"rotation", 4, "LINEAR"}, times, turns, buffers);
     }
     std::vector<float> times = {0.0F}, sizes(3, shown.from_s > 0.0 ? 0.0F : 1.0F);
     for (const auto& [time, size] : {std::pair(shown.from_s, 1.0F), std::pair(shown.until_s, 0.0F)}) {
@@ -258,7 +264,7 @@ std::string Frames::glb() const {
       times.push_back(static_cast<float>(time));
       sizes.insert(sizes.end(), 3, size);
     }
-    if (times.size() > 1) keys.add(node, "scale", times, sizes, 3, "STEP", buffers);
+    if (times.size() > 1) keys.add(node, {"scale", 3, "STEP"}, times, sizes, buffers);
   }
   nodes[0]["children"] = children;
   json document = {{"asset", {{"version", "2.0"}, {"generator", "Klangprobe"}}},

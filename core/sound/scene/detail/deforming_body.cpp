@@ -161,8 +161,16 @@ struct DeformingBody::Pressing {
   std::vector<double> spared_m;
   std::vector<int> targets;  ///< of the pushes that were made last: number in bodies, or -1: floor
 
-  void add(const fracture::CrackMesh& mesh, int node, int target, double depth_m, const Vector3d& out,
-           const Vector3d& speed, double friction, double mass, std::vector<fracture::NodePush>& pushes) {
+  /// A node in something: number in bodies or -1, how deep, the way out, its speed there.
+  struct Touch {
+    int node = 0, target = -1;
+    double depth_m = 0.0;
+    Vector3d out, speed;
+    double friction = 0.0, mass_kg = 0.0;
+  };
+
+  void add(const fracture::CrackMesh& mesh, const Touch& touch, std::vector<fracture::NodePush>& pushes) {
+    const auto& [node, target, depth_m, out, speed, friction, mass] = touch;
     fracture::NodePush push;
     push.node = node;
     const double normal_n = rate_sq * mass * depth_m;
@@ -196,8 +204,10 @@ struct DeformingBody::Pressing {
       const double friction = rigid::pair_friction(skin, *scene.solver.floor);
       for (int i = 0; i < mesh.n_nodes(); ++i)
         if (mesh.place_m[at(i)].z() < 0.0 && mesh.held[at(i)] < 0)
-          add(mesh, i, -1, -mesh.place_m[at(i)].z(), Vector3d::UnitZ(), mesh.velocity_m_s[at(i)], friction,
-              mesh.mass_kg_of[at(i)], pushes);
+          add(mesh,
+              {i, -1, -mesh.place_m[at(i)].z(), Vector3d::UnitZ(), mesh.velocity_m_s[at(i)], friction,
+               mesh.mass_kg_of[at(i)]},
+              pushes);
     }
     if (bodies == nullptr || bodies->empty()) return;
     spare_new_nodes(mesh);
@@ -215,8 +225,10 @@ struct DeformingBody::Pressing {
         double& spared = spared_m[at(i)];
         spared = std::min(spared, depth->depth_m);
         if (depth->depth_m -= spared; depth->depth_m > 0.0)
-          add(mesh, i, static_cast<int>(b), depth->depth_m, depth->out, mesh.velocity_m_s[at(i)] - body.velocity_at(x),
-              friction, std::min(mesh.mass_kg_of[at(i)], body.mass_kg()), pushes);
+          add(mesh,
+              {i, static_cast<int>(b), depth->depth_m, depth->out, mesh.velocity_m_s[at(i)] - body.velocity_at(x),
+               friction, std::min(mesh.mass_kg_of[at(i)], body.mass_kg())},
+              pushes);
       }
     }
   }

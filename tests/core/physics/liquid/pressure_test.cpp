@@ -21,7 +21,7 @@ double pressure_after_release(double cells_across, double x_over_l, double z_ove
   PressureOptions options;
   options.tolerance = 1e-10;
   for (double& w : u[2].data()) w = -9.81 * options.kick_s;
-  const PressureSolve solve = project(shape, phi, open, solids, u, pressure, options);
+  const PressureSolve solve = project(shape, phi, open, solids, {u, pressure}, options);
   EXPECT_TRUE(solve.converged);
   const Eigen::Vector3d at(x_over_l * length, 0.0, z_over_h * height);
   if (x_over_l > 0.0) return at_centres(pressure, at, h) / (9.81 * height);
@@ -67,7 +67,7 @@ TEST(Pressure, InADropIsLaplaces) {
   PressureOptions options;
   options.tension_m3_s2 = 7.26e-5;
   options.tolerance = 1e-9;
-  EXPECT_TRUE(project(shape, phi, open, solids, u, pressure, options).converged);
+  EXPECT_TRUE(project(shape, phi, open, solids, {u, pressure}, options).converged);
   EXPECT_LE(std::abs(pressure(10, 10, 10) / (2.0 * options.tension_m3_s2 / radius) - 1.0), 0.01);
 }
 

@@ -26,7 +26,7 @@ TEST(Reciprocity, BallIsTheSeriesWithinATenthOfAPercent) {
   const LiquidBoundary ball(test::ball(0.05, 8));
   const std::vector<Vector3d> ears = {{0.3, 0.2, 0.4}, {0.0, 0.0, -0.6}};
   const std::vector<SwingingBubble> bubbles = {{{0.0, 0.0, 0.02}, kRadius_m}, {{0.0, 0.0, 0.0}, kRadius_m}};
-  const auto found = reciprocal_transfer(ball, 500.0, random_source_points(ball, 20, 1, 1), bubbles, ears);
+  const auto found = reciprocal_transfer(ball, 500.0, random_source_points(ball, 20, 1, 1), {bubbles, ears});
   for (std::size_t b = 0; b < bubbles.size(); ++b)
     for (std::size_t e = 0; e < ears.size(); ++e) {
       validate::LiquidBall exact;
@@ -54,7 +54,7 @@ TEST(Reciprocity, ClosedTankIsThatOfItsImagesWithinTwoPercentWhereForwardSources
   const std::vector<Vector3d>& ears = kAroundTank;
   const std::vector<Complex>& exact = tank_exact();
   const SourcePoints points = random_source_points(boundary, 60, 60, 1);
-  const auto found = reciprocal_transfer(boundary, 500.0, points, {{at, kRadius_m}}, ears)[0];
+  const auto found = reciprocal_transfer(boundary, 500.0, points, {{{at, kRadius_m}}, ears})[0];
   const DualDomainResult forward = solve_dual_domain(boundary, 500.0, points, {{at, kRadius_m}})[0];
   for (std::size_t e = 0; e < ears.size(); ++e) {
     const double size = std::abs(exact[e]) * strength(500.0);
@@ -72,8 +72,8 @@ TEST(Reciprocity, CoarserAirAndLiquidAreSeenInTheEstimate) {
   const ClosedTank tank;
   const LiquidBoundary coarse(tank.mesh(0.05));
   const std::vector<Complex>& exact = tank_exact();
-  const auto found = reciprocal_transfer(coarse, 500.0, random_source_points(coarse, 60, 1, 1), {{kInTank, kRadius_m}},
-                                         kAroundTank)[0];
+  const auto found = reciprocal_transfer(coarse, 500.0, random_source_points(coarse, 60, 1, 1),
+                                         {{{kInTank, kRadius_m}}, kAroundTank})[0];
   for (std::size_t e = 0; e < exact.size(); ++e) {
     const double error = std::abs(found[e].plain / strength(500.0) - exact[e]) / std::abs(exact[e]);
     EXPECT_LE(error, 3.0 * found[e].error_estimate()) << e;
@@ -101,10 +101,10 @@ TEST(LiquidLoss, ResonatingBallIsTheClosedFormInBothDirections) {
   const Vector3d ear(0.0, 0.3, 0.4);
   const Complex exact = 1.2041e-3 * slope * kBall_m * kBall_m / (-Complex(1.0, ka * kBall_m)) *
                         std::polar(1.0, -ka * (0.5 - kBall_m)) / 0.5;
-  const auto found = reciprocal_transfer(ball, kFrequency, points, {bubble}, {ear}, options)[0][0];
+  const auto found = reciprocal_transfer(ball, kFrequency, points, {{bubble}, {ear}}, options)[0][0];
   EXPECT_LE(std::abs(found.plain / strength(kFrequency) - exact), 0.05 * std::abs(exact));
   options.pass.liquid_loss_factor = 0.0;
-  const auto lossless = reciprocal_transfer(ball, kFrequency, points, {bubble}, {ear}, options)[0][0];
+  const auto lossless = reciprocal_transfer(ball, kFrequency, points, {{bubble}, {ear}}, options)[0][0];
   EXPECT_GE(std::abs(lossless.plain), 5.0 * std::abs(found.plain));
 }
 
@@ -154,7 +154,8 @@ TEST(Reciprocity, SameBitsOnAnyNumberOfThreads) {
   const SourcePoints points = random_source_points(ball, 10, 1, 1);
   const auto solve = [&](int n_threads) {
     set_thread_count(n_threads);
-    return reciprocal_transfer(ball, 2000.0, points, {{{0.01, 0.0, 0.02}, kRadius_m}}, {{0.3, 0.2, 0.4}})[0][0];
+    return reciprocal_transfer(ball, 2000.0, points,
+                               {{{{0.01, 0.0, 0.02}, kRadius_m}}, {Vector3d(0.3, 0.2, 0.4)}})[0][0];
   };
   const ReciprocalTransfer one = solve(1), two = solve(2);
   set_thread_count(0);

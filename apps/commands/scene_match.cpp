@@ -93,8 +93,8 @@ void compare_spectra(const audio::Signal& recorded, const audio::Signal& made, c
 struct Rate {
   double attempts_per_m2_s = 0.0;
   int n_rounds = 0;
-  double missed_by = 0.0;  ///< of the number of bubbles, relative
-  bool within() const { return missed_by <= 0.05; }
+  double missed_by = 0.0;   ///< of the number of bubbles, relative
+  bool is_matched = false;  ///< within one bubble or 5 %
 };
 Rate find_rate(const liquid_scene::LiquidScene& scene, const liquid_scene::RunFolder& folder, std::size_t n_frames,
                double wanted, std::uint64_t seed, Monitor& monitor) {
@@ -113,6 +113,7 @@ Rate find_rate(const liquid_scene::LiquidScene& scene, const liquid_scene::RunFo
     rate = std::min(rate * (born > 0.0 ? std::clamp(wanted / born, 0.01, 100.0) : 100.0), 1e12);
   }
   best.missed_by = least / wanted;
+  best.is_matched = least <= std::max(1.0, 0.05 * wanted);
   if (!(least < wanted))
     throw NumericalError("the flow has no place where it entrains bubbles: no rate of attempts makes the recording's " +
                          to_text(wanted) + " of them ([entrainment] threshold_m_s, or [[entrainment.patch]])");
@@ -122,7 +123,7 @@ Rate find_rate(const liquid_scene::LiquidScene& scene, const liquid_scene::RunFo
 void say_what_is_what(const drops::BubblesDocument& found, const Rate& rate, bool with_pitch,
                       const audio::Signal& recording, MatchDocument& document) {
   document.matched = {"radii of the bubbles"};
-  if (rate.within()) {
+  if (rate.is_matched) {
     document.matched.insert(document.matched.begin(), "births per second");
   } else {
     document.unknown.emplace_back("births per second: no rate of attempts makes the recording's number");

@@ -26,6 +26,10 @@ std::optional<Eigen::Vector3d> optional_vector(const std::string& option, const 
 int import_foreign(const ImportOptions& options, const CommonOptions& common, Monitor& monitor) {
   liquid_scene::ForeignOptions asked = options.frames;
   asked.frames = options.file;
+  if (options.file.find('#') == std::string::npos && !std::filesystem::exists(options.file))
+    throw InputError(
+        options.file, "no such file or folder", {},
+        options.kind == "openfoam" ? "the folder of a case" : "frames with # for their number: f_####." + options.kind);
   asked.low_m = optional_vector("--low", options.low);
   asked.high_m = optional_vector("--high", options.high);
   if (options.up != "y" && options.up != "z") throw InputError("command line", "--up", options.up, "y or z");

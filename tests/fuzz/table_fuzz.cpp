@@ -1,4 +1,4 @@
-// Any bytes given as a result (JSON of every kind with a page), a reference spectrum, a partial table or a CSV are either read or
+// Any bytes given as a result (JSON of every kind with a page), a reference spectrum, a partial table, a CSV or measured responses are either read or
 // refused with an InputError. The first byte picks the format (tools/lib/fuzz_seeds.py has the same numbers).
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +13,7 @@
 #include "core/physics/modal/modes_document.hpp"
 #include "core/sound/stage/listener_file.hpp"
 #include "fit/bubble/bubble_document.hpp"
+#include "fit/frf/response_set.hpp"
 #include "fit/proxy/proxy_fit_document.hpp"
 #include "fit/ringdown/analysis_document.hpp"
 #include "fit/ringdown/partial_table.hpp"
@@ -75,6 +76,14 @@ void read_as(int format, std::string_view bytes) {
     case 11:
       klang::fit::parse_partial_csv(bytes, "fuzz");
       return;
+    case 15:
+      klang::fit::read_universal_bytes(bytes, "fuzz");
+      return;
+    case 16: {
+      const FuzzFile file(bytes, ".mat");
+      klang::fit::read_responses(file.path());
+      return;
+    }
     default:
       read_csv(format, bytes);
   }
@@ -85,7 +94,7 @@ void read_as(int format, std::string_view bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   try {
-    read_as(data[0] % 15, {reinterpret_cast<const char*>(data) + 1, size - 1});
+    read_as(data[0] % 17, {reinterpret_cast<const char*>(data) + 1, size - 1});
   } catch (const klang::InputError&) {
   }
   return 0;

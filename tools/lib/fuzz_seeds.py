@@ -96,6 +96,38 @@ def seeds():
         yield "model", number, str(number), value
     for number, value in documents():
         yield "table", number, str(number), value
+    for number, name, value in ((15, "frf", universal(4)), (15, "decay", universal(1)), (16, "mat", matlab())):
+        yield "table", number, name, value
+
+
+def universal(kind, n=16):
+    """Dataset 58 of one response, text: a frequency response (4) or a free decay (1); with a node."""
+    frf = kind == 4
+    values = "".join(f"{(-1) ** i / (1 + i):20.11e}{0.5 / (1 + i) if frf else 0.1:20.11e}\n" for i in range(n))
+    nodes = "    -1\n    15\n" + "%10d%10d%10d%10d%13.5e%13.5e%13.5e\n" % (1, 0, 0, 8, 0, 0.1, 0) + "    -1\n"
+    return (nodes + "    -1\n    58\nNONE\nNONE\nNONE\nNONE\nNONE\n"
+            + "%5d%10d%5d%10d %10s%10d%4d %10s%10d%4d\n" % (kind, 0, 0, 0, "NONE", 1, 3, "NONE", 1, 3)
+            + "%10d%10d%10d%13.5e%13.5e%13.5e\n" % (6 if frf else 4, n if frf else 2 * n, 1, 0, 0.5, 0)
+            + "%10d    0    0    0 NONE                 NONE\n" % (18 if frf else 17)
+            + "        12    0    0    0 NONE                 m/s^2\n        13    0    0    0 NONE                 N\n"
+            + "         0    0    0    0 NONE                 NONE\n" + values + "    -1\n")
+
+
+def matlab():
+    """A MATLAB 5 file of time_s, response and unit."""
+    def element(kind, data):
+        return struct.pack("<2I", kind, len(data)) + data + b"\0" * (-len(data) % 8)
+
+    def variable(name, matlab_class, kind, dims, data):
+        body = (element(6, struct.pack("<2I", matlab_class, 0)) + element(5, struct.pack("<2i", *dims)) + element(1, name.encode())
+                + element(kind, data))
+        return struct.pack("<2I", 14, len(body)) + body
+
+    times, values = [0.01 * i for i in range(16)], [(-0.9) ** i for i in range(16)]
+    return (b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x0100) + b"IM"
+            + variable("time_s", 6, 9, (1, 16), struct.pack("<16d", *times))
+            + variable("response", 6, 9, (1, 16), struct.pack("<16d", *values))
+            + variable("unit", 4, 4, (1, 5), struct.pack("<5H", *map(ord, "m/s^2"))))
 
 
 def main():

@@ -2,11 +2,14 @@
 
 #include <matio.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
+#include "core/foundation/base/child.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/packed.hpp"
 
 namespace klang::fit::detail {
 namespace {
@@ -152,9 +155,7 @@ void read_places(Reader& reader, ResponseSet& set) {
   }
 }
 
-}  // namespace
-
-ResponseSet read_mat_responses(const std::filesystem::path& path) {
+ResponseSet read_here(const std::filesystem::path& path) {
   Reader reader(path);
   ResponseSet set;
   set.origin = path.string();
@@ -177,6 +178,44 @@ ResponseSet read_mat_responses(const std::filesystem::path& path) {
   set.derivative = derivative_of_unit(set.unit, set.origin + ": unit");
   read_places(reader, set);
   validate(set);
+  return set;
+}
+
+std::string packed(const ResponseSet& set) {
+  Packer to;
+  to.add(set.in_time).add(set.derivative).add_list(set.unit).add_list(set.abscissa).add_list(set.points);
+  to.add(set.values.rows()).add_list(Eigen::VectorXcd(set.values.reshaped())).add(set.nodes_m.size());
+  for (const auto& [node, at_m] : set.nodes_m) to.add(node).add_list(at_m);
+  return to.take();
+}
+
+ResponseSet unpacked(std::string_view bytes) {
+  Unpacker from(bytes);
+  ResponseSet set;
+  set.in_time = from.take<bool>();
+  set.derivative = from.take<int>();
+  set.unit = from.take_list<std::string>();
+  set.abscissa = from.take_list<Eigen::VectorXd>();
+  set.points = from.take_list<std::vector<ResponsePoint>>();
+  const auto rows = from.take<Eigen::Index>();
+  const auto values = from.take_list<Eigen::VectorXcd>();
+  set.values = values.reshaped(rows, values.size() / std::max<Eigen::Index>(rows, 1));
+  for (auto n = from.take<std::size_t>(); n > 0; --n) {
+    const int node = from.take<int>();
+    set.nodes_m[node] = from.take_list<Eigen::Vector3d>();
+  }
+  return set;
+}
+
+}  // namespace
+
+ResponseSet read_mat_responses(const std::filesystem::path& path) {
+  // In a child: the library takes memory as a file claims it, before it can be asked how much.
+  const ChildResult child = run_in_child([&] { return packed(read_here(path)); });
+  if (child.signal != 0) throw InputError(path.string(), "is damaged: MATLAB's library ends at it");
+  if (!child.done) throw InputError(child.bytes);
+  ResponseSet set = unpacked(child.bytes);
+  set.origin = path.string();
   return set;
 }
 

@@ -17,9 +17,10 @@ using detail::JobRunner;
 
 enum class Kind : char { kMeet, kHello, kJob, kOutcome, kEnd, kGone, kBye };
 
-constexpr std::chrono::microseconds kPause{200};
+constexpr std::chrono::microseconds kPause{200}, kLongestPause{3000};
 constexpr std::chrono::seconds kMeetingPatience{60};
-constexpr int kInAdvance = 1;  ///< jobs that a rank has beyond those it works on, so that it need not wait for the next
+constexpr std::size_t kInAdvance =
+    1;  ///< jobs that a rank has beyond those it works on, so that it need not wait for the next
 
 void pack(Packer& to, const JobOutcome& outcome) { to.add(outcome.index).add(outcome.failure).add_list(outcome.text); }
 
@@ -34,6 +35,18 @@ JobOutcome unpack_outcome(Unpacker& from) {
 std::string gone_message(int code, const std::string& what) {
   return Packer().add(Kind::kGone).add(code).add_list(what).take();
 }
+
+/// Waits where nothing has come, longer and longer: looking for messages takes time from the job beside it.
+class Patience {
+ public:
+  void wait(bool heard) {
+    pause_ = heard ? kPause : std::min(2 * pause_, kLongestPause);
+    if (!heard) std::this_thread::sleep_for(pause_);
+  }
+
+ private:
+  std::chrono::microseconds pause_ = kPause;
+};
 
 /// Rank 0's account of one run().
 struct Ledger {
@@ -76,7 +89,7 @@ void hear(Ledger& ledger, const RankMessage& message, std::size_t call, std::str
     case Kind::kHello: {
       if (from.take<std::size_t>() != call) return;  // of a call that failed before this rank came
       const auto n = from.take<std::size_t>();
-      ledger.slots[rank] = from.take<std::size_t>() + kInAdvance;
+      ledger.slots[rank] = from.take<std::size_t>();
       const auto theirs = from.take_list<std::string>();
       if (n != ledger.n || theirs != stage)
         ledger.fail({0, detail::JobFailure::kNumerical,
@@ -143,6 +156,7 @@ void JobRanks::lead(const Batch& batch, const Job& job, const Accept& accept, Mo
   const std::size_t n = batch.n;
   Ledger ledger(n, static_cast<std::size_t>(size()));
   JobRunner runner(job, batch.n_at_once);
+  Patience patience;
   ledger.slots[0] = static_cast<std::size_t>(batch.n_at_once);
   while (!ledger.over()) {
     bool heard = false;
@@ -156,7 +170,10 @@ void JobRanks::lead(const Batch& batch, const Job& job, const Accept& accept, Mo
     }
     if (monitor.stop_requested()) ledger.fail({0, detail::JobFailure::kInterrupted, {}});
     for (std::size_t r = 0; r < ledger.slots.size() && !ledger.failure; ++r) {
-      while (ledger.next < n && ledger.in_hand[r] < ledger.slots[r] && !ledger.gone[r]) {
+      // At the end nobody holds a job that another could begin.
+      const std::size_t in_advance = r > 0 && n - ledger.next > 2 * ledger.slots.size() ? kInAdvance : 0;
+      while (ledger.next < n && ledger.in_hand[r] < ledger.slots[r] + in_advance && ledger.slots[r] > 0 &&
+             !ledger.gone[r]) {
         ++ledger.in_hand[r];
         const std::size_t index = ledger.next++;
         if (r == 0)
@@ -165,10 +182,8 @@ void JobRanks::lead(const Batch& batch, const Job& job, const Accept& accept, Mo
           transport_.send(static_cast<int>(r), Packer().add(Kind::kJob).add(index).take());
       }
     }
-    if (heard)
-      monitor.progress(batch.stage, static_cast<double>(ledger.n_done) / static_cast<double>(n));
-    else
-      std::this_thread::sleep_for(kPause);
+    if (heard) monitor.progress(batch.stage, static_cast<double>(ledger.n_done) / static_cast<double>(n));
+    patience.wait(heard);
   }
   for (int r = 1; r < size(); ++r) {
     if (ledger.gone[static_cast<std::size_t>(r)]) {
@@ -186,6 +201,7 @@ void JobRanks::follow(const Batch& batch, const Job& job, const Accept& accept, 
   std::map<std::size_t, std::string> results;
   bool stopped = false;
   JobRunner runner(job, batch.n_at_once);
+  Patience patience;
   for (;;) {
     bool heard = false;
     while (auto outcome = runner.take()) {
@@ -226,7 +242,7 @@ void JobRanks::follow(const Batch& batch, const Job& job, const Accept& accept, 
           break;
       }
     }
-    if (!heard) std::this_thread::sleep_for(kPause);
+    patience.wait(heard);
   }
 }
 

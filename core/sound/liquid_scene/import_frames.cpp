@@ -7,22 +7,13 @@
 #include "core/physics/liquid/surface.hpp"
 #include "core/sound/liquid_scene/foreign_frames.hpp"
 #include "core/sound/liquid_scene/stage_watch.hpp"
+#include "core/sound/liquid_scene/toml_text.hpp"
 
 namespace klang::liquid_scene {
 namespace {
 
 using Eigen::Vector3d;
 constexpr double kMostBoxCells = 6.4e7;
-
-std::string list(const Vector3d& x) {
-  return "[" + to_text(x.x()) + ", " + to_text(x.y()) + ", " + to_text(x.z()) + "]";
-}
-
-std::string quoted(const std::string& name) {
-  std::string text;
-  for (const char c : name) text += c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32 ? '_' : c;
-  return "\"" + text + "\"";
-}
 
 /// The folder's scene: its box and where it is heard; how it makes bubbles is for the user to say.
 std::string scene_text(const ForeignFrames& frames, const std::string& name,

@@ -7,21 +7,12 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/physics/entrainment/entrainment.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
+#include "core/sound/liquid_scene/toml_text.hpp"
 
 namespace klang::liquid_scene {
 namespace {
 
 using Eigen::Vector3d;
-
-std::string list(const Vector3d& x) {
-  return "[" + to_text(x.x()) + ", " + to_text(x.y()) + ", " + to_text(x.z()) + "]";
-}
-
-std::string quoted(const std::string& name) {
-  std::string text;
-  for (const char c : name) text += c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32 ? '_' : c;
-  return "\"" + text + "\"";
-}
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include <exception>
 #include <mutex>
 
+#include "core/foundation/base/blas_kernels.hpp"
 #include "core/foundation/base/check.hpp"
 
 // OpenBLAS declares these in cblas.h beside names that clash with Eigen's; three declarations are enough.
@@ -22,6 +23,7 @@ namespace {
 
 std::mutex control_mutex;
 std::unique_ptr<tbb::global_control> control;
+[[maybe_unused]] const bool kernels_chosen = choose_blas_kernels();
 
 }  // namespace
 

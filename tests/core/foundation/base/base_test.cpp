@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/foundation/base/blas_kernels.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -26,6 +27,11 @@ fs::path fresh_folder(const std::string& name) {
 }
 
 }  // namespace
+
+TEST(BlasKernels, AreNotOfSse3WhereTheProcessorHasMore) {
+  if (klang::best_blas_kernels().empty() || std::getenv("OPENBLAS_CORETYPE") != nullptr) GTEST_SKIP();
+  EXPECT_NE(klang::blas_kernels(), "Prescott");
+}
 
 TEST(InputError, MessageIsOneLineWithPlaceValueAndRange) {
   const klang::InputError error("a.toml", "wall_m is\nout of range", "-1", "above 0");

@@ -96,6 +96,14 @@ TEST(LiquidAdvectionStudy, ZalesaksDiscKeepsItsAreaAndMostOfItsShape) {
   EXPECT_LE(levels[2].shape_error.value_or(1.0), levels[0].shape_error.value_or(0.0));
 }
 
+TEST(SceneStudy, StepsMeshAndSweepsReachTheirOrdersAndBreakageDoesNotDependOnTheStep) {
+  const Study study = run_study("scene", {.levels = 3, .only = {}, .fields = false});
+  expect_passed(study);
+  ASSERT_EQ(study.series.size(), 7U);
+  EXPECT_EQ(study.series[0].id, "mesh-bar");
+  EXPECT_EQ(study.claims.size(), 3U) << "time of the first break, twice, and pieces";
+}
+
 TEST(BemStudy, OrderTwoAlsoAtTheInteriorResonances) {
   for (const char* id : {"pulsating-kapi", "dipole-ka4.4934"}) {
     const Study study = run_study("bem", {.levels = 3, .only = id, .fields = false});

@@ -23,6 +23,7 @@ Series rebound_series(bool flexible, std::size_t n_levels, Study& study, Monitor
   constexpr std::array<int, 5> kModes{1, 2, 4, 8, 16};
   constexpr std::array<double, 5> kRebounds{0.6666666666666667, 0.7999012625313421, 0.8887345975423172,
                                             0.941046439135414, 0.9696144065469819};
+  if (!flexible) series.error_tolerance *= static_cast<double>(kModes.back()) / kModes[n_levels - 1];
   for (std::size_t i = 0; i < n_levels; ++i) {
     monitor.throw_if_stopped();
     const Stopwatch watch;

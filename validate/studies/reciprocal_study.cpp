@@ -136,7 +136,10 @@ Problem dimpled_tank(Monitor& monitor) {
 Series run_problem(Problem problem, const StudyOptions& options, Monitor& monitor) {
   const std::vector<Complex> exact = problem.exact();
   Series& series = problem.series;
-  for (std::size_t i = 0; i < level_count(options, problem.sizes_m.size()); ++i) {
+  const std::size_t n_levels = level_count(options, problem.sizes_m.size());
+  if (std::isfinite(series.expected_order))
+    series.error_tolerance *= std::pow(problem.sizes_m[n_levels - 1] / problem.sizes_m.back(), series.expected_order);
+  for (std::size_t i = 0; i < n_levels; ++i) {
     monitor.throw_if_stopped();
     const Stopwatch lap;
     const LiquidBoundary boundary = problem.boundary(problem.sizes_m[i]);

@@ -68,7 +68,8 @@ struct RigidWorld::State {
   double hold(std::vector<Contact>& contacts, detail::Bodies& view);
   double push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps);
   void warm_start(std::vector<Contact>& contacts, detail::Bodies& view) const;
-  void record(const std::vector<Contact>& contacts, const std::vector<BodyState>& there, StepRecord& record) const;
+  void record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
+              const std::vector<BodyState>& there, StepRecord& record) const;
   void lose(detail::ImpactLosses losses);
 };
 
@@ -222,8 +223,9 @@ double RigidWorld::State::push_apart(const std::vector<Contact>& contacts, const
   return deepest / length;
 }
 
-void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::vector<BodyState>& there,
-                               StepRecord& record) const {
+/// @param begin, there  the bodies at the step's begin, and where they would be at its end without contacts
+void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
+                               const std::vector<BodyState>& there, StepRecord& record) const {
   detail::Bodies view{{const_cast<BodyState*>(there.data()), there.size()}, {}};
   for (const BodyState& b : there) view.inverse_inertia.push_back(b.world_inverse_inertia());
   const double begin_s = static_cast<double>(n_steps) / options.rate_hz;
@@ -239,22 +241,26 @@ void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::
     row.place_a_m = specs[a].centre_m + there[a].turn.conjugate() * (c.arm_a + apart) / length;
     row.place_b_m =
         c.b >= 0 ? Vector3d(specs[b].centre_m + there[b].turn.conjugate() * (c.arm_b - apart) / length) : row.place_m;
+    row.turn_a = begin[a].turn;
+    if (c.b >= 0) row.turn_b = begin[b].turn;
     if (c.impact.squaredNorm() > 0) {
+      ContactImpulse& impact = record.contacts.emplace_back(row);
+      impact.turn_a = begin[a].turn.slerp(c.touch / dt(), there[a].turn);
+      if (c.b >= 0) impact.turn_b = begin[b].turn.slerp(c.touch / dt(), there[b].turn);
       const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
       const auto radius = [](const RigidBodySpec& s) {
         if (s.skin.radius_m > 0) return s.skin.radius_m;
         return s.ball_radius_m > 0 ? s.ball_radius_m : 0.1 * s.smallest_half_width_m();
       };
       const double curvature = 1 / radius(specs[a]) + (c.b >= 0 ? 1 / radius(specs[b]) : 0.0);
-      row.kind = events::ImpulseKind::kImpact;
-      row.time_s = begin_s + c.touch / time;
-      row.approach_m_s = c.approach / time;
-      row.impulse_n_s = c.axes * c.impact / time;
-      if (row.approach_m_s > 0) {
-        row.duration_s = hertz_duration_s(1 / mobility(c, view)[0], 1 / curvature,
-                                          contact_modulus_pa(specs[a].skin, other), row.approach_m_s);
+      impact.kind = events::ImpulseKind::kImpact;
+      impact.time_s = begin_s + c.touch / time;
+      impact.approach_m_s = c.approach / time;
+      impact.impulse_n_s = c.axes * c.impact / time;
+      if (impact.approach_m_s > 0) {
+        impact.duration_s = hertz_duration_s(1 / mobility(c, view)[0], 1 / curvature,
+                                             contact_modulus_pa(specs[a].skin, other), impact.approach_m_s);
       }
-      record.contacts.push_back(row);
     }
     if (c.lasting.squaredNorm() > 0) {
       row.kind = events::ImpulseKind::kLasting;
@@ -280,7 +286,7 @@ RigidWorld& RigidWorld::operator=(RigidWorld&&) noexcept = default;
 StepRecord RigidWorld::step() {
   State& s = *state_;
   StepRecord record;
-  const std::vector<BodyState> there = s.flown();
+  const std::vector<BodyState> begin = s.bodies, there = s.flown();
   std::vector<Contact> contacts = s.contacts_at(there);
   detail::Bodies view{s.bodies, {}};
   for (const BodyState& b : s.bodies) view.inverse_inertia.push_back(b.world_inverse_inertia());
@@ -294,7 +300,7 @@ StepRecord RigidWorld::step() {
   s.lose(detail::solve_impacts(contacts, rules, view));
   record.solver_residual_m_s = s.hold(contacts, view) / s.time;
   record.deepest_m = s.push_apart(contacts, gaps);
-  s.record(contacts, there, record);
+  s.record(contacts, begin, there, record);
   s.held = std::move(contacts);
   ++s.n_steps;
   s.book();

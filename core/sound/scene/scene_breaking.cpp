@@ -124,13 +124,15 @@ struct Breaking::State {
 std::vector<fracture::ContactLoad> Breaking::State::loads_on(const rigid::RigidWorld& world,
                                                              const rigid::StepRecord& step, int body) const {
   std::vector<fracture::ContactLoad> loads;
-  const events::Pose pose = world.pose(body);
   for (const rigid::ContactImpulse& contact : step.contacts) {
     if ((contact.a != body && contact.b != body) || !(contact.duration_s > 0.0))
       continue;  // 0: touches without approach
-    const Vector3d normal =
-        pose.orientation().conjugate() * (contact.a == body ? contact.normal : Vector3d(-contact.normal));
-    loads.push_back(fracture::contact_load(rigid::impulse_on(contact, body, pose), normal, contact.approach_m_s,
+    // As the body lay when it was touched: at the step's end it has turned on, by what depends on the step.
+    const Eigen::Quaterniond turn = contact.a == body ? contact.turn_a : contact.turn_b;
+    const double sign = contact.a == body ? 1.0 : -1.0;
+    events::Impulse impulse = rigid::impulse_on(contact, body, world.pose(body));
+    impulse.impulse_n_s = turn.conjugate() * (sign * contact.impulse_n_s);
+    loads.push_back(fracture::contact_load(impulse, turn.conjugate() * (sign * contact.normal), contact.approach_m_s,
                                            pair_restitution(world, scene, contact)));
   }
   return loads;

@@ -61,7 +61,7 @@ TEST(SceneBreaking, EnergyOfABreakageComesOutOfWhatItsImpactTook) {
 }
 
 TEST(SceneBreaking, ABreakageIsAtThePeakOfItsLoadWhateverTheStep) {
-  std::vector<double> times_s;
+  std::vector<double> times_s, strains_j, cracks_j;
   for (const double rate_hz : {5000.0, 10000.0, 20000.0}) {
     Scene scene = read_scene(kScenes / "tile.toml");
     scene.materials[0].tensile_strength_pa = 10e6;
@@ -69,6 +69,12 @@ TEST(SceneBreaking, ABreakageIsAtThePeakOfItsLoadWhateverTheStep) {
     const SceneMotion motion = move(scene, 0.36);
     ASSERT_EQ(motion.breaks.size(), 1u) << rate_hz;
     times_s.push_back(motion.breaks[0].time_s);
+    strains_j.push_back(motion.breaks[0].energies.strain_j);
+    cracks_j.push_back(motion.breaks[0].energies.fracture_j);
+    EXPECT_LE(std::abs(strains_j.back() / strains_j.front() - 1.0), 1e-9)
+        << rate_hz;  // strained as it lay at the touch
+    EXPECT_LE(std::abs(cracks_j.back() / cracks_j.front() - 1.0), 1e-9) << rate_hz;
+    EXPECT_EQ(motion.breaks[0].n_pieces, 3) << rate_hz;
     double touch_s = 0.0, duration_s = 0.0;
     for (const events::Impulse& impulse : motion.log.impulses)
       if (impulse.body == 0 && impulse.kind == events::ImpulseKind::kImpact) {

@@ -1,6 +1,7 @@
 #include "core/physics/liquid/level_set.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/foundation/base/parallel.hpp"
@@ -9,6 +10,9 @@ namespace klang::liquid {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kLeastStep =
+    0.57;  // [cells] no distance is less than this beyond its nearest neighbour's (1 / sqrt(3))
 
 template <class Body>
 void for_layers(int nz, const Body& body) {
@@ -69,6 +73,65 @@ double eikonal(double a, double b, double c, double h) {
   if (d <= c) return d;
   const double sum = a + b + c, squares = a * a + b * b + c * c;
   return (sum + std::sqrt(std::max(0.0, sum * sum - 3.0 * (squares - h * h)))) / 3.0;
+}
+
+/// For each row of cells along x, first and last that are within so many cells of a marked one.
+std::vector<std::array<int, 2>> rows_near(const Grid3<std::uint8_t>& marked, int cells) {
+  const int nx = marked.nx(), ny = marked.ny(), nz = marked.nz();
+  const std::array<int, 2> none{nx, -1};
+  std::vector<std::array<int, 2>> rows(static_cast<std::size_t>(ny) * nz, none), wide = rows;
+  const auto row = [&](auto& list, int j, int k) -> std::array<int, 2>& {
+    return list[static_cast<std::size_t>(j) + static_cast<std::size_t>(ny) * k];
+  };
+  const auto join = [](std::array<int, 2>& a, const std::array<int, 2>& b) {
+    a = {std::min(a[0], b[0]), std::max(a[1], b[1])};
+  };
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i)
+        if (marked(i, j, k) != 0) join(row(rows, j, k), {std::max(i - cells, 0), std::min(i + cells, nx - 1)});
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int b = std::max(j - cells, 0); b <= std::min(j + cells, ny - 1); ++b)
+        join(row(wide, j, k), row(rows, b, k));
+  rows.assign(rows.size(), none);
+  for (int k = 0; k < nz; ++k)
+    for (int c = std::max(k - cells, 0); c <= std::min(k + cells, nz - 1); ++c)
+      for (int j = 0; j < ny; ++j) join(row(rows, j, k), row(wide, j, c));
+  return rows;
+}
+
+/// Fast sweeping (Zhao 2005) from the cells that are frozen out to reach_m.
+void sweep_distance(const GridShape& shape, const Grid3<std::uint8_t>& frozen, double reach_m, Field& distance) {
+  const int nx = shape.nx, ny = shape.ny, nz = shape.nz;
+  const double h = shape.cell_m;
+  const auto cells = static_cast<int>(std::min(std::ceil(reach_m / h) + 1.0, 1.0 * std::max({nx, ny, nz})));
+  const std::vector<std::array<int, 2>> rows = rows_near(frozen, cells);
+  const std::ptrdiff_t sy = nx, sz = static_cast<std::ptrdiff_t>(nx) * ny;
+  for (int sweep = 0; sweep < 8; ++sweep) {
+    const bool fx = (sweep & 1) != 0, fy = (sweep & 2) != 0, fz = (sweep & 4) != 0;
+    for (int c = 0; c < nz; ++c) {
+      const int k = fz ? nz - 1 - c : c;
+      for (int b = 0; b < ny; ++b) {
+        const int j = fy ? ny - 1 - b : b;
+        const auto [first, last] = rows[static_cast<std::size_t>(j) + static_cast<std::size_t>(ny) * k];
+        const std::uint8_t* const held = frozen.data().data() + frozen.index(0, j, k);
+        double* const d = distance.data().data() + distance.index(0, j, k);
+        // Outside the box lies nothing nearer: the cell itself stands for it.
+        const std::ptrdiff_t y0 = j > 0 ? -sy : 0, y1 = j + 1 < ny ? sy : 0, z0 = k > 0 ? -sz : 0,
+                             z1 = k + 1 < nz ? sz : 0;
+        for (int a = first; a <= last; ++a) {
+          const int i = fx ? first + last - a : a;
+          if (held[i] != 0) continue;
+          const double x = std::min(d[i > 0 ? i - 1 : i], d[i + 1 < nx ? i + 1 : i]),
+                       y = std::min(d[i + y0], d[i + y1]), z = std::min(d[i + z0], d[i + z1]);
+          const double least = std::min(x, std::min(y, z));
+          if (!(least < reach_m) || !(least + kLeastStep * h < d[i])) continue;
+          d[i] = std::min(d[i], eikonal(x, y, z, h));
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -134,26 +197,7 @@ void redistance(const GridShape& shape, double keep_m, double reach_m, Field& ph
         distance(i, j, k) = even || !(slope > 0.0) ? value : std::min(value / std::clamp(slope, 0.2, 5.0), 1.5 * h);
       }
   });
-  const auto neighbour = [&](int i, int j, int k) { return distance.contains(i, j, k) ? distance(i, j, k) : HUGE_VAL; };
-  for (int sweep = 0; sweep < 8; ++sweep) {
-    const bool fx = (sweep & 1) != 0, fy = (sweep & 2) != 0, fz = (sweep & 4) != 0;
-    for (int c = 0; c < shape.nz; ++c) {
-      const int k = fz ? shape.nz - 1 - c : c;
-      for (int b = 0; b < shape.ny; ++b) {
-        const int j = fy ? shape.ny - 1 - b : b;
-        for (int a = 0; a < shape.nx; ++a) {
-          const int i = fx ? shape.nx - 1 - a : a;
-          if (frozen(i, j, k) != 0) continue;
-          const double x = std::min(neighbour(i - 1, j, k), neighbour(i + 1, j, k)),
-                       y = std::min(neighbour(i, j - 1, k), neighbour(i, j + 1, k)),
-                       z = std::min(neighbour(i, j, k - 1), neighbour(i, j, k + 1));
-          if (std::min({x, y, z}) >= reach_m) continue;
-          double& value = distance(i, j, k);
-          value = std::min(value, eikonal(x, y, z, h));
-        }
-      }
-    }
-  }
+  sweep_distance(shape, frozen, reach_m, distance);
   for (std::size_t c = 0; c < phi.size(); ++c) phi[c] = phi[c] < 0.0 ? -distance[c] : distance[c];
 }
 
@@ -244,37 +288,67 @@ double shift_to_volume(const GridShape& shape, const SolidField& solid, double w
   return volume;
 }
 
-void extrapolate(const GridShape& shape, int layers, MacGrid& u, FaceMask& known) {
-  for (int axis = 0; axis < 3; ++axis) {
-    Field& field = u[axis];
-    Grid3<std::uint8_t>& mask = known[axis];
-    for (int layer = 0; layer < layers; ++layer) {
-      Grid3<std::uint8_t> next = mask;
-      for_layers(field.nz(), [&](int k) {
-        for (int j = 0; j < field.ny(); ++j)
-          for (int i = 0; i < field.nx(); ++i) {
-            if (mask(i, j, k) != 0) continue;
-            double sum = 0.0;
-            int count = 0;
-            const auto take = [&](int a, int b, int c) {
-              if (!mask.contains(a, b, c) || mask(a, b, c) == 0) return;
-              sum += field(a, b, c);
-              ++count;
-            };
-            take(i - 1, j, k);
-            take(i + 1, j, k);
-            take(i, j - 1, k);
-            take(i, j + 1, k);
-            take(i, j, k - 1);
-            take(i, j, k + 1);
-            if (count == 0) continue;
-            field(i, j, k) = sum / count;
-            next(i, j, k) = 1;
-          }
-      });
-      mask = std::move(next);
-    }
+namespace {
+
+/// One component: layer after layer of the faces next to known ones.
+void extrapolate_component(int layers, Field& field, Grid3<std::uint8_t>& known) {
+  const int nx = field.nx(), ny = field.ny(), nz = field.nz();
+  const std::size_t layer_stride = static_cast<std::size_t>(nx) * ny;
+  constexpr std::uint8_t kAsked = 2;  // in the list of the next layer
+  std::vector<std::size_t> now, next;
+  const auto for_neighbours = [&](std::size_t f, const auto& body) {
+    const int i = static_cast<int>(f % nx), j = static_cast<int>(f % layer_stride / nx),
+              k = static_cast<int>(f / layer_stride);
+    if (i > 0) body(f - 1);
+    if (i + 1 < nx) body(f + 1);
+    if (j > 0) body(f - nx);
+    if (j + 1 < ny) body(f + nx);
+    if (k > 0) body(f - layer_stride);
+    if (k + 1 < nz) body(f + layer_stride);
+  };
+  for (std::size_t f = 0; f < known.size(); ++f) {
+    if (known[f] != 0) continue;
+    bool beside = false;
+    for_neighbours(f, [&](std::size_t g) { beside = beside || known[g] == 1; });
+    if (!beside) continue;
+    known[f] = kAsked;
+    now.push_back(f);
   }
+  std::vector<double> values;
+  for (int layer = 0; layer < layers && !now.empty(); ++layer) {
+    values.clear();
+    for (const std::size_t f : now) {
+      double sum = 0.0;
+      int count = 0;
+      for_neighbours(f, [&](std::size_t g) {
+        if (known[g] != 1) return;
+        sum += field[g];
+        ++count;
+      });
+      values.push_back(sum / count);
+    }
+    next.clear();
+    for (std::size_t n = 0; n < now.size(); ++n) {
+      field[now[n]] = values[n];
+      known[now[n]] = 1;
+    }
+    for (const std::size_t f : now)
+      for_neighbours(f, [&](std::size_t g) {
+        if (known[g] != 0) return;
+        known[g] = kAsked;
+        next.push_back(g);
+      });
+    now.swap(next);
+  }
+  for (const std::size_t f : now) known[f] = 0;
+}
+
+}  // namespace
+
+void extrapolate(const GridShape& shape, int layers, MacGrid& u, FaceMask& known) {
+  parallel_for(3, 1, [&](std::size_t axis, std::size_t) {
+    extrapolate_component(layers, u[static_cast<int>(axis)], known[static_cast<int>(axis)]);
+  });
   for (int axis = 0; axis < 3; ++axis) {  // no flow through the box's walls
     Field& field = u[axis];
     for_layers(field.nz(), [&](int k) {

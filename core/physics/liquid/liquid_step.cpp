@@ -147,16 +147,39 @@ double Liquid::step_limit_s() const {
   return limit;
 }
 
+namespace {
+
+struct IndexBox {
+  std::array<int, 3> low, high;
+};
+
+/// Cells within so many cells of a solid, and some more.
+IndexBox cells_around(const Solid& solid, const GridShape& shape, double cells) {
+  IndexBox box;
+  const double reach = solid.outer_radius_m() / shape.cell_m + cells;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const double centre = solid.position_m[axis] / shape.cell_m, last = shape.n(axis) - 1.0;
+    box.low[a] = static_cast<int>(std::clamp(std::floor(centre - reach - 1.0), 0.0, last));
+    box.high[a] = static_cast<int>(std::clamp(std::ceil(centre + reach + 1.0), 0.0, last));
+  }
+  return box;
+}
+
+}  // namespace
+
 void Liquid::set_solid_faces(FaceMask& known) {
   const GridShape& shape = setup_.shape;
   for (std::size_t s = 0; s < solids_.size(); ++s) {
     const Solid& solid = solids_[s];
     if (!solid.moves() && !solid.streams) continue;
+    const IndexBox box = cells_around(solid, shape, 1.0);
     for (int axis = 0; axis < 3; ++axis) {
       Field& field = u_[axis];
-      for (int k = 0; k < field.nz(); ++k)
-        for (int j = 0; j < field.ny(); ++j)
-          for (int i = 0; i < field.nx(); ++i)
+      const auto end = [&](int a, int n) { return std::min(box.high[static_cast<std::size_t>(a)] + 2, n); };
+      for (int k = box.low[2]; k < end(2, field.nz()); ++k)
+        for (int j = box.low[1]; j < end(1, field.ny()); ++j)
+          for (int i = box.low[0]; i < end(0, field.nx()); ++i)
             if (solid_.open[axis](i, j, k) <= 0.0 && solid.distance_m(face_m(shape, axis, i, j, k)) < 0.0) {
               field(i, j, k) = solid.velocity_m_s[axis];
               known[axis](i, j, k) = 1;
@@ -267,14 +290,14 @@ LiquidStep Liquid::step(double step_s) {
   if (o.flip_share > 0.0)
     for (int axis = 0; axis < 3; ++axis)
       for (std::size_t f = 0; f < u_[axis].size(); ++f) before[axis][f] = u_[axis][f] - before[axis][f];
-  faces_to_particles(shape,
-                     {u_, o.flip_share > 0.0 ? &before : nullptr, o.flip_share, at_liquid_,
-                      Vector3f(0.0F, 0.0F, static_cast<float>(-o.gravity_m_s2 * kick_s))},
-                     particles_);
+  const std::size_t n_before = particles_.size();
   keep_density();
-
+  ParticleUpdate update{u_, o.flip_share > 0.0 ? &before : nullptr, o.flip_share, at_liquid_,
+                        Vector3f(0.0F, 0.0F, static_cast<float>(-o.gravity_m_s2 * kick_s))};
+  move_particles(shape, update, step_s, 0, n_before, particles_);
+  update.flip_share = 0.0;  // particles that were added have no velocity of their own
+  move_particles(shape, update, step_s, n_before, particles_.size(), particles_);
   advect_level_set(shape, u_, step_s, kBandCells * h, phi_);
-  advect_particles(shape, u_, at_liquid_, step_s, particles_);
   move_solids(step_s);
   emit(step_s);
   push_out();
@@ -352,9 +375,10 @@ void Liquid::emit(double step_s) {
     }
     // The mouthpiece is full: what leaves it carries the surface with it.
     const Solid& mouth = solids_[setup_.solids.size() + s];
-    for (int k = 0; k < setup_.shape.nz; ++k)
-      for (int j = 0; j < setup_.shape.ny; ++j)
-        for (int i = 0; i < setup_.shape.nx; ++i)
+    const IndexBox box = cells_around(mouth, setup_.shape, kReachCells);
+    for (int k = box.low[2]; k <= box.high[2]; ++k)
+      for (int j = box.low[1]; j <= box.high[1]; ++j)
+        for (int i = box.low[0]; i <= box.high[0]; ++i)
           phi_(i, j, k) = std::min(phi_(i, j, k), mouth.distance_m(setup_.shape.centre_m(i, j, k)));
   }
 }
@@ -379,6 +403,8 @@ void Liquid::push_out() {
     for (std::size_t p = begin; p < end; ++p) {
       Vector3d& x = particles_.x_m[p];
       for (int turn = 0; solid_.any && turn < 2; ++turn) {
+        const auto cell = [&](double along, int n) { return std::clamp(static_cast<int>(along / h), 0, n - 1); };
+        if (solid_.open_volume(cell(x.x(), shape.nx), cell(x.y(), shape.ny), cell(x.z(), shape.nz)) >= 1.0) break;
         const double distance = at_nodes(solid_.distance_m, x, h);
         if (!(distance < 0.0)) break;
         Vector3d slope;

@@ -1,8 +1,10 @@
 #include "core/physics/liquid/particles.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "core/foundation/base/parallel.hpp"
+#include "core/physics/liquid/detail/particle_kernels.hpp"
 
 namespace klang::liquid {
 namespace {
@@ -13,23 +15,6 @@ using Eigen::Vector3f;
 
 constexpr std::size_t kGrain = 4096;
 constexpr int kSlab = 4;  // layers of cells
-
-/// The eight faces around a point: lowest index, strides and shares.
-struct Corner {
-  std::size_t base, dx, dy, dz;
-  double fx, fy, fz;
-  Corner(const Field& field, int axis, const Vector3d& g) {
-    const GridPlace at(field, g.x() - (axis == 0 ? 0.0 : 0.5), g.y() - (axis == 1 ? 0.0 : 0.5),
-                       g.z() - (axis == 2 ? 0.0 : 0.5));
-    base = field.index(at.i, at.j, at.k);
-    dx = field.nx() > 1 ? 1 : 0;
-    dy = field.ny() > 1 ? static_cast<std::size_t>(field.nx()) : 0;
-    dz = field.nz() > 1 ? static_cast<std::size_t>(field.nx()) * field.ny() : 0;
-    fx = at.x;
-    fy = at.y;
-    fz = at.z;
-  }
-};
 
 }  // namespace
 
@@ -79,33 +64,33 @@ void Particles::sort(const GridShape& shape, const std::vector<std::uint8_t>* ke
 
 namespace {
 
-void splat_slab(const GridShape& shape, const Particles& particles, int slab, MacGrid& u, MacGrid& weight) {
+using Sums = std::array<std::vector<double>, 3>;  // per face: momentum and weight
+
+void splat_slab(const GridShape& shape, const Particles& particles, int slab, const MacGrid& u, Sums& sums) {
   const std::size_t layer = static_cast<std::size_t>(shape.nx) * shape.ny;
   const std::size_t first = particles.begin[layer * static_cast<std::size_t>(slab * kSlab)],
                     last = particles.begin[layer * static_cast<std::size_t>(std::min((slab + 1) * kSlab, shape.nz))];
   const double h = shape.cell_m;
-  for (int axis = 0; axis < 3; ++axis) {
-    double* const momentum = u[axis].data().data();
-    double* const sum = weight[axis].data().data();
-    for (std::size_t p = first; p < last; ++p) {
-      const Corner c(u[axis], axis, particles.x_m[p] / h);
-      const auto row = particles.affine_per_s[p].row(axis);
-      const double gx = h * static_cast<double>(row[0]), gy = h * static_cast<double>(row[1]),
-                   gz = h * static_cast<double>(row[2]);
-      const double at_base = static_cast<double>(particles.v_m_s[p][axis]) - c.fx * gx - c.fy * gy - c.fz * gz;
-      const auto put = [&](std::size_t offset, double w, double value) {
-        momentum[c.base + offset] += w * value;
-        sum[c.base + offset] += w;
-      };
-      const double x0 = 1.0 - c.fx, y0 = 1.0 - c.fy, z0 = 1.0 - c.fz;
-      put(0, x0 * y0 * z0, at_base);
-      put(c.dx, c.fx * y0 * z0, at_base + gx);
-      put(c.dy, x0 * c.fy * z0, at_base + gy);
-      put(c.dx + c.dy, c.fx * c.fy * z0, at_base + gx + gy);
-      put(c.dz, x0 * y0 * c.fz, at_base + gz);
-      put(c.dx + c.dz, c.fx * y0 * c.fz, at_base + gx + gz);
-      put(c.dy + c.dz, x0 * c.fy * c.fz, at_base + gy + gz);
-      put(c.dx + c.dy + c.dz, c.fx * c.fy * c.fz, at_base + gx + gy + gz);
+  kernels::Block3 at{};
+  kernels::Brought brought{};
+  for (std::size_t begin = first; begin < last; begin += kernels::kBlock) {
+    const int n = static_cast<int>(std::min<std::size_t>(last - begin, kernels::kBlock));
+    for (int b = 0; b < n; ++b) {
+      const Vector3d g = particles.x_m[begin + static_cast<std::size_t>(b)] / h;
+      at.x[b] = g.x();
+      at.y[b] = g.y();
+      at.z[b] = g.z();
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int b = 0; b < n; ++b) {
+        const std::size_t p = begin + static_cast<std::size_t>(b);
+        const Matrix3f& affine = particles.affine_per_s[p];
+        brought.value[b] = static_cast<double>(particles.v_m_s[p][axis]);
+        brought.slope.x[b] = h * static_cast<double>(affine(axis, 0));
+        brought.slope.y[b] = h * static_cast<double>(affine(axis, 1));
+        brought.slope.z[b] = h * static_cast<double>(affine(axis, 2));
+      }
+      kernels::splat(kernels::FaceView(u, axis), at, n, brought, sums[static_cast<std::size_t>(axis)].data());
     }
   }
 }
@@ -113,88 +98,147 @@ void splat_slab(const GridShape& shape, const Particles& particles, int slab, Ma
 }  // namespace
 
 void particles_to_faces(const GridShape& shape, const Particles& particles, MacGrid& u, MacGrid& weight) {
-  for (int axis = 0; axis < 3; ++axis) {
-    std::fill(u[axis].data().begin(), u[axis].data().end(), 0.0);
-    std::fill(weight[axis].data().begin(), weight[axis].data().end(), 0.0);
-  }
+  Sums sums;
+  for (int axis = 0; axis < 3; ++axis) sums[static_cast<std::size_t>(axis)].assign(2 * u[axis].size(), 0.0);
   // A particle reaches one layer of faces beyond its own cell: slabs of one parity share none.
   const int n_slabs = (shape.nz + kSlab - 1) / kSlab;
   for (int parity = 0; parity < 2; ++parity)
     parallel_for(static_cast<std::size_t>((n_slabs - parity + 1) / 2), 1, [&](std::size_t s, std::size_t) {
-      splat_slab(shape, particles, 2 * static_cast<int>(s) + parity, u, weight);
+      splat_slab(shape, particles, 2 * static_cast<int>(s) + parity, u, sums);
     });
   for (int axis = 0; axis < 3; ++axis) {
-    Field &momentum = u[axis], &sum = weight[axis];
-    parallel_for(momentum.size(), kGrain, [&](std::size_t first, std::size_t last) {
-      for (std::size_t f = first; f < last; ++f) momentum[f] = sum[f] > 1e-9 ? momentum[f] / sum[f] : 0.0;
+    const double* const sum = sums[static_cast<std::size_t>(axis)].data();
+    parallel_for(u[axis].size(), kGrain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t f = first; f < last; ++f) {
+        weight[axis][f] = sum[2 * f + 1];
+        u[axis][f] = sum[2 * f + 1] > 1e-9 ? sum[2 * f] / sum[2 * f + 1] : 0.0;
+      }
     });
   }
 }
 
 namespace {
 
-/// Value and slope of one component; with flip_share the particle keeps its own and takes the change.
-void take_component(const GridShape& shape, const ParticleUpdate& update, int axis, const Vector3d& g,
-                    Particles& particles, std::size_t p) {
-  const Corner c(update.u[axis], axis, g);
-  const double* const f = update.u[axis].data().data() + c.base;
-  const double f000 = f[0], f100 = f[c.dx], f010 = f[c.dy], f110 = f[c.dx + c.dy], f001 = f[c.dz],
-               f101 = f[c.dx + c.dz], f011 = f[c.dy + c.dz], f111 = f[c.dx + c.dy + c.dz];
-  const double a00 = f000 + c.fx * (f100 - f000), a10 = f010 + c.fx * (f110 - f010), a01 = f001 + c.fx * (f101 - f001),
-               a11 = f011 + c.fx * (f111 - f011);
-  const double b0 = a00 + c.fy * (a10 - a00), b1 = a01 + c.fy * (a11 - a01);
-  const double y0 = 1.0 - c.fy, z0 = 1.0 - c.fz;
-  const double slope_x =
-      z0 * (y0 * (f100 - f000) + c.fy * (f110 - f010)) + c.fz * (y0 * (f101 - f001) + c.fy * (f111 - f011));
-  const double slope_y = z0 * (a10 - a00) + c.fz * (a11 - a01);
-  const double slope_z = b1 - b0;
-  const double keep = 1.0 - update.flip_share, per = keep / shape.cell_m;
-  double value = b0 + c.fz * (b1 - b0);
-  if (update.flip_share > 0.0) {
-    const double moved = trilinear((*update.change)[axis], g.x() - (axis == 0 ? 0.0 : 0.5),
-                                   g.y() - (axis == 1 ? 0.0 : 0.5), g.z() - (axis == 2 ? 0.0 : 0.5));
-    value = keep * value + update.flip_share * (static_cast<double>(particles.v_m_s[p][axis]) + moved);
-  }
-  particles.v_m_s[p][axis] = static_cast<float>(value);
-  particles.affine_per_s[p].row(axis) = Eigen::RowVector3f(
-      static_cast<float>(per * slope_x), static_cast<float>(per * slope_y), static_cast<float>(per * slope_z));
-}
+using kernels::Block3;
+using kernels::kBlock;
 
 std::size_t cell_of(const GridShape& shape, const Vector3d& g) {
   const auto held = [](double value, int n) { return std::clamp(static_cast<int>(value), 0, n - 1); };
   return shape.index(held(g.x(), shape.nx), held(g.y(), shape.ny), held(g.z(), shape.nz));
 }
 
+/// Particles first, first + 1, ... of a block, and which of them are at the liquid.
+struct Gathered {
+  Block3 at;  // [cells]
+  std::array<bool, kBlock> wet{};
+  std::size_t first;
+  int n;
+  bool any_wet = false;
+  Gathered(const GridShape& shape, const Grid3<std::uint8_t>& at_liquid, const Particles& particles, std::size_t begin,
+           std::size_t end)
+      : first(begin), n(static_cast<int>(std::min<std::size_t>(end - begin, kBlock))) {
+    for (int b = 0; b < kBlock; ++b) {
+      const Vector3d g = particles.x_m[first + static_cast<std::size_t>(std::min(b, n - 1))] / shape.cell_m;
+      at.x[b] = g.x();
+      at.y[b] = g.y();
+      at.z[b] = g.z();
+      if (b >= n) continue;
+      wet[static_cast<std::size_t>(b)] = at_liquid[cell_of(shape, g)] != 0;
+      any_wet = any_wet || wet[static_cast<std::size_t>(b)];
+    }
+  }
+};
+
+void velocities(const MacGrid& u, const Block3& at, Block3& velocity) {
+  for (int axis = 0; axis < 3; ++axis) kernels::interpolate(kernels::FaceView(u, axis), at, velocity[axis]);
+}
+
+/// Moves a block's particles; k1 is their velocity, of those off the liquid nothing.
+void move_block(const GridShape& shape, const MacGrid& u, double step_s, const Gathered& block, const Block3& k1,
+                Particles& particles) {
+  Block3 k2{}, k3{}, way;
+  if (block.any_wet) {
+    const double half = 0.5 * step_s / shape.cell_m, three_quarters = 0.75 * step_s / shape.cell_m;
+    for (int axis = 0; axis < 3; ++axis)
+      for (int b = 0; b < kBlock; ++b) way[axis][b] = block.at[axis][b] + half * k1[axis][b];
+    velocities(u, way, k2);
+    for (int axis = 0; axis < 3; ++axis)
+      for (int b = 0; b < kBlock; ++b) way[axis][b] = block.at[axis][b] + three_quarters * k2[axis][b];
+    velocities(u, way, k3);
+  }
+  for (int b = 0; b < block.n; ++b) {
+    const std::size_t p = block.first + static_cast<std::size_t>(b);
+    Vector3d& x = particles.x_m[p];
+    if (!block.wet[static_cast<std::size_t>(b)]) {
+      x += step_s * particles.v_m_s[p].cast<double>();
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis)
+      x[axis] += step_s / 9.0 * (2.0 * k1[axis][b] + 3.0 * k2[axis][b] + 4.0 * k3[axis][b]);
+  }
+}
+
+/// Velocity and slopes of a block's particles from the faces. @param velocity  becomes that of the faces
+void update_block(const GridShape& shape, const ParticleUpdate& update, const Gathered& block, Block3& velocity,
+                  Particles& particles) {
+  Block3 slope, moved{};
+  const double keep = 1.0 - update.flip_share, per = keep / shape.cell_m;
+  if (block.any_wet && update.flip_share > 0.0) velocities(*update.change, block.at, moved);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (block.any_wet)
+      kernels::interpolate_with_slope(kernels::FaceView(update.u, axis), block.at, velocity[axis], slope);
+    for (int b = 0; b < block.n; ++b) {
+      if (!block.wet[static_cast<std::size_t>(b)]) continue;
+      const std::size_t p = block.first + static_cast<std::size_t>(b);
+      double value = velocity[axis][b];
+      if (update.flip_share > 0.0)
+        value = keep * value + update.flip_share * (static_cast<double>(particles.v_m_s[p][axis]) + moved[axis][b]);
+      particles.v_m_s[p][axis] = static_cast<float>(value);
+      Matrix3f& affine = particles.affine_per_s[p];
+      affine(axis, 0) = static_cast<float>(per * slope.x[b]);
+      affine(axis, 1) = static_cast<float>(per * slope.y[b]);
+      affine(axis, 2) = static_cast<float>(per * slope.z[b]);
+    }
+  }
+  for (int b = 0; b < block.n; ++b)
+    if (!block.wet[static_cast<std::size_t>(b)])
+      particles.v_m_s[block.first + static_cast<std::size_t>(b)] += update.kick_m_s;
+}
+
+template <class Body>
+void for_blocks(std::size_t begin, std::size_t end, const Body& body) {
+  parallel_for(end - begin, kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t p = begin + first; p < begin + last; p += kBlock) body(p, begin + last);
+  });
+}
+
 }  // namespace
 
 void faces_to_particles(const GridShape& shape, const ParticleUpdate& update, Particles& particles) {
-  parallel_for(particles.size(), kGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t p = first; p < last; ++p) {
-      const Vector3d g = particles.x_m[p] / shape.cell_m;
-      if (update.at_liquid[cell_of(shape, g)] == 0) {
-        particles.v_m_s[p] += update.kick_m_s;
-        continue;
-      }
-      for (int axis = 0; axis < 3; ++axis) take_component(shape, update, axis, g, particles, p);
-    }
+  for_blocks(0, particles.size(), [&](std::size_t first, std::size_t last) {
+    const Gathered block(shape, update.at_liquid, particles, first, last);
+    Block3 velocity;
+    update_block(shape, update, block, velocity, particles);
+  });
+}
+
+void move_particles(const GridShape& shape, const ParticleUpdate& update, double step_s, std::size_t begin,
+                    std::size_t end, Particles& particles) {
+  for_blocks(begin, end, [&](std::size_t first, std::size_t last) {
+    const Gathered block(shape, update.at_liquid, particles, first, last);
+    Block3 velocity{};
+    update_block(shape, update, block, velocity, particles);
+    move_block(shape, update.u, step_s, block, velocity, particles);
   });
 }
 
 void advect_particles(const GridShape& shape, const MacGrid& u, const Grid3<std::uint8_t>& at_liquid, double step_s,
                       Particles& particles) {
-  const double h = shape.cell_m;
-  parallel_for(particles.size(), kGrain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t p = first; p < last; ++p) {
-      Vector3d& x = particles.x_m[p];
-      if (at_liquid[cell_of(shape, x / h)] == 0) {
-        x += step_s * particles.v_m_s[p].cast<double>();
-        continue;
-      }
-      const Vector3d k1 = velocity_at(u, x, h);
-      const Vector3d k2 = velocity_at(u, x + 0.5 * step_s * k1, h);
-      const Vector3d k3 = velocity_at(u, x + 0.75 * step_s * k2, h);
-      x += step_s / 9.0 * (2.0 * k1 + 3.0 * k2 + 4.0 * k3);
-    }
+  for_blocks(0, particles.size(), [&](std::size_t first, std::size_t last) {
+    const Gathered block(shape, at_liquid, particles, first, last);
+    Block3 velocity{};
+    if (block.any_wet) velocities(u, block.at, velocity);
+    move_block(shape, u, step_s, block, velocity, particles);
   });
 }
 

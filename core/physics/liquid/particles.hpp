@@ -40,6 +40,10 @@ struct ParticleUpdate {
 };
 void faces_to_particles(const GridShape& shape, const ParticleUpdate& update, Particles& particles);
 
+/// faces_to_particles() and advect_particles() of particles [begin, end) in one pass.
+void move_particles(const GridShape& shape, const ParticleUpdate& update, double step_s, std::size_t begin,
+                    std::size_t end, Particles& particles);
+
 /// Along u, third order (Ralston); particles off the liquid straight on.
 void advect_particles(const GridShape& shape, const MacGrid& u, const Grid3<std::uint8_t>& at_liquid, double step_s,
                       Particles& particles);

@@ -44,6 +44,20 @@ double Solid::volume_m3() const {
   return shape == SolidShape::kSphere ? 4.0 / 3.0 * kPi * radius_m * radius_m * radius_m : size_m.prod();
 }
 
+double Solid::outer_radius_m() const {
+  switch (shape) {
+    case SolidShape::kSphere:
+      return radius_m;
+    case SolidShape::kBox:
+      return 0.5 * size_m.norm();
+    case SolidShape::kCylinder:
+      return std::hypot(radius_m, 0.5 * size_m.x());
+    case SolidShape::kHalfSpace:
+      break;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
 double positive_area(double a, double b, double c, double d) {
   const auto triangle = [](double p, double q, double r) {  // share of a triangle that is positive
     if (p > q) std::swap(p, q);

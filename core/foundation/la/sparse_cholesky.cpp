@@ -1,12 +1,11 @@
 #include "core/foundation/la/sparse_cholesky.hpp"
 
-#include <cholmod.h>
-
 #include <algorithm>
 #include <mutex>
 #include <optional>
 
 #include "core/foundation/base/check.hpp"
+#include "core/foundation/la/detail/cholmod_session.hpp"
 #include "core/foundation/la/supernodal_solve.hpp"
 
 namespace klang::la {
@@ -20,35 +19,6 @@ constexpr Eigen::Index kOwnSolveFrom = 3;  // columns
 // METIS draws from the C library's rand(), which it seeds at each call: two at a time would take each other's numbers, and
 // the order, and with it the last bits of every solution, would change from run to run.
 std::mutex metis_mutex;
-
-// CHOLMOD reads, and never writes, what a shallow view of type cholmod_sparse points at.
-cholmod_sparse view(const Lower& lower) {
-  cholmod_sparse a{};
-  a.nrow = static_cast<std::size_t>(lower.rows());
-  a.ncol = static_cast<std::size_t>(lower.cols());
-  a.nzmax = static_cast<std::size_t>(lower.nonZeros());
-  a.p = const_cast<int*>(lower.outerIndexPtr());
-  a.i = const_cast<int*>(lower.innerIndexPtr());
-  a.x = const_cast<double*>(lower.valuePtr());
-  a.stype = -1;
-  a.itype = CHOLMOD_INT;
-  a.xtype = CHOLMOD_REAL;
-  a.dtype = CHOLMOD_DOUBLE;
-  a.sorted = 1;
-  a.packed = 1;
-  return a;
-}
-
-struct Common {
-  cholmod_common value;
-  Common() {
-    cholmod_start(&value);
-    value.print = 0;
-    value.error_handler = nullptr;
-    value.try_catch = 1;  // failures are returned, not printed
-  }
-  ~Common() { cholmod_finish(&value); }
-};
 
 }  // namespace
 
@@ -66,7 +36,7 @@ std::vector<int> block_ordering(const Lower& lower) {
     }
     start[j + 1] = static_cast<int>(row.size());
   }
-  Common common;
+  detail::CholmodSession session;
   cholmod_sparse graph{};
   graph.nrow = graph.ncol = static_cast<std::size_t>(n_nodes);
   graph.nzmax = row.size();
@@ -81,9 +51,9 @@ std::vector<int> block_ordering(const Lower& lower) {
   int done = 0;
   if (n_nodes > kAmdLimitNodes) {
     const std::lock_guard lock(metis_mutex);
-    done = cholmod_metis(&graph, nullptr, 0, 1, nodes.data(), &common.value);
+    done = cholmod_metis(&graph, nullptr, 0, 1, nodes.data(), &session.common);
   }
-  if (!done) done = cholmod_amd(&graph, nullptr, 0, nodes.data(), &common.value);
+  if (!done) done = cholmod_amd(&graph, nullptr, 0, nodes.data(), &session.common);
   if (!done) {
     for (int i = 0; i < n_nodes; ++i) nodes[i] = i;
   }
@@ -95,7 +65,8 @@ std::vector<int> block_ordering(const Lower& lower) {
 }
 
 struct SparseCholesky::State {
-  Common common;
+  detail::CholmodSession session;
+  cholmod_common& common = session.common;
   cholmod_factor* factor = nullptr;
   std::optional<SupernodalSolve> many_columns;
   cholmod_dense* y = nullptr;  // workspace that cholmod_solve2 keeps between calls
@@ -104,10 +75,10 @@ struct SparseCholesky::State {
 
   void release() {
     many_columns.reset();
-    cholmod_free_factor(&factor, &common.value);
-    cholmod_free_dense(&y, &common.value);
-    cholmod_free_dense(&e, &common.value);
-    cholmod_free_dense(&x, &common.value);
+    cholmod_free_factor(&factor, &common);
+    cholmod_free_dense(&y, &common);
+    cholmod_free_dense(&e, &common);
+    cholmod_free_dense(&x, &common);
   }
   ~State() { release(); }
 };
@@ -117,20 +88,10 @@ SparseCholesky::~SparseCholesky() = default;
 
 bool SparseCholesky::factor(const Lower& lower, const std::vector<int>& order) {
   state_->release();
-  cholmod_common& common = state_->common.value;
-  common.supernodal = CHOLMOD_SUPERNODAL;
-  common.nmethods = 1;
-  common.method[0].ordering = CHOLMOD_GIVEN;
-  common.postorder = 1;
-  common.final_ll = 1;
-  // Blocks of 3 make CHOLMOD's own supernodes short: merging more of them costs a tenth more entries and saves a tenth
-  // or more of the time.
-  common.nrelax[0] = 16;
-  common.nrelax[1] = 64;
-  common.nrelax[2] = 256;
-  cholmod_sparse a = view(lower);
-  state_->factor = cholmod_analyze_p(&a, const_cast<int*>(order.data()), nullptr, 0, &common);
+  cholmod_common& common = state_->common;
+  state_->factor = state_->session.analyse_supernodal(lower, order);
   if (state_->factor == nullptr) return false;
+  cholmod_sparse a = detail::cholmod_view(lower);
   const int done = cholmod_factorize(&a, state_->factor, &common);
   if (!done || common.status != CHOLMOD_OK || state_->factor->minor != state_->factor->n) return false;
   state_->many_columns.emplace(*state_->factor);
@@ -157,7 +118,7 @@ void SparseCholesky::solve(const double* b, double* x, Eigen::Index n_columns) {
   rhs.xtype = CHOLMOD_REAL;
   rhs.dtype = CHOLMOD_DOUBLE;
   const int done = cholmod_solve2(CHOLMOD_A, state_->factor, &rhs, nullptr, &state_->x, nullptr, &state_->y, &state_->e,
-                                  &state_->common.value);
+                                  &state_->common);
   KLANG_CHECK(done, "out of memory in a triangular solve");
   const double* from = static_cast<const double*>(state_->x->x);
   std::copy(from, from + rhs.nzmax, x);
@@ -174,7 +135,7 @@ double SparseCholesky::n_factor_entries() const {
 }
 
 const char* SparseCholesky::message() const {
-  switch (state_->common.value.status) {
+  switch (state_->common.status) {
     case CHOLMOD_OK:
       return "ok";
     case CHOLMOD_NOT_POSDEF:

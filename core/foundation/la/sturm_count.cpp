@@ -4,6 +4,8 @@
 
 #include <mutex>
 
+#include "core/foundation/la/detail/pivot_signs.hpp"
+
 namespace klang::la {
 namespace {
 
@@ -43,9 +45,10 @@ class Mumps {
   DMUMPS_STRUC_C id_{};
 };
 
-}  // namespace
+// How much worse than a Cholesky factor's the round-off may be: the modes next to a shift are told apart by far more.
+constexpr double kGrowthLimit = 1e3;
 
-std::optional<long> n_negative_eigenvalues(const SparseMatrix& lower, const std::vector<int>& order) {
+std::optional<long> n_negative_with_exchanges(const SparseMatrix& lower, const std::vector<int>& order) {
   const std::lock_guard lock(mumps_mutex);
   const auto n = static_cast<int>(lower.rows());
   std::vector<int> row(lower.nonZeros()), column(lower.nonZeros()), position(n);
@@ -75,6 +78,14 @@ std::optional<long> n_negative_eigenvalues(const SparseMatrix& lower, const std:
     if (mumps.infog(1) != -8 && mumps.infog(1) != -9) break;  // anything but too little workspace
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<long> n_negative_eigenvalues(const SparseMatrix& lower, const std::vector<int>& order) {
+  const auto signs = detail::pivot_signs(lower, order);
+  if (signs && signs->growth <= kGrowthLimit) return signs->n_negative;
+  return n_negative_with_exchanges(lower, order);
 }
 
 }  // namespace klang::la

@@ -6,9 +6,10 @@
 
 namespace klang::la {
 
-/// Number of negative eigenvalues of a symmetric matrix given by its lower triangle, from the inertia of its
-/// L D L^T factor (MUMPS, 2 x 2 pivots; Sylvester's law). Empty when the factorisation fails or meets a null
-/// pivot. order: a fill-reducing order, order[k] = row that comes k-th.
+/// Number of negative eigenvalues of a symmetric matrix given by its lower triangle, from the signs of D of its L D L^T
+/// factor (Sylvester's law of inertia): without exchanges of rows where round-off grows to at most 1000 times that of a
+/// Cholesky factor, which is so for K - shift M of a body; else by MUMPS with 2 x 2 pivots. Empty when both fail or meet a
+/// null pivot. order: a fill-reducing order, order[k] = row that comes k-th.
 std::optional<long> n_negative_eigenvalues(const SparseMatrix& lower, const std::vector<int>& order);
 
 }  // namespace klang::la

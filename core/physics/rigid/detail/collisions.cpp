@@ -1,10 +1,16 @@
 #include "core/physics/rigid/detail/collisions.hpp"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/NarrowPhaseCollision/btPolyhedralContactClipping.h>
+#include <LinearMath/btConvexHullComputer.h>
 #include <btBulletCollisionCommon.h>
 
 #include <algorithm>
 #include <map>
+#include <new>
 #include <tuple>
+
+#include "core/physics/rigid/detail/hull_axis.hpp"
 
 namespace klang::rigid::detail {
 namespace {
@@ -25,8 +31,11 @@ struct OtherBodies : btOverlapFilterCallback {
 
 struct Part {
   int body = 0, number = 0;
-  Eigen::Matrix3Xd corners;  // from the centre of mass, body axes; of a ball none
+  Eigen::Matrix3Xd corners;   // from the centre of mass, body axes; of a ball none
+  Eigen::Matrix3Xd on_floor;  // corners that no earlier part of the body has
+  double floor_radius = 0.0;  // of the farthest of these
   double radius = 0.0;
+  std::unique_ptr<HullFeatures> features;
   std::unique_ptr<btConvexShape> shape;
   std::unique_ptr<btCollisionObject> object;
 };
@@ -39,6 +48,111 @@ std::unique_ptr<btConvexShape> hull_of(const Eigen::Matrix3Xd& corners) {
   Eigen::Matrix3Xd spread = corners.colwise() - corners.rowwise().mean();
   if (corners.cols() >= 4 && (spread * spread.transpose()).determinant() > 0) hull->initializePolyhedralFeatures();
   return hull;
+}
+
+HullFeatures features_of(const Eigen::Matrix3Xd& corners) {
+  btConvexHullComputer hull;
+  hull.compute(corners.data(), static_cast<int>(3 * sizeof(double)), static_cast<int>(corners.cols()), 0.0, 0.0);
+  std::vector<std::vector<int>> faces;
+  for (int f = 0; f < hull.faces.size(); ++f) {
+    std::vector<int> face;
+    const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[f]];
+    const btConvexHullComputer::Edge* edge = first;
+    do {
+      face.push_back(hull.original_vertex_index[edge->getSourceVertex()]);
+      edge = edge->getNextEdgeOfFace();
+    } while (edge != first);
+    faces.push_back(std::move(face));
+  }
+  return {corners, faces};
+}
+
+Eigen::Isometry3d isometry(const btTransform& from) {
+  Eigen::Isometry3d to = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < 3; ++i) {
+    to.translation()[i] = from.getOrigin()[i];
+    for (int j = 0; j < 3; ++j) to.linear()(i, j) = from.getBasis()[i][j];
+  }
+  return to;
+}
+
+/// Two hulls: the axis along which they overlap least, then Bullet's clipped faces. Most pairs whose boxes meet are parted by the
+/// axis that parted them a step ago.
+class HullPair : public btCollisionAlgorithm {
+ public:
+  HullPair(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* first,
+           const btCollisionObject* second)
+      : btCollisionAlgorithm(info), manifold_(m_dispatcher->getNewManifold(first, second)) {}
+  ~HullPair() override { m_dispatcher->releaseManifold(manifold_); }
+  HullPair(const HullPair&) = delete;
+  HullPair& operator=(const HullPair&) = delete;
+
+  void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
+                        const btDispatcherInfo&, btManifoldResult* result) override {
+    result->setPersistentManifold(manifold_);
+    const HullFeatures& a = features(first);
+    const HullFeatures& b = features(second);
+    const Eigen::Isometry3d place_a = isometry(first->getWorldTransform());
+    const Eigen::Isometry3d b_to_a = place_a.inverse() * isometry(second->getWorldTransform());
+    if (gap_along(a, b, b_to_a, parted_) > 0) return;
+    const HullAxis axis = hull_axis(a, b, b_to_a);
+    if (axis.gap > 0) {
+      parted_ = axis.normal;
+      return;
+    }
+    const double threshold = manifold_->getContactBreakingThreshold();
+    btVertexArray corners, scratch;
+    btPolyhedralContactClipping::clipHullAgainstHull(
+        bullet(place_a.linear() * axis.normal), polyhedron(first), polyhedron(second), first->getWorldTransform(),
+        second->getWorldTransform(), -1e30, threshold, corners, scratch, *result);
+  }
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                 btManifoldResult*) override {
+    return 1.0;
+  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
+
+ private:
+  static const HullFeatures& features(const btCollisionObjectWrapper* of) {
+    return *static_cast<const HullFeatures*>(of->getCollisionObject()->getUserPointer());
+  }
+  static const btConvexPolyhedron& polyhedron(const btCollisionObjectWrapper* of) {
+    return *static_cast<const btPolyhedralConvexShape*>(of->getCollisionShape())->getConvexPolyhedron();
+  }
+  btPersistentManifold* manifold_;
+  Vector3d parted_ = Vector3d::UnitZ();  // in the first one's frame
+};
+
+struct MakeHullPair : btCollisionAlgorithmCreateFunc {
+  btCollisionAlgorithmCreateFunc* flat = nullptr;  // for hulls without volume
+  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                 const btCollisionObjectWrapper* first,
+                                                 const btCollisionObjectWrapper* second) override {
+    if (first->getCollisionObject()->getUserPointer() == nullptr ||
+        second->getCollisionObject()->getUserPointer() == nullptr)
+      return flat->CreateCollisionAlgorithm(info, first, second);
+    return new (info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HullPair)))
+        HullPair(info, first->getCollisionObject(), second->getCollisionObject());
+  }
+};
+
+btDefaultCollisionConstructionInfo room_for_pairs() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_customCollisionAlgorithmMaxElementSize = sizeof(HullPair);
+  return info;
+}
+
+/// Parts that meet share corners, which touch the floor once.
+Eigen::Matrix3Xd corners_of_its_own(const Eigen::Matrix3Xd& corners, const std::vector<Part>& earlier) {
+  const double near = 1e-9 * corners.colwise().norm().maxCoeff();
+  std::vector<Eigen::Index> own;
+  for (Eigen::Index i = 0; i < corners.cols(); ++i) {
+    const bool known = std::any_of(earlier.begin(), earlier.end(), [&](const Part& part) {
+      return part.on_floor.cols() > 0 && (part.on_floor.colwise() - corners.col(i)).colwise().norm().minCoeff() <= near;
+    });
+    if (!known) own.push_back(i);
+  }
+  return corners(Eigen::all, own);
 }
 
 Contact contact_of(const btManifoldPoint& point, const btCollisionObject* first, const btCollisionObject* second) {
@@ -67,14 +181,16 @@ void add_floor_contacts(const Part& part, const BodyState& body, double slop, st
     contacts.push_back(c);
   };
   if (part.radius > 0) return add(body.centre - part.radius * Vector3d::UnitZ());
+  if (body.centre.z() - part.floor_radius > slop) return;
   const Eigen::Matrix3d r = body.turn.toRotationMatrix();
-  for (Eigen::Index i = 0; i < part.corners.cols(); ++i) add(body.centre + r * part.corners.col(i));
+  for (Eigen::Index i = 0; i < part.on_floor.cols(); ++i) add(body.centre + r * part.on_floor.col(i));
 }
 
 }  // namespace
 
 struct Collisions::Bullet {
-  btDefaultCollisionConfiguration configuration;
+  btDefaultCollisionConfiguration configuration{room_for_pairs()};
+  MakeHullPair make_pair;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   OtherBodies filter;
@@ -88,6 +204,9 @@ struct Collisions::Bullet {
     dispatcher.registerCollisionCreateFunc(
         SPHERE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE,
         configuration.getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE));
+    make_pair.flat =
+        configuration.getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE);
+    dispatcher.registerCollisionCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, &make_pair);
     world.getDispatchInfo().m_enableSatConvex = true;  // a face gives all its corners, not one point per step
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
   }
@@ -108,6 +227,7 @@ void Collisions::add(int body, const RigidBodySpec& spec, double scale, bool mov
     part.number = static_cast<int>(parts.size());
     part.object = std::make_unique<btCollisionObject>();
     part.object->setCollisionShape(part.shape.get());
+    part.object->setUserPointer(part.features.get());
     part.object->setUserIndex(body);
     part.object->setUserIndex2(part.number);
     part.object->setCollisionFlags(moves ? 0 : btCollisionObject::CF_STATIC_OBJECT);  // static unless told
@@ -124,6 +244,10 @@ void Collisions::add(int body, const RigidBodySpec& spec, double scale, bool mov
     Part part;
     part.corners = scale * (given.corners_m.colwise() - spec.centre_m);
     part.shape = hull_of(part.corners);
+    if (static_cast<const btConvexHullShape*>(part.shape.get())->getConvexPolyhedron() != nullptr)
+      part.features = std::make_unique<HullFeatures>(features_of(part.corners));
+    part.on_floor = corners_of_its_own(part.corners, parts);
+    if (part.on_floor.cols() > 0) part.floor_radius = part.on_floor.colwise().norm().maxCoeff();
     add_part(std::move(part));
   }
 }

@@ -62,34 +62,131 @@ Vector3d mobility(const Contact& c, const Bodies& bodies) {
   return k;
 }
 
+namespace {
+
+/// One axis of a contact: what a unit impulse along it does to a body, and how the body's motion shows along it.
+struct Arm {
+  Vector3d direction, turning;      // u = direction . v + turning . w
+  Vector3d kick, spin_per_impulse;  // v += kick J, w += spin_per_impulse J
+};
+
+/// A contact as the sweeps need it.
+struct Row {
+  Contact* contact = nullptr;
+  BodyState* body[2] = {nullptr, nullptr};  // null: does not move
+  Arm arm[2][3];
+  Vector3d still = Vector3d::Zero();  // what bodies that do not move add to u
+  Vector3d mobility = Vector3d::Zero();
+  Vector3d* impulse = nullptr;
+  int island = 0;
+
+  double speed(int axis) const {
+    double u = still[axis];
+    for (int side = 0; side < 2; ++side)
+      if (body[side] != nullptr)
+        u += arm[side][axis].direction.dot(body[side]->velocity) + arm[side][axis].turning.dot(body[side]->spin);
+    return u;
+  }
+  void push(int axis, double by) {
+    for (int side = 0; side < 2; ++side) {
+      if (body[side] == nullptr) continue;
+      body[side]->velocity += by * arm[side][axis].kick;
+      body[side]->spin += by * arm[side][axis].spin_per_impulse;
+    }
+  }
+  double sweep();
+};
+
+/// The largest change of a velocity.
+double Row::sweep() {
+  Vector3d& sum = *impulse;
+  const double normal = std::max(0.0, sum[0] - (speed(0) - contact->target) / mobility[0]) - sum[0];
+  if (normal != 0) push(0, normal);
+  sum[0] += normal;
+  const double across = std::max(mobility[1], mobility[2]), limit = contact->friction * sum[0];
+  if (!(limit > 0) && sum[1] == 0 && sum[2] == 0) return std::abs(normal) * mobility[0];
+  Eigen::Vector2d next = sum.tail<2>() - Eigen::Vector2d(speed(1), speed(2)) / across;
+  if (next.norm() > limit) next *= limit / next.norm();
+  const Eigen::Vector2d step = next - sum.tail<2>();
+  push(1, step[0]);
+  push(2, step[1]);
+  sum.tail<2>() = next;
+  return std::max(std::abs(normal) * mobility[0], step.norm() * across);
+}
+
+Row row_of(Contact& c, Vector3d Contact::*impulse, Bodies& bodies) {
+  Row row;
+  row.contact = &c;
+  row.impulse = &(c.*impulse);
+  for (int side = 0; side < 2; ++side) {
+    const int number = side == 0 ? c.a : c.b;
+    if (number < 0) continue;
+    BodyState& body = bodies.all[static_cast<std::size_t>(number)];
+    const Vector3d& place = side == 0 ? c.arm_a : c.arm_b;
+    const double sign = side == 0 ? 1.0 : -1.0;
+    if (body.fixed()) {
+      row.still += sign * (c.axes.transpose() * (body.velocity + body.spin.cross(place)));
+      continue;
+    }
+    row.body[side] = &body;
+    const Eigen::Matrix3d& inverse = bodies.inverse_inertia[static_cast<std::size_t>(number)];
+    for (int axis = 0; axis < 3; ++axis) {
+      Arm& arm = row.arm[side][axis];
+      arm.direction = sign * c.axes.col(axis);
+      arm.turning = place.cross(arm.direction);
+      arm.kick = body.inverse_mass * arm.direction;
+      arm.spin_per_impulse = inverse * arm.turning;
+      row.mobility[axis] += body.inverse_mass + arm.turning.dot(arm.spin_per_impulse);
+    }
+  }
+  return row;
+}
+
+/// Numbers the groups of contacts that share no moving body.
+void find_islands(std::vector<Row>& rows, std::size_t n_bodies, const BodyState* first) {
+  std::vector<int> parent(n_bodies);
+  for (std::size_t i = 0; i < n_bodies; ++i) parent[i] = static_cast<int>(i);
+  const auto root = [&](int i) {
+    while (parent[static_cast<std::size_t>(i)] != i) {
+      int& up = parent[static_cast<std::size_t>(i)];
+      up = parent[static_cast<std::size_t>(up)];
+      i = up;
+    }
+    return i;
+  };
+  const auto number = [&](const BodyState* body) { return static_cast<int>(body - first); };
+  for (const Row& row : rows)
+    if (row.body[0] != nullptr && row.body[1] != nullptr)
+      parent[static_cast<std::size_t>(root(number(row.body[0])))] = root(number(row.body[1]));
+  for (Row& row : rows) {
+    const BodyState* moving = row.body[0] != nullptr ? row.body[0] : row.body[1];
+    row.island = moving == nullptr ? -1 : root(number(moving));
+  }
+}
+
+}  // namespace
+
 double solve_contacts(std::span<Contact* const> contacts, Vector3d Contact::*impulse, int sweeps, double tolerance,
                       Bodies& bodies) {
-  std::vector<Vector3d> mobilities(contacts.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i) mobilities[i] = mobility(*contacts[i], bodies);
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    double change = 0.0;
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-      Contact& c = *contacts[i];
-      const Vector3d& k = mobilities[i];
-      Vector3d& sum = c.*impulse;
-      Vector3d u = relative_velocity(c, bodies);
-      const double normal = std::max(0.0, sum[0] - (u[0] - c.target) / k[0]) - sum[0];
-      push(c, {normal, 0.0, 0.0}, bodies);
-      sum[0] += normal;
-      u = relative_velocity(c, bodies);
-      const double across = std::max(k[1], k[2]), limit = c.friction * sum[0];
-      Eigen::Vector2d next = sum.tail<2>() - u.tail<2>() / across;
-      if (next.norm() > limit) next *= limit / next.norm();
-      const Eigen::Vector2d step = next - sum.tail<2>();
-      push(c, {0.0, step[0], step[1]}, bodies);
-      sum.tail<2>() = next;
-      change = std::max({change, std::abs(normal) * k[0], step.norm() * across});
-    }
-    if (change <= tolerance) break;
-  }
+  std::vector<Row> rows;
+  rows.reserve(contacts.size());
+  for (Contact* contact : contacts) rows.push_back(row_of(*contact, impulse, bodies));
+  find_islands(rows, bodies.all.size(), bodies.all.data());
+  std::vector<Row*> order;
+  for (Row& row : rows) order.push_back(&row);
+  std::stable_sort(order.begin(), order.end(), [](const Row* x, const Row* y) { return x->island < y->island; });
   double worst = 0.0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    worst = std::max(worst, violation(*contacts[i], contacts[i]->*impulse, mobilities[i], bodies));
+  for (std::size_t first = 0, last = 0; first < order.size(); first = last) {
+    while (last < order.size() && order[last]->island == order[first]->island) ++last;
+    if (order[first]->island < 0) continue;  // nothing there moves
+    const std::span<Row* const> island(order.data() + first, last - first);
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      double change = 0.0;
+      for (Row* row : island) change = std::max(change, row->sweep());
+      if (change <= tolerance) break;
+    }
+    for (const Row* row : island)
+      worst = std::max(worst, violation(*row->contact, *row->impulse, row->mobility, bodies));
   }
   return worst;
 }

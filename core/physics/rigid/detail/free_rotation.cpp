@@ -39,7 +39,11 @@ void rotate_freely(BodyState& body, double h) {
   const Vector3d world = body.angular_momentum();
   Vector3d l = body.turn.conjugate() * world;
   const double outer = 1 / (4 - std::cbrt(4.0)), inner = 1 - 4 * outer;
-  for (const double share : {outer, outer, inner, outer, outer}) midpoint_step(body, l, body.turn, share * h);
+  if (std::pow(h * body.spin.norm(), 3) < 1e-16) {
+    midpoint_step(body, l, body.turn, h);  // its error, of third order in the angle, is round-off
+  } else {
+    for (const double share : {outer, outer, inner, outer, outer}) midpoint_step(body, l, body.turn, share * h);
+  }
   // From the momentum of the world, so that its round-off does not add up over the steps.
   const Eigen::Matrix3d r = body.turn.toRotationMatrix();
   body.spin = r * (body.inverse_inertia * (r.transpose() * world));

@@ -1,0 +1,43 @@
+#pragma once
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+namespace klang::rigid::detail {
+
+/// Faces and edges of a convex polyhedron, from which axes come that may part it from another.
+struct HullFeatures {
+  struct Edge {
+    Eigen::Vector3d from = Eigen::Vector3d::Zero(),
+                    along = Eigen::Vector3d::Zero();  ///< a corner, and the way to the other
+    Eigen::Vector3d left = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::Zero();  ///< normals of its two faces
+  };
+  Eigen::Matrix3Xd corners;
+  Eigen::Matrix3Xd normals;  ///< of faces, unit, out of it
+  Eigen::VectorXd offsets;   ///< normal . x of the face's plane
+  std::vector<Edge> edges;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< mean of the corners
+  bool whole = false;                                ///< every edge has its two faces
+
+  /// @param faces  corners of each face in turn; nearly coplanar triangles merged or not
+  HullFeatures() = default;
+  HullFeatures(const Eigen::Matrix3Xd& corners, const std::vector<std::vector<int>>& faces);
+};
+
+/// The axis along which two hulls overlap least.
+struct HullAxis {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from b to a, in the frame of the call
+  double gap = 0.0;                                   ///< along it; negative: overlap
+};
+
+/// Distance of a's nearest corner over b's farthest along a unit normal that points from b to a.
+/// @param b_to_a  place of b in a's frame, in which the normal is, too
+double gap_along(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a,
+                 const Eigen::Vector3d& normal);
+
+/// By the faces of the Minkowski difference: faces of either hull, and pairs of edges whose arcs of normals cross (Gregorius 2013,
+/// "The separating axis test between convex polyhedra"). Ends at the first axis that parts the two.
+/// @param b_to_a  place of b in a's frame; the result is in a's frame
+HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a);
+
+}  // namespace klang::rigid::detail

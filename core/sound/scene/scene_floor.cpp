@@ -57,10 +57,14 @@ FloorContacts floor_contacts(const events::EventLog& log) {
     place.z() = 0.0;
     events::Impulse row = impulse;
     row.body = contacts.place_of(place);
+    row.other = impulse.body;  // whose contact it is
     row.point_m.setZero();
     row.impulse_n_s = {0.0, 0.0, -(pose.orientation() * impulse.impulse_n_s).z()};
     contacts.log.impulses.push_back(row);
   }
+  const auto first = static_cast<int>(contacts.log.bodies.size());
+  for (const events::Body& body : log.bodies) contacts.log.bodies.push_back({"from " + body.name, -1});
+  for (events::Impulse& row : contacts.log.impulses) row.other += first;
   return contacts;
 }
 

@@ -21,17 +21,23 @@ bool is_held(const events::Impulse& impulse) {
   return impulse.shape == events::PulseShape::kHeld && impulse.duration_s > 0.0;
 }
 
-/// Points of a step that begin at the same time and last as long are one force.
-std::vector<Step> steps_of(const events::EventLog& log, int body, const ModalPush& push, const PushedModes& modes) {
-  std::map<std::pair<double, double>, VectorXd> forces;
+/// Whom a contact is with, and how long its steps are: a polygon of its own each, since bodies that are moved in smaller steps
+/// have corners where others have none.
+using Contact = std::pair<int, double>;
+
+/// Points of one contact that begin at the same time are one force.
+std::map<Contact, std::vector<Step>> steps_of(const events::EventLog& log, int body, const ModalPush& push,
+                                              const PushedModes& modes) {
+  std::map<Contact, std::map<double, VectorXd>> forces;
   for (const events::Impulse& impulse : log.impulses) {
     if (impulse.body != body || !is_held(impulse)) continue;
     const VectorXd force = push(impulse.point_m, impulse.impulse_n_s)(modes.numbers) / impulse.duration_s;
-    const auto [entry, is_first] = forces.try_emplace({impulse.time_s, impulse.duration_s}, force);
+    const auto [entry, is_first] = forces[{impulse.other, impulse.duration_s}].try_emplace(impulse.time_s, force);
     if (!is_first) entry->second += force;
   }
-  std::vector<Step> steps;
-  for (auto& [time, force] : forces) steps.push_back({time.first, time.second, std::move(force)});
+  std::map<Contact, std::vector<Step>> steps;
+  for (auto& [contact, its] : forces)
+    for (auto& [time_s, force] : its) steps[contact].push_back({time_s, contact.second, std::move(force)});
   return steps;
 }
 
@@ -63,13 +69,8 @@ void add_run(const std::vector<Corner>& corners, const PushedModes& modes, std::
   }
 }
 
-}  // namespace
-
-std::vector<ModalImpulse> held_impulses(const events::EventLog& log, int body, const ModalPush& push,
-                                        const PushedModes& modes) {
-  const std::vector<Step> steps = steps_of(log, body, push, modes);
-  const double end_s = last_held_s(log);
-  std::vector<ModalImpulse> impulses;
+void add_contact(const std::vector<Step>& steps, double end_s, const PushedModes& modes,
+                 std::vector<ModalImpulse>& impulses) {
   for (std::size_t first = 0, last = 0; first < steps.size(); first = last) {
     std::vector<Corner> corners;
     const double before_s = steps[first].duration_s;
@@ -84,6 +85,17 @@ std::vector<ModalImpulse> held_impulses(const events::EventLog& log, int body, c
       corners.push_back({final.middle_s() + final.duration_s, VectorXd::Zero(final.force.size())});
     add_run(corners, modes, impulses);
   }
+}
+
+}  // namespace
+
+std::vector<ModalImpulse> held_impulses(const events::EventLog& log, int body, const ModalPush& push,
+                                        const PushedModes& modes) {
+  const double end_s = last_held_s(log);
+  std::vector<ModalImpulse> impulses;
+  for (const auto& [contact, steps] : steps_of(log, body, push, modes)) add_contact(steps, end_s, modes, impulses);
+  std::stable_sort(impulses.begin(), impulses.end(),
+                   [](const ModalImpulse& x, const ModalImpulse& y) { return x.time_s < y.time_s; });
   return impulses;
 }
 

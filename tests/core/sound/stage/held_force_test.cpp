@@ -136,5 +136,21 @@ TEST(HeldForce, PointsOfOneStepAddUpAndStepsThatAreApartAreTwoContacts) {
   EXPECT_GE(held_impulses(whole, 0, unit_push, mode(500.0, 1.0)).size(), n_of_one_contact + 1);
 }
 
+TEST(HeldForce, ContactsInStepsOfDifferentLengthsDoNotShareAPolygon) {
+  // A body that rests under two others, one of which is moved in steps half as long: silent, as under each alone.
+  events::EventLog log = held([](double) { return 9.81; }, 0.0, 0.2);
+  log.bodies = {{"body", -1}, {"first", -1}, {"second", -1}};
+  for (events::Impulse& impulse : log.impulses) impulse.other = 1;
+  for (int i = 0; i < std::lround(2 * 0.2 * kRateHz); ++i) {
+    events::Impulse impulse = log.impulses.front();
+    impulse.other = 2;
+    impulse.time_s = 0.5 * i * kStepS;
+    impulse.duration_s = 0.5 * kStepS;
+    impulse.impulse_n_s = {0.0, 0.0, 0.5 * kStepS * 3.0};
+    log.impulses.push_back(impulse);
+  }
+  EXPECT_TRUE(held_impulses(log, 0, unit_push, mode(3000.0, 10.0)).empty());
+}
+
 }  // namespace
 }  // namespace klang::stage

@@ -15,16 +15,18 @@ namespace {
 struct PapersCommand {
   std::string output;
   std::string markdown;
+  std::string scenes;
 };
 
 int run_papers(const PapersCommand& command, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   std::unique_ptr<OutputDirectory> out;
   if (!command.output.empty()) out = std::make_unique<OutputDirectory>(command.output);
-  const validate::PaperTables tables = validate::run_papers(monitor);
+  const validate::PaperTables tables = validate::run_papers(monitor, command.scenes);
 
   const nlohmann::json json = json_of(validate::papers_document(
-      make_header("papers", tables.passed() ? "passed" : "not_passed", common, nlohmann::json::object(), {}), tables));
+      make_header("papers", tables.passed() ? "passed" : "not_passed", common, {{"scenes", command.scenes}}, {}),
+      tables));
   if (out) {
     write_file(out->staging() / "papers.json", json_text(json));
     write_file(out->staging() / "junit.xml", validate::junit_xml("klang validate papers", validate::claims_of(tables)));
@@ -42,6 +44,11 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
     if (n.reference) say(common, " reference %.6g", *n.reference);
     say(common, "\n");
   }
+  for (const validate::PaperScene& scene : tables.scenes) {
+    if (!scene.ours) continue;
+    say(common, "%-12s  %-34s printed %-11s ours %-11.6g %s\n", to_text(scene.verdict).c_str(), scene.scene.c_str(),
+        scene.printed ? to_text(*scene.printed).c_str() : "-", *scene.ours, scene.quantity.c_str());
+  }
   say(common, "%s: %zu numbers\n", tables.passed() ? "passed" : "NOT PASSED", tables.numbers.size());
   if (out) say(common, "report: %s\n", (std::filesystem::path(command.output) / "report.html").c_str());
   return tables.passed() ? kDone : kCheckNotPassed;
@@ -56,10 +63,16 @@ Subcommand add_validate_papers(CLI::App& group, CommonOptions& common) {
   papers->add_option("-o,--output", command->output, "Folder for papers.json, junit.xml and report.html");
   papers->add_option("--markdown", command->markdown, "Write the tables as Markdown (docs/papers.md)")
       ->type_name("FILE");
+  papers
+      ->add_option("--scenes", command->scenes,
+                   "Folder with folders of klang scene run, PAPER_NAME each (sb_tile for scenes/sb/tile.toml)")
+      ->type_name("RUNS");
   papers->footer(
       "Examples:\n"
       "  klang validate papers -o papers\n"
       "  klang validate papers --markdown docs/papers.md\n"
+      "  klang scene run datasets-synthetic/scenes/sb/tile.toml -o RUNS/sb_tile && klang validate papers --scenes "
+      "RUNS\n"
       "Exit code 1: a number differs from the paper and it is not known why.");
   return {papers,
           [command, &common] { return run_papers(*command, common); },

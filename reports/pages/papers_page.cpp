@@ -41,6 +41,23 @@ std::string row_html(const validate::PaperNumber& row) {
          tag("td", pill(row.verdict)) + "</tr>\n";
 }
 
+std::string scene_row_html(const validate::PaperScene& row) {
+  const auto number = [](const std::optional<double>& value, const char* none) {
+    return number_cell(value ? rounded(*value, 4) : none);
+  };
+  const char* kind = row.verdict == validate::SceneVerdict::kAgrees      ? "good"
+                     : row.verdict == validate::SceneVerdict::kSameOrder ? "fair"
+                                                                         : "";
+  return "<tr>" + tag("td", escaped(row.paper + ", " + row.place)) +
+         tag("th",
+             escaped(row.scene) + "<br><small>" + escaped(row.quantity + (row.note.empty() ? "" : "; " + row.note)) +
+                 "</small>",
+             "scope=\"row\"") +
+         number(row.printed, "—") + number(row.ours, "not run") +
+         tag("td", "<span class=\"tag " + std::string(kind) + "\">" + escaped(to_text(row.verdict)) + "</span>") +
+         tag("td", row.ours ? "<small>" + escaped(row.command + ", " + row.version) + "</small>" : "—") + "</tr>\n";
+}
+
 std::vector<Section> sections_of(const validate::PapersDocument& data) {
   std::vector<Section> sections;
   std::string body, title;
@@ -63,6 +80,17 @@ std::vector<Section> sections_of(const validate::PapersDocument& data) {
     body += row_html(row);
   }
   close();
+  for (const validate::PaperScene& row : data.scenes) body += scene_row_html(row);
+  if (!body.empty())
+    sections.push_back({"table-" + std::to_string(sections.size()), "Scenes, run by hand",
+                        "<p>Sizes, strengths and falls that a paper does not give are ours: no part of the verdict. "
+                        "Agrees: within a tenth; same order: within a factor of two.</p>" +
+                            scrolled("<table><thead><tr><th scope=\"col\">Paper</th><th scope=\"col\">Scene</th><th "
+                                     "scope=\"col\" class=\"n\">Printed</th><th scope=\"col\" class=\"n\">Ours</th><th "
+                                     "scope=\"col\">Verdict</th><th scope=\"col\">Made by</th></tr></thead>\n<tbody>" +
+                                         body + "</tbody></table>",
+                                     "Scenes, run by hand")});
+  body.clear();
   for (const validate::PaperGap& gap : data.not_computed)
     body += "<tr>" + tag("td", escaped(gap.paper)) + tag("td", escaped(gap.place)) + tag("td", escaped(gap.reason)) +
             "</tr>\n";

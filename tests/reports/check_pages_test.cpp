@@ -102,6 +102,10 @@ TEST(PapersPage, ShowsNumbersWithTheirVerdictsAndWhatIsLeftOut) {
   number.verdict = validate::verdict_of(number);
   tables.numbers.push_back(number);
   tables.gaps.push_back({"SB", "Table 3", "statistics"});
+  validate::PaperScene scene;
+  scene.scene = "slab.toml";
+  scene.printed = 72.0;
+  tables.scenes.push_back(scene);
   ResultHeader header;
   header.kind = "papers";
   header.status = "not_passed";
@@ -112,6 +116,8 @@ TEST(PapersPage, ShowsNumbersWithTheirVerdictsAndWhatIsLeftOut) {
   EXPECT_NE(page.find("a &lt;number&gt;"), std::string::npos);
   EXPECT_NE(page.find("+50 %"), std::string::npos);
   EXPECT_NE(page.find("statistics"), std::string::npos);
+  EXPECT_NE(page.find("slab.toml"), std::string::npos);
+  EXPECT_NE(page.find("not run"), std::string::npos);
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <set>
 #include <sstream>
 
+#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "validate/papers/detail/paper_groups.hpp"
 
@@ -49,6 +51,39 @@ TEST(Papers, EveryNumberAgreesOrIsKnownToBeOff) {
   // The page in docs is what the command writes today.
   EXPECT_EQ(read_file(KLANG_SOURCE_DIR "/docs/papers.md"), markdown(tables))
       << "run klang validate papers --markdown docs/papers.md";
+}
+
+TEST(Papers, ScenesAreReadFromTheFoldersOfTheirRuns) {
+  const auto runs = std::filesystem::temp_directory_path() / "klang-papers-runs";
+  std::filesystem::remove_all(runs);
+  std::filesystem::create_directories(runs / "sb_tile");
+  std::filesystem::create_directories(runs / "liquid_droplet");
+  std::filesystem::create_directories(runs / "sb_slab");
+  const std::string head =
+      R"({"schema_version": 1, "kind": "scene", "provenance": {"command": "klang x", "version": "7"}, )";
+  write_file(runs / "sb_tile/scene.json", head + R"("status": "done", "bodies": [{"name": "tile", "parent": null},
+      {"name": "tile/1", "parent": "tile"}, {"name": "tile/2", "parent": "tile"}, {"name": "other", "parent": null}]})");
+  write_file(runs / "liquid_droplet/run.json", head + R"("status": "done", "n_bubbles": 9, "n_particles": 5})");
+  write_file(runs / "sb_slab/scene.json", head + R"("status": "interrupted", "bodies": []})");
+  int n_run = 0;
+  for (const PaperScene& scene : detail::paper_scenes(runs)) {
+    const std::string name = std::filesystem::path(scene.scene).stem();
+    if (!scene.ours) {
+      EXPECT_EQ(scene.verdict, SceneVerdict::kNotRun) << name;
+      continue;
+    }
+    ++n_run;
+    EXPECT_EQ(scene.command, "klang x");
+    EXPECT_EQ(scene.version, "7");
+    if (name == "tile") EXPECT_EQ(*scene.ours, 3.0);
+    if (name == "tile") EXPECT_EQ(scene.verdict, SceneVerdict::kAgrees);
+    if (scene.quantity == "bubbles") EXPECT_EQ(scene.verdict, SceneVerdict::kSameOrder);
+    if (scene.quantity == "particles") EXPECT_EQ(scene.verdict, SceneVerdict::kOther);
+  }
+  EXPECT_EQ(n_run, 3) << "pieces of the tile, bubbles and particles of the droplet; an interrupted run says nothing";
+  EXPECT_THROW(detail::paper_scenes(runs / "gone"), InputError);
+  for (const PaperScene& scene : detail::paper_scenes({}))
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(KLANG_SOURCE_DIR) / scene.scene)) << scene.scene;
 }
 
 TEST(Papers, ChimesAreThoseOfTheDataTable) {

@@ -40,8 +40,9 @@ bool PaperTables::passed() const {
   });
 }
 
-PaperTables run_papers(Monitor& monitor) {
+PaperTables run_papers(Monitor& monitor, const std::filesystem::path& runs) {
   PaperTables tables;
+  tables.scenes = detail::paper_scenes(runs);
   const auto run = [&](const char* stage, double done, std::vector<PaperNumber> (*group)(Monitor&)) {
     monitor.throw_if_stopped();
     monitor.progress(stage, done);
@@ -53,6 +54,7 @@ PaperTables run_papers(Monitor& monitor) {
   run("rigid-body sound", 0.0, detail::rigid_body_sound_numbers);
   run("fluids", 0.5, detail::harmonic_fluid_numbers);
   run("soundbanks", 0.9, detail::soundbank_numbers);
+  run("fracture", 0.95, detail::fracture_numbers);
   tables.gaps = detail::paper_gaps();
   monitor.progress("papers", 1.0);
   return tables;
@@ -74,7 +76,7 @@ std::vector<Claim> claims_of(const PaperTables& tables) {
 }
 
 PapersDocument papers_document(ResultHeader header, const PaperTables& tables) {
-  return {std::move(header), tables.passed(), tables.numbers, tables.gaps};
+  return {std::move(header), tables.passed(), tables.numbers, tables.scenes, tables.gaps};
 }
 
 std::string markdown(const PaperTables& tables) {
@@ -104,6 +106,21 @@ std::string markdown(const PaperTables& tables) {
             shown(n.ours, n.digits) + " | " + shown_percent(std::stod(shown(n.ours, n.digits)) / n.printed - 1.0) +
             " | " + (n.reference ? shown(*n.reference) + " (" + n.reference_source + ")" : "-") + " | " +
             shown(100.0 * n.tolerance, 2) + " %: " + n.tolerance_source + " | " + to_text(n.verdict) + " |\n";
+  }
+  text +=
+      "\n## Scenes, run by hand\nSizes, strengths and falls that a paper does not give are ours, and a machine is "
+      "another: these are no part of the "
+      "verdict. *agrees*: within a tenth;\n*same order*: within a factor of two. `klang validate papers --scenes RUNS` "
+      "reads "
+      "them from folders of `klang scene run`\n(RUNS/sb_tile for scenes/sb/tile.toml).\n\n"
+      "| paper | where | scene | quantity | printed | ours | verdict | made by |\n| --- | --- | --- | --- | --- | --- "
+      "| --- | --- |\n";
+  for (const PaperScene& scene : tables.scenes) {
+    text += "| " + scene.paper + " | " + scene.place + " | `" + scene.scene + "` | " + scene.quantity +
+            (scene.note.empty() ? "" : " (" + scene.note + ")") + " | " +
+            (scene.printed ? shown(*scene.printed, 4) : "-") + " | " +
+            (scene.ours ? shown(*scene.ours, 4) : "not run") + " | " + to_text(scene.verdict) + " | " +
+            (scene.ours ? "`" + scene.command + "`, " + scene.version : "-") + " |\n";
   }
   text += "\n## Not computed\n| paper | where | why |\n| --- | --- | --- |\n";
   for (const PaperGap& gap : tables.gaps) text += "| " + gap.paper + " | " + gap.place + " | " + gap.reason + " |\n";

@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,7 +43,7 @@ struct PaperNumber {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"id", "unique"}, self.id);
-    visit({"paper", "its short name: S02, SB, HF, M03"}, self.paper);
+    visit({"paper", "its short name: S02, H03, B99, D02, HF, SB"}, self.paper);
     visit({"place", "table or section"}, self.place);
     visit({"quantity", "with its unit"}, self.quantity);
     visit({"printed", "by the paper"}, self.printed);
@@ -69,8 +70,47 @@ struct PaperGap {
   }
 };
 
+enum class SceneVerdict {
+  kNotRun,
+  kAgrees,     ///< within a tenth
+  kSameOrder,  ///< within a factor of two
+  kOther,
+  kNotJudged  ///< another machine, or the paper prints no number
+};
+constexpr auto words_of(SceneVerdict) {
+  return std::array{Word{SceneVerdict::kNotRun, "not run"}, Word{SceneVerdict::kAgrees, "agrees"},
+                    Word{SceneVerdict::kSameOrder, "same order"}, Word{SceneVerdict::kOther, "other"},
+                    Word{SceneVerdict::kNotJudged, "not judged"}};
+}
+
+/// What a scene says of a paper's number; scenes take minutes to hours and are run by hand. Sizes that a paper does not give are ours, so
+/// that none of these is part of what passes.
+struct PaperScene {
+  std::string paper, place, scene, quantity;
+  std::optional<double> printed;  ///< none: only words are
+  std::optional<double> ours;     ///< of a run; none: not run
+  std::string command, version;   ///< that made the run
+  std::string note;
+  SceneVerdict verdict = SceneVerdict::kNotRun;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"paper", "its short name"}, self.paper);
+    visit({"place", "table or figure"}, self.place);
+    visit({"scene", "file"}, self.scene);
+    visit({"quantity", "of the run"}, self.quantity);
+    visit({"printed", "by the paper; null: in words only"}, self.printed);
+    visit({"ours", "of a run in the folder given, or of the run that was kept; null: not run"}, self.ours);
+    visit({"command", "that makes, or made, the run"}, self.command);
+    visit({"version", "of the program that made it; \"\": not run"}, self.version);
+    visit({"note", "what is to be known"}, self.note);
+    visit({"verdict", "agrees: within a tenth; same order: within a factor of two"}, self.verdict);
+  }
+};
+
 struct PaperTables {
   std::vector<PaperNumber> numbers;
+  std::vector<PaperScene> scenes;
   std::vector<PaperGap> gaps;
   bool passed() const;
 };
@@ -79,10 +119,11 @@ struct PaperTables {
 PaperVerdict verdict_of(const PaperNumber& number);
 
 /// Computes every number of the papers' tables that the program can, at once (half a minute on one core).
-///   S02: O'Brien, Shen and Gatchalian 2002;  SB: Zheng and James 2010;  HF: Zheng and James 2009;  M03: Hauser, Shen and
-///   O'Brien 2003;  B99, D02: O'Brien and Hodgins 1999, O'Brien, Bargteil and Hodgins 2002 (nothing yet)
-/// @throws NumericalError, Interrupted
-PaperTables run_papers(Monitor& monitor = silent_monitor());
+///   S02: O'Brien, Shen and Gatchalian 2002;  SB: Zheng and James 2010;  HF: Zheng and James 2009;  H03: Hauser, Shen and
+///   O'Brien 2003;  B99, D02: O'Brien and Hodgins 1999, O'Brien, Bargteil and Hodgins 2002
+/// @param runs  folder of `klang scene run` folders, PAPER_NAME each (sb_tile for scenes/sb/tile.toml); empty: the runs that were kept
+/// @throws InputError (runs is no folder, or holds a file that is no result), NumericalError, Interrupted
+PaperTables run_papers(Monitor& monitor = silent_monitor(), const std::filesystem::path& runs = {});
 
 std::vector<Claim> claims_of(const PaperTables& tables);
 
@@ -91,6 +132,7 @@ struct PapersDocument {
   ResultHeader header;
   bool passed = false;
   std::vector<PaperNumber> numbers;
+  std::vector<PaperScene> scenes;
   std::vector<PaperGap> not_computed;
 
   template <class Self, class Visitor>
@@ -98,6 +140,7 @@ struct PapersDocument {
     ResultHeader::describe(self.header, visit);
     visit({"passed", "no number differs without a known reason"}, self.passed);
     visit({"numbers", "printed, ours, reference, verdict"}, self.numbers);
+    visit({"scenes", "what runs of scenes say; no part of passed"}, self.scenes);
     visit({"not_computed", "what the papers print and this program cannot compute"}, self.not_computed);
   }
 };

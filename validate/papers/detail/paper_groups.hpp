@@ -8,7 +8,9 @@ namespace klang::validate::detail {
 
 std::vector<PaperNumber> rigid_body_sound_numbers(Monitor& monitor);  ///< S02
 std::vector<PaperNumber> harmonic_fluid_numbers(Monitor& monitor);    ///< HF
-std::vector<PaperNumber> soundbank_numbers(Monitor& monitor);         ///< SB, M03
+std::vector<PaperNumber> soundbank_numbers(Monitor& monitor);         ///< SB
+std::vector<PaperNumber> fracture_numbers(Monitor& monitor);          ///< SB (Tables 2, 3), B99, D02, H03
+std::vector<PaperScene> paper_scenes(const std::filesystem::path& runs);
 std::vector<PaperGap> paper_gaps();
 
 /// One row of the chimes of S02, Table 2.

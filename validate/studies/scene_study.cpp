@@ -33,14 +33,17 @@ rigid::RigidWorldOptions world_options(double rate_hz, const rigid::Skin& floor)
   return options;
 }
 
-Series series_of(const char* id, const char* title, const char* reference, const char* step_words,
-                 const char* error_words, double order, double error_tolerance) {
+struct SeriesWords {
+  const char *id, *title, *reference, *steps, *error;
+};
+
+Series series_of(const SeriesWords& words, double order, double error_tolerance) {
   Series series;
-  series.id = id;
-  series.title = title;
-  series.reference = reference;
-  series.step_words = step_words;
-  series.error_words = error_words;
+  series.id = words.id;
+  series.title = words.title;
+  series.reference = words.reference;
+  series.step_words = words.steps;
+  series.error_words = words.error;
   series.expected_order = order;
   series.error_tolerance = error_tolerance;
   return series;
@@ -290,9 +293,10 @@ double touch_s() {
 }
 
 void add_breaking(Study& study, const StudyOptions& options, Monitor& monitor) {
-  Series series = series_of("step-break", "Energy of the cracks of a tile that is dropped on its corner",
-                            "the same at 2500 steps per second", "steps per second",
-                            "relative difference of the cracks' energy", 0.0, 1e-9);
+  Series series =
+      series_of({"step-break", "Energy of the cracks of a tile that is dropped on its corner",
+                 "the same at 2500 steps per second", "steps per second", "relative difference of the cracks' energy"},
+                0.0, 1e-9);
   if (!wanted(options, series.id)) return;
   series.kind = Convergence::kRoundOff;
   constexpr double kEdge_m = 0.02;
@@ -332,16 +336,18 @@ void add_breaking(Study& study, const StudyOptions& options, Monitor& monitor) {
 }
 
 void add_mesh(Study& study, const StudyOptions& options, Monitor& monitor) {
-  Series linear = series_of("mesh-bar", "Strain energy of a free bar pushed at its end, linear elements",
-                            "F^2 L / (6 E A)", "element size [m]", "relative error of the strain energy", 2.0, 1e-3);
+  Series linear = series_of({"mesh-bar", "Strain energy of a free bar pushed at its end, linear elements",
+                             "F^2 L / (6 E A)", "element size [m]", "relative error of the strain energy"},
+                            2.0, 1e-3);
   if (wanted(options, linear.id)) {
     add_levels(linear, std::array{5e-3, 2.5e-3, 1.25e-3, 0.625e-3}, true, options, monitor,
                [](double edge_m) { return pushed_bar(edge_m, 1); });
     study.series.push_back(std::move(linear));
   }
   Series quadratic =
-      series_of("mesh-quadratic", "The same, quadratic elements: the stress is linear, which they hold exactly",
-                "F^2 L / (6 E A)", "element size [m]", "relative error of the strain energy", 0.0, 1e-9);
+      series_of({"mesh-quadratic", "The same, quadratic elements: the stress is linear, which they hold exactly",
+                 "F^2 L / (6 E A)", "element size [m]", "relative error of the strain energy"},
+                0.0, 1e-9);
   quadratic.kind = Convergence::kRoundOff;
   if (wanted(options, quadratic.id)) {
     add_levels(quadratic, std::array{1e-2, 5e-3, 2.5e-3}, true, options, monitor,
@@ -357,22 +363,25 @@ void add_motion(Study& study, const StudyOptions& options, Monitor& monitor) {
     add_levels(series, steps, false, options, monitor, find);
     study.series.push_back(std::move(series));
   };
-  add(series_of("step-landing", "A turning rod that lands on its end", "closed form at the moment of touch",
-                "steps per second", "relative error of the angular velocity after the impact, 16 heights", 1.0, 1e-3),
+  add(series_of({"step-landing", "A turning rod that lands on its end", "closed form at the moment of touch",
+                 "steps per second", "relative error of the angular velocity after the impact, 16 heights"},
+                1.0, 1e-3),
       kRates, landing);
-  add(series_of("step-tipping", "A block that tips over an edge", "equation of motion, to 1e-14", "steps per second",
-                "relative error of the angle after 0.2 s", 1.0, 5e-3),
+  add(series_of({"step-tipping", "A block that tips over an edge", "equation of motion, to 1e-14", "steps per second",
+                 "relative error of the angle after 0.2 s"},
+                1.0, 5e-3),
       kRates, tipping);
-  add(series_of("step-tumbling", "A body that turns freely about no axis of its own",
-                "ODE to 12 digits (tests/reference/contact.json, free_top)", "steps per second",
-                "relative error of the angular velocity after 1 s", 4.0, 1e-9),
+  add(series_of({"step-tumbling", "A body that turns freely about no axis of its own",
+                 "ODE to 12 digits (tests/reference/contact.json, free_top)", "steps per second",
+                 "relative error of the angular velocity after 1 s"},
+                4.0, 1e-9),
       std::array{100.0, 200.0, 400.0, 800.0}, tumbling);
 }
 
 void add_sweeps(Study& study, const StudyOptions& options, Monitor& monitor) {
   // Gauss and Seidel's sweeps over the chain of contacts of n bodies: error falls by cos^2(pi / 2n) per sweep.
-  Series series = series_of("iterations-column", "What the floor carries in the first step of a column of ten balls",
-                            "their weight", "sweeps over the contacts", "relative error of the impulse on the floor",
+  Series series = series_of({"iterations-column", "What the floor carries in the first step of a column of ten balls",
+                             "their weight", "sweeps over the contacts", "relative error of the impulse on the floor"},
                             -2.0 * std::log(std::cos(kPi / 20.0)), 1e-3);
   if (!wanted(options, series.id)) return;
   series.kind = Convergence::kGeometric;

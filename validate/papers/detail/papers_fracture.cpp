@@ -11,12 +11,16 @@
 namespace klang::validate::detail {
 namespace {
 
-PaperNumber row(std::string id, const char* paper, const char* place, std::string quantity, double printed, double ours,
+struct Place {
+  const char *paper, *table;
+};
+
+PaperNumber row(std::string id, const Place& place, std::string quantity, double printed, double ours,
                 double tolerance) {
   PaperNumber number;
   number.id = std::move(id);
-  number.paper = paper;
-  number.place = place;
+  number.paper = place.paper;
+  number.place = place.table;
   number.quantity = std::move(quantity);
   number.printed = printed;
   number.ours = ours;
@@ -43,22 +47,22 @@ void brittle_fracture(std::vector<PaperNumber>& numbers) {
   constexpr const char* kTable = "Table 1";
   // Densities "are appropriate for glass, stone, or ceramic".
   PaperNumber glass =
-      row("b99.table1.glass.density", kPaper, kTable, "Glass, density [kg/m^3] beside preset soda_lime_glass", 2588.0,
+      row("b99.table1.glass.density", {kPaper, kTable}, "Glass, density [kg/m^3] beside preset soda_lime_glass", 2588.0,
           solid::material_preset("soda_lime_glass").density_kg_m3, 0.05);
   numbers.push_back(within(std::move(glass), "kinds of glass"));
   for (const auto& [id, name, printed] : {std::tuple{"bowl", "Bowls", 1013.0}, {"the-end", "The End", 705.0}})
-    numbers.push_back(off(within(row(std::string("b99.table1.") + id + ".density", kPaper, kTable,
+    numbers.push_back(off(within(row(std::string("b99.table1.") + id + ".density", {kPaper, kTable},
                                      std::string(name) + ", density [kg/m^3] beside preset porcelain", printed,
                                      solid::material_preset("porcelain").density_kg_m3, 0.2),
                                  "kinds of ceramic: 2200 to 2850"),
                           "no glass, stone or ceramic is so light, errata 66"));
   // Walls #1 and #2, said to differ in the mass of the ball: they differ in their material.
-  numbers.push_back(off(within(row("b99.table1.walls.mu", kPaper, kTable,
+  numbers.push_back(off(within(row("b99.table1.walls.mu", {kPaper, kTable},
                                    "Walls, shear modulus of #2 over that of #1, were the ball all that differs", 1.0,
                                    1.81e8 / 1.21e8, 0.01),
                                "exact"),
                         "lambda, mu, phi, psi differ too, errata 21"));
-  numbers.push_back(off(within(row("b99.collapse", kPaper, "Section 3",
+  numbers.push_back(off(within(row("b99.collapse", {kPaper, "Section 3"},
                                    "share of its volume below which a squeezed body collapses, hydrostatic", 0.3,
                                    std::pow(1.0 / 3.0, 1.5), 0.01),
                                "exact"),
@@ -88,7 +92,7 @@ void ductile_fracture(std::vector<PaperNumber>& numbers) {
     return std::sqrt((1 + 2 * e[0]) * (1 + 2 * e[1]) * (1 + 2 * e[2]));
   };
   for (const auto& [id, gamma2] : {std::pair{"0.486", 0.486}, {"0.162", 0.162}, {"0.006", 0.006}}) {
-    PaperNumber number = within(row(std::string("d02.figure3.volume.") + id, kPaper, "Figure 3",
+    PaperNumber number = within(row(std::string("d02.figure3.volume.") + id, {kPaper, "Figure 3"},
                                     std::string("wall with gamma2 = ") + id +
                                         ": rest volume when squashed to the limit, "
                                         "over the volume before",
@@ -135,7 +139,7 @@ void soundbank_times(std::vector<PaperNumber>& numbers) {
   for (const Replaced& r : kReplaced) {
     const std::string hz = std::to_string(static_cast<int>(r.proxy_hz));
     PaperNumber number =
-        within(row(std::string("sb.table2.") + r.id + "." + hz, "SB", kTable,
+        within(row(std::string("sb.table2.") + r.id + "." + hz, {"SB", kTable},
                    std::string(r.name) + ", proxies above " + hz + " Hz: minutes, as the share of modes that is left",
                    r.printed_min, r.direct_min * (1.0 - r.replaced), 0.18),
                "spread of the other rows");
@@ -147,13 +151,13 @@ void soundbank_times(std::vector<PaperNumber>& numbers) {
     const auto serial = [&](int k) {
       return efficiency * kCores * (kExamples[k].modal_min + kExamples[k].transfer_min);
     };
-    numbers.push_back(off(within(row(std::string("sb.table2.") + kExamples[i].id + ".direct", "SB", kTable,
+    numbers.push_back(off(within(row(std::string("sb.table2.") + kExamples[i].id + ".direct", {"SB", kTable},
                                      std::string(kExamples[i].name) +
                                          ", minutes without proxies, from Table 3 at the slab's parallel efficiency",
                                      direct, serial(i), 0.1),
                                  "efficiency of the two other rows"),
                           "the two windows are exchanged, errata 53"));
-    numbers.push_back(within(row(std::string("sb.table2.") + kExamples[i].id + ".direct-exchanged", "SB", kTable,
+    numbers.push_back(within(row(std::string("sb.table2.") + kExamples[i].id + ".direct-exchanged", {"SB", kTable},
                                  std::string(kExamples[i].name) + ", the same from the other window's row of Table 3",
                                  direct, serial(other), 0.1),
                              "efficiency of the two other rows"));
@@ -168,7 +172,7 @@ void soundbank_times(std::vector<PaperNumber>& numbers) {
                                    {"table", "Table", 17792, 36.2, false},
                                    {"slab", "Glass Slab", 5631, 5.2, true}};
   for (const Speedup& s : kSpeedups) {
-    PaperNumber number = within(row(std::string("sb.table2.") + s.id + ".speedup", "SB", kTable,
+    PaperNumber number = within(row(std::string("sb.table2.") + s.id + ".speedup", {"SB", kTable},
                                     std::string(s.name) + ", speedup by proxies alone (\"roughly 500\")", 500.0,
                                     s.direct_min / s.proxies_min, 0.1),
                                 "\"roughly\"");
@@ -179,7 +183,7 @@ void soundbank_times(std::vector<PaperNumber>& numbers) {
   double dearest = 0.0;
   for (const Example& e : kExamples)
     if (&e != &glass) dearest = std::max(dearest, kCores * e.transfer_min / e.modes);
-  numbers.push_back(off(within(row("sb.table3.wine-glass.modes", "SB", "Table 3",
+  numbers.push_back(off(within(row("sb.table3.wine-glass.modes", {"SB", "Table 3"},
                                    "Wine Glass, fewest modes at the others' dearest transfer per mode", glass.modes,
                                    kCores * glass.transfer_min / dearest, 0.1),
                                "core-minutes per mode of the others: 2 to 26"),
@@ -201,7 +205,7 @@ void toughness(std::vector<PaperNumber>& numbers) {
     std::snprintf(note, sizeof note, "as printed K_Ic is %.2f MPa sqrt(m); ours: %s; errata 58",
                   1e-6 * std::sqrt(r.youngs_modulus_pa * r.toughness_j_m2), r.source);
     numbers.push_back(off(
-        within(row(std::string("sb.table1.") + r.id + ".toughness", "SB", "Table 1",
+        within(row(std::string("sb.table1.") + r.id + ".toughness", {"SB", "Table 1"},
                    std::string("fracture energy of ") + r.name + " [J/m^2]", r.toughness_j_m2, r.textbook_j_m2, 0.5),
                "scatter of textbooks"),
         note));
@@ -217,7 +221,7 @@ std::vector<PaperNumber> fracture_numbers(Monitor&) {
   brittle_fracture(numbers);
   ductile_fracture(numbers);
   // A mesh of tetrahedra that hangs together by faces has at most 3 nodes more than tetrahedra.
-  numbers.push_back(off(within(row("h03.table1.bunny", "H03", "Table 1",
+  numbers.push_back(off(within(row("h03.table1.bunny", {"H03", "Table 1"},
                                    "Bunny, most nodes that 15,507 tetrahedra can have", 37114.0, 15507.0 + 3.0, 0.01),
                                "exact"),
                         "37,114 is likely the number of tetrahedra: columns swapped, errata 16"));

@@ -135,8 +135,10 @@ int Cracker::open(ExplicitSolid& solid) {
   if (solid.time_s() < next_look_s_) return 0;
   next_look_s_ = solid.time_s() + look_s_;
   const CrackMesh& mesh = solid.mesh();
-  // Where the stress is far below the strength no star can add up to it. A tau in newtons is one on the mean face at least.
-  const double floor = options_.strength_pa ? 0.4 * *options_.strength_pa : 0.0, floor_sq = floor * floor;
+  // Where the stress is far below the strength no star can add up to it. A tau in newtons is one on the mean face at least; viscous stress is not
+  // among what is known of elements.
+  const double floor = options_.strength_pa && !options_.total_stress ? 0.4 * *options_.strength_pa : 0.0;
+  const double floor_sq = floor * floor;
   std::vector<char> asked(at(mesh.n_nodes()), 0);
   bool any = false;
   for (int e = 0; e < mesh.n_elements(); ++e) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <regex>
 #include <set>
@@ -39,6 +41,32 @@ TEST(References, EveryCodeThatTheErrataUseIsDefined) {
   for (std::sregex_iterator at(errata.begin(), errata.end(), row), end; at != end; ++at, ++n_rows)
     EXPECT_EQ(known.count((*at)[1]), 1u) << (*at)[1];
   EXPECT_GE(n_rows, 20);
+}
+
+TEST(References, EveryTestThatTheErrataNameIsThere) {
+  namespace fs = std::filesystem;
+  std::set<std::string> tests;
+  const auto word = [](const std::string& text, std::size_t& at) {
+    const auto from = text.find_first_not_of(", \n", at);
+    at = text.find_first_of(",) \n", from);
+    return text.substr(from, at - from);
+  };
+  for (const auto& file : fs::recursive_directory_iterator(fs::path(KLANG_SOURCE_DIR) / "tests")) {
+    if (file.path().extension() != ".cpp") continue;
+    const std::string text = text_of(fs::relative(file.path(), KLANG_SOURCE_DIR));
+    for (const char* head : {"\nTEST(", "\nTEST_F(", "\nTEST_P("})
+      for (auto at = text.find(head); at != std::string::npos; at = text.find(head, at)) {
+        at += std::strlen(head);
+        const std::string suite = word(text, at), name = word(text, at);
+        tests.insert(suite + "." + name);
+      }
+  }
+  const std::string errata = text_of("docs/errata.md");
+  const std::regex named("`(?:\\w+/)?([A-Z]\\w+\\.[A-Z]\\w+)`");
+  int n_named = 0;
+  for (std::sregex_iterator at(errata.begin(), errata.end(), named), end; at != end; ++at, ++n_named)
+    EXPECT_EQ(tests.count((*at)[1]), 1u) << (*at)[1];
+  EXPECT_GE(n_named, 90);
 }
 
 TEST(References, BibliographysKeysAreUnique) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <utility>
 
@@ -78,6 +79,28 @@ TEST(BubblePhysics, SurfaceTensionRaisesThePitch) {
     EXPECT_GT(bubble_oscillation(radius_m).undamped_frequency_hz, plain);
     EXPECT_LT(bubble_oscillation(radius_m, {}, BubbleTheory::kPaper).undamped_frequency_hz, plain);
   }
+}
+
+// Erratum 75: one explicit mid-point step of z' = (-beta + i omega) z at 44.1 kHz has the factor 1 + x + x^2/2, x = (-beta + i omega) h.
+TEST(BubblePhysics, MidpointAtAudioRateGrowsAbove4105HertzAndDecaysTooSlowlyFrom1839) {
+  const auto per_step = [](double hz) {
+    const BubbleOscillation bubble = bubble_oscillation(bubble_radius_m(hz));
+    const std::complex<double> x =
+        std::complex<double>(-bubble.decay_per_s, 2 * kPi * bubble.damped_frequency_hz) / 44100.0;
+    return std::pair(-std::log(std::abs(1.0 + x + 0.5 * x * x)), -x.real());  // nepers: of the method, of the bubble
+  };
+  const auto where = [&](double share) {
+    double low = 500.0, high = 6000.0;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      const auto [method, exact] = per_step(middle);
+      (method > share * exact ? low : high) = middle;
+    }
+    return low;
+  };
+  EXPECT_LE(std::abs(where(0.0) / 4105.0 - 1.0), 0.01);
+  EXPECT_LE(std::abs(where(0.9) / 1839.0 - 1.0), 0.01);
+  EXPECT_LT(per_step(6000.0).first, 0.0) << "the paper's highest bubbles";
 }
 
 TEST(BubblePhysics, FigureOneOfThePaperGivesDiametersAndHertz) {

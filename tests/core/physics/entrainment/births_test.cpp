@@ -216,6 +216,27 @@ TEST(Rejection, CoverageIsScaleFree) {
   }
 }
 
+// Erratum 78: eq. 41 as printed, at a coverage of 3.2 that next to no place has: a bubble's own seed alone passes it below r = 0.079 cells, of any
+// liquid; scale-free, it passes none of any size.
+TEST(Rejection, AsPrintedItPassesBubblesOfATwentiethOfACellWhateverTheCoverage) {
+  EntrainmentOptions options = without_rejection(2e4);
+  options.seeds.life_s = 1.0;
+  options.radii.kind = RadiusDistribution::Kind::kGaussian;
+  options.radii.std_m = 0.0;
+  options.coverage = 3.2;
+  const PoolFrames frames = plunging(0.01, 0.004, 0.06, 2.0);
+  const auto share = [&](double radius_m, EntrainmentForm form) {
+    options.form = form;
+    options.radii.mean_m = options.radii.smallest_m = options.radii.largest_m = radius_m;
+    const Births births = find_births(frames, options, 1);
+    return static_cast<double>(births.births.size()) / static_cast<double>(births.n_attempts);
+  };
+  EXPECT_GE(share(0.0005, EntrainmentForm::kPaper), 0.5);
+  EXPECT_LE(share(0.005, EntrainmentForm::kPaper), 0.1);
+  EXPECT_LE(share(0.0005, EntrainmentForm::kMended), 0.02);
+  EXPECT_LE(share(0.005, EntrainmentForm::kMended), 0.02);
+}
+
 TEST(Births, AreThoseOfTheSeedOnAnyNumberOfThreads) {
   EntrainmentOptions options;
   options.attempts_per_m2_s = 1e5;

@@ -62,6 +62,27 @@ TEST(ExplicitSolid, UniformStretchGivesTheClosedFormEnergyAndNoForceInside) {  /
   }
 }
 
+// Erratum 4: viscous constants (phi, psi) = a (lambda, mu) give the damping matrix a K, so that S02's alpha1 is phi / lambda = psi / mu, in seconds;
+// printed it is lambda / phi, 1 / a^2 = 10^6 times as much here.
+TEST(ExplicitSolid, ViscousPowerIsPhiOverLambdaTimesTheStiffness) {
+  constexpr double kRatio_s = 1e-3, kShare = 1e-6;
+  CrackMesh moved(test::lattice({3, 2, 2}, {0.3, 0.2, 0.2}, 0.2), 1000.0), moving = moved;
+  for (std::size_t i = 0; i < moved.rest_m.size(); ++i) {
+    const Vector3d x = moved.rest_m[i];
+    const Vector3d v(std::sin(9 * x.y()) + x.x(), x.x() * x.z(), std::cos(7 * x.x()));
+    moved.place_m[i] += kShare * v;
+    moving.velocity_m_s[i] = kShare * v;
+  }
+  SolidOptions options = soft();
+  const double v_k_v = 2.0 * ExplicitSolid(std::move(moved), options).energies().elastic_j;
+  options.viscosity_lambda_pa_s = kRatio_s * options.material.lame_lambda_pa;
+  options.viscosity_mu_pa_s = kRatio_s * options.material.lame_mu_pa;
+  ExplicitSolid solid(std::move(moving), options);
+  const double dt = 1e-3 * solid.step_limit_s();
+  solid.step(dt);
+  EXPECT_LE(std::abs(solid.energies().viscous_j / (dt * v_k_v) / kRatio_s - 1.0), 0.01);
+}
+
 TEST(ExplicitSolid, FreeMotionKeepsMomentumAndSpin) {
   CrackMesh mesh(test::lattice({4, 2, 2}, {0.4, 0.2, 0.2}, 0.2), 1000.0);
   for (std::size_t i = 0; i < mesh.rest_m.size(); ++i)

@@ -29,6 +29,20 @@ solid::Material material_of(const nlohmann::json& values) {
 
 double close(double value, double expected, double scale) { return std::abs(value - expected) / scale; }
 
+// Erratum 65: as printed the sum over k of B99 (7) holds 2 mu eps_ij too, which counts it three times.
+TEST(StrainHistory, ShearIsCountedOnceAndNotThreeTimes) {
+  solid::Material material;
+  material.lame_lambda_pa = 6e8;
+  material.lame_mu_pa = 4e8;
+  material.density_kg_m3 = 1000.0;
+  const double shear = 0.02;
+  const HistoryState state = strain_history({{1, shear, 0, 0, 1, 0, 0, 0, 1}}, material, {}).states.back();
+  double printed = 0.0;
+  for (int k = 0; k < 3; ++k) printed += 2.0 * material.lame_mu_pa * 0.5 * shear;
+  EXPECT_LE(std::abs(state.pk2_pa[3] / (material.lame_mu_pa * shear) - 1.0), 1e-14);
+  EXPECT_LE(std::abs(printed / state.pk2_pa[3] - 3.0), 1e-13);
+}
+
 TEST(Plasticity, StretchAndSquashFollowTheScalarRule) {
   const nlohmann::json values = reference().at("uniaxial_volume_preserving");
   const solid::Material material = material_of(values);

@@ -131,6 +131,8 @@ Study cracks_study(const StudyOptions& options, Monitor& monitor) {
     Level level;
     level.n = kSteps[i];
     level.error = ledger_lacks(1.0 / kSteps[i], monitor);
+    level.value = level.error;
+    level.exact = 0.0;
     level.n_unknowns = kSteps[i];
     level.wall_time_s = watch.seconds();
     series.levels.push_back(level);

@@ -290,8 +290,10 @@ double shift_to_volume(const GridShape& shape, const SolidField& solid, double w
 
 namespace {
 
-/// One component: layer after layer of the faces next to known ones.
-void extrapolate_component(int layers, Field& field, Grid3<std::uint8_t>& known) {
+double minmod(double a, double b) { return a * b > 0.0 ? (std::abs(a) < std::abs(b) ? a : b) : 0.0; }
+
+/// One component: layer after layer of the faces next to known ones. The first layer of a tangential component goes on with its slope.
+void extrapolate_component(int axis, int layers, bool slopes, Field& field, Grid3<std::uint8_t>& known) {
   const int nx = field.nx(), ny = field.ny(), nz = field.nz();
   const std::size_t layer_stride = static_cast<std::size_t>(nx) * ny;
   constexpr std::uint8_t kAsked = 2;  // in the list of the next layer
@@ -314,6 +316,23 @@ void extrapolate_component(int layers, Field& field, Grid3<std::uint8_t>& known)
     known[f] = kAsked;
     now.push_back(f);
   }
+  const std::array<std::ptrdiff_t, 3> strides{1, nx, static_cast<std::ptrdiff_t>(layer_stride)};
+  const std::array<int, 3> sizes{nx, ny, nz};
+  /// From two known faces behind g, as seen from f; 0 where there are none or they disagree.
+  const auto rise = [&](std::size_t f, std::size_t g) {
+    const std::ptrdiff_t back = static_cast<std::ptrdiff_t>(g) - static_cast<std::ptrdiff_t>(f);
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (std::abs(back) != strides[a] || sizes[a] == 1) continue;
+      if (static_cast<int>(a) == axis) return 0.0;
+      const auto place =
+          static_cast<int>(g / static_cast<std::size_t>(strides[a]) % static_cast<std::size_t>(sizes[a]));
+      if (back > 0 ? place + 2 >= sizes[a] : place < 2) return 0.0;
+      const std::size_t first = g + static_cast<std::size_t>(back), second = first + static_cast<std::size_t>(back);
+      if (known[first] != 1 || known[second] != 1) return 0.0;
+      return minmod(field[g] - field[first], field[first] - field[second]);
+    }
+    return 0.0;
+  };
   std::vector<double> values;
   for (int layer = 0; layer < layers && !now.empty(); ++layer) {
     values.clear();
@@ -322,7 +341,7 @@ void extrapolate_component(int layers, Field& field, Grid3<std::uint8_t>& known)
       int count = 0;
       for_neighbours(f, [&](std::size_t g) {
         if (known[g] != 1) return;
-        sum += field[g];
+        sum += field[g] + (slopes && layer == 0 ? rise(f, g) : 0.0);
         ++count;
       });
       values.push_back(sum / count);
@@ -345,9 +364,10 @@ void extrapolate_component(int layers, Field& field, Grid3<std::uint8_t>& known)
 
 }  // namespace
 
-void extrapolate(const GridShape& shape, int layers, MacGrid& u, FaceMask& known) {
-  parallel_for(3, 1, [&](std::size_t axis, std::size_t) {
-    extrapolate_component(layers, u[static_cast<int>(axis)], known[static_cast<int>(axis)]);
+void extrapolate(const GridShape& shape, int layers, bool slopes, MacGrid& u, FaceMask& known) {
+  parallel_for(3, 1, [&](std::size_t component, std::size_t) {
+    const auto axis = static_cast<int>(component);
+    extrapolate_component(axis, layers, slopes, u[axis], known[axis]);
   });
   for (int axis = 0; axis < 3; ++axis) {  // no flow through the box's walls
     Field& field = u[axis];

@@ -34,13 +34,14 @@ Eigen::Vector3d slope_at(const Field& phi_m, double cell_m, int i, int j, int k)
 double curvature_per_m(const Field& phi_m, double cell_m, int i, int j, int k);
 
 /// Fills faces that are not known from those that are, layer by layer with the mean of known neighbours; faces of the box's walls stay.
-/// @param known  per face of each axis, 1 where it counts; becomes 1 where a value was given
+/// @param slopes  the first layer goes on with the slope across it where two differences agree in sign, by the smaller one
+/// @param known   per face of each axis, 1 where it counts; becomes 1 where a value was given
 struct FaceMask {
   std::array<Grid3<std::uint8_t>, 3> faces;
   Grid3<std::uint8_t>& operator[](int axis) { return faces[static_cast<std::size_t>(axis)]; }
   const Grid3<std::uint8_t>& operator[](int axis) const { return faces[static_cast<std::size_t>(axis)]; }
 };
-void extrapolate(const GridShape& shape, int layers, MacGrid& u, FaceMask& known);
+void extrapolate(const GridShape& shape, int layers, bool slopes, MacGrid& u, FaceMask& known);
 
 /// The first layer of air carries on what the liquid does: div u = 0 there too, the difference put on the faces that lead away from
 /// the surface. Without it the surface's speed is of first order. @param liquid  cells of the solver

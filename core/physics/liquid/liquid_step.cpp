@@ -256,7 +256,7 @@ LiquidStep Liquid::step(double step_s) {
     known[axis] = Grid3<std::uint8_t>(u_[axis].nx(), u_[axis].ny(), u_[axis].nz(), 0);
     for (std::size_t f = 0; f < u_[axis].size(); ++f) known[axis][f] = weight[axis][f] > 1e-9 ? 1 : 0;
   }
-  extrapolate(shape, 2, u_, known);
+  extrapolate(shape, 2, false, u_, known);
   MacGrid before;
   if (o.flip_share > 0.0) before = u_;
   add_gravity(o.gravity_m_s2 * kick_s, u_);
@@ -285,7 +285,7 @@ LiquidStep Liquid::step(double step_s) {
   report.max_speed_m_s = fastest(u_, valid);
   known = valid;
   set_solid_faces(known);
-  extrapolate(shape, kAirLayers, u_, known);
+  extrapolate(shape, kAirLayers, true, u_, known);
   continue_into_air(shape, phi_, liquid, valid, u_);
   if (o.flip_share > 0.0)
     for (int axis = 0; axis < 3; ++axis)

@@ -137,6 +137,22 @@ EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& mod
   return sound;
 }
 
+/// Without --strike the model sounds as its modal bank, to the bit what klang export writes: it starts at once, without the samples within
+/// the pulse.
+audio::Signal dry_sound(const SynthOptions& options, const modal::ModalModel& model, const Eigen::VectorXd& decays,
+                        const std::vector<events::Strike>& strikes) {
+  stage::SynthesisOptions synthesis;
+  synthesis.sample_rate_hz = options.sample_rate_hz;
+  synthesis.duration_s = options.duration_s;
+  if (!options.strikes.empty()) return stage::synthesise(model, decays, strikes, synthesis);
+  audio::Signal sound;
+  sound.sample_rate_hz = options.sample_rate_hz;
+  sound.samples =
+      instrument::bank_sound(instrument::struck_bank(model, decays, strikes.front()), options.sample_rate_hz,
+                             static_cast<Eigen::Index>(std::llround(options.duration_s * options.sample_rate_hz)));
+  return sound;
+}
+
 /// Scales to --peak-db and writes. @return the gain
 double write_scaled(const SynthOptions& options, audio::Signal& sound) {
   const double peak = sound.samples.cwiseAbs().maxCoeff();
@@ -177,9 +193,6 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   const Struck struck = struck_body(options, kind, monitor);
   const modal::ModalModel& model = struck.model;
   const auto strikes = read_strikes(options.strikes, options.duration_s, model);
-  stage::SynthesisOptions synthesis;
-  synthesis.sample_rate_hz = options.sample_rate_hz;
-  synthesis.duration_s = options.duration_s;
   Eigen::VectorXd decays = struck.decays;
   std::vector<std::filesystem::path> inputs = struck.inputs;
   EarSound at_ears;
@@ -194,8 +207,7 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
     if (!options.listener.empty()) inputs.emplace_back(options.listener);
     at_ears = sound_at_ears(options, model, transfer, decays, strikes);
   }
-  audio::Signal sound =
-      options.transfer.empty() ? stage::synthesise(model, decays, strikes, synthesis) : at_ears.sound_pa;
+  audio::Signal sound = options.transfer.empty() ? dry_sound(options, model, decays, strikes) : at_ears.sound_pa;
   const double gain = write_scaled(options, sound);
 
   nlohmann::json used = {{"duration_s", options.duration_s},

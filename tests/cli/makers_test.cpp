@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "core/sound/audio/sound_file.hpp"
 #include "tests/cli/expect_refused.hpp"
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
@@ -171,6 +172,26 @@ TEST_F(FittedRods, SfzCoversEveryKeyOnceAndTheLowestPartialIsInTune) {
     }
   }
   EXPECT_EQ(next, 128);
+}
+
+TEST_F(FittedRods, FaustRendersWhatSynthPlays) {
+  const std::filesystem::path sources = std::filesystem::path(KLANG_SOURCE_DIR) / "tests/cli/faust_impulse.cpp.in";
+  const json sound = run_json(*scratch_, "synth out/fit.json --specimen long -o long.wav --duration-s 1");
+  ASSERT_EQ(run_klang("export out/fit.json --specimen long --faust -o long.dsp", scratch_->path()).exit_code, 0);
+  const std::string build = "cd '" + scratch_->path().string() + "' && faust -double -a '" + sources.string() +
+                            "' long.dsp -o long.cpp && c++ -O1 long.cpp -o long && ./long 48000 48000 > long.raw";
+  ASSERT_EQ(std::system(build.c_str()), 0);
+  const std::string raw = slurp(scratch_->path() / "long.raw");
+  std::vector<double> rendered(raw.size() / sizeof(double));
+  ASSERT_EQ(rendered.size(), 48000U);
+  std::copy(raw.begin(), raw.end(), reinterpret_cast<char*>(rendered.data()));
+  const audio::Signal played = audio::read_sound(scratch_->path() / "long.wav");
+  ASSERT_EQ(played.n_frames(), 48000);
+  const Eigen::VectorXd ours = played.samples.col(0);
+  const Eigen::Map<const Eigen::VectorXd> theirs(rendered.data(), 48000);
+  const double gain = ours.dot(theirs) / theirs.squaredNorm();
+  EXPECT_LE((ours - gain * theirs).norm() / ours.norm(), 1e-3);
+  EXPECT_NEAR(gain, 1.0, 1e-3);  // both peak at -3 dB
 }
 
 TEST_F(FittedRods, ChimesAreCutToTheirNotes) {

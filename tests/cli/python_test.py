@@ -67,9 +67,13 @@ class Package(unittest.TestCase):
                          command(self.folder, "bubble", "info", "--radius-m", "0.001")["damped_frequency_hz"])
 
     def test_bad_input_is_a_value_error_of_one_line(self):
+        (self.folder / "half.json").write_text('{"kind": "fit", ')
+        (self.folder / "other.json").write_text('{"kind": "analysis"}')
         for wrong in (lambda: klangprobe.modes("rood", ROD), lambda: klangprobe.fit(self.folder / "none.toml"),
                       lambda: klangprobe.analyze(np.zeros(1000), 8000), lambda: klangprobe.modes("rod", ROD, "alumium"),
-                      lambda: klangprobe.bubble_info(-1), lambda: klangprobe.analyze(np.zeros((2, 2, 2)), 8000)):
+                      lambda: klangprobe.bubble_info(-1), lambda: klangprobe.fit(self.folder / "none.json"),
+                      lambda: klangprobe.fit(self.folder / "half.json"), lambda: klangprobe.fit(self.folder / "other.json"),
+                      lambda: klangprobe.synth(self.folder / "none.json", "rod"), lambda: klangprobe.analyze(np.zeros((2, 2, 2)), 8000)):
             with self.assertRaises(ValueError) as caught:
                 wrong()
             self.assertNotIn("\n", str(caught.exception))

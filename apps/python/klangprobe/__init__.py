@@ -139,14 +139,24 @@ def analyze(x: typing.Any, rate: float, a4_hz: float = 440.0, band_hz: typing.Tu
     return Analysis(partials, data.get("explained_energy"), data)
 
 
+def _read_fit(path: pathlib.Path) -> dict:
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        raise ValueError(f"{path}: is no JSON ({error})") from error
+    if not isinstance(data, dict) or data.get("kind") != "fit" or "parameters" not in data:
+        raise ValueError(f"{path}: is no result of klang fit")
+    return data
+
+
 def fit(path: Path, output: typing.Optional[Path] = None, threads: int = 0, **options: typing.Any) -> Fit:
     """Material parameters from a specimen's file, as `klang fit`; or what such a run left (a fit.json)."""
     path = pathlib.Path(path)
     holder = None
     if path.suffix == ".json":
-        data, result = json.loads(path.read_text(encoding="utf-8")), path
-        if data.get("kind") != "fit":
-            raise ValueError(f"{path}: is no result of klang fit")
+        data, result = _read_fit(path), path
     else:
         if output is None:
             holder = tempfile.TemporaryDirectory(prefix="klangprobe-fit-")

@@ -67,6 +67,10 @@ ModalBank struck_bank(const modal::ModalModel& model, const Eigen::VectorXd& dec
                       std::exp(pole * (0.5 * pole * std::pow(pulse.standard_deviation_s, 2) - pulse.centre_s));
     bank.partials.push_back({damped / (2.0 * kPi), decay, std::abs(z), std::arg(z)});
   }
+  double loudest = 0.0;
+  for (const BankPartial& partial : bank.partials) loudest = std::max(loudest, partial.amplitude);
+  // The other one of a pair, and what is struck at its node.
+  std::erase_if(bank.partials, [&](const BankPartial& partial) { return !(partial.amplitude > kSilent * loudest); });
   return bank;
 }
 

@@ -35,9 +35,11 @@ Eigen::VectorXd bank_sound(const ModalBank& bank, double sample_rate_hz, Eigen::
 /// above that level does not decay.
 double time_to_level_s(const ModalBank& bank, double level_db);
 
+inline constexpr double kSilent = 1e-9;
+
 /// The bank of a model after a Gaussian strike, what stage::synthesise() sounds like once the pulse is over:
 ///   gain_i / w_i Im(exp(p_i (t - centre)) exp(p_i^2 s^2 / 2)) u_i . J,  p = -decay + i w (damped w), s the pulse's standard deviation.
-/// Over-damped modes do not ring and are left out.
+/// Over-damped modes do not ring, and those below kSilent of the loudest are not heard: they are left out.
 ModalBank struck_bank(const modal::ModalModel& model, const Eigen::VectorXd& decay_per_s, const events::Strike& strike);
 
 inline constexpr double kPeak = 0.7079457843841379, kPeakWithinS = 3.0;  ///< -3 dB re full scale

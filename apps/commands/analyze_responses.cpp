@@ -14,14 +14,6 @@
 namespace klang::apps {
 namespace {
 
-/// The band where none was asked for: all that the file holds.
-Band whole_band(const fit::ResponseSet& set) {
-  const Eigen::Index n = set.n_lines();
-  if (!set.in_time) return {set.abscissa[0], set.abscissa[n - 1]};
-  const double step_s = (set.abscissa[n - 1] - set.abscissa[0]) / static_cast<double>(n - 1);
-  return {2.0 / (step_s * static_cast<double>(n)), 0.5 / step_s};
-}
-
 fit::AnalysisDocument document_of(const fit::ResponseSet& set, const fit::ResponseAnalysis& analysis,
                                   const ResponsesCommand& options, ResultHeader header) {
   fit::AnalysisDocument document;
@@ -70,7 +62,7 @@ int run_analyze_responses(const ResponsesCommand& options, const CommonOptions& 
   TerminalMonitor monitor(common.quiet);
   const fit::ResponseSet set = fit::read_responses(options.file);
   fit::ResponseOptions used;
-  used.band = options.whole ? whole_band(set) : options.band;
+  used.band = options.whole ? fit::whole_band(set) : options.band;
   std::vector<std::filesystem::path> inputs{options.file};
   std::optional<modal::ModalModel> model;
   if (!options.modes.empty()) {

@@ -66,6 +66,15 @@ int digits_for(double value, double std) {
   return std::clamp(static_cast<int>(std::floor(std::log10(std::abs(value) / std))) + 3, 3, 15);
 }
 
+/// That many significant digits, zeros at the end too.
+std::string digits_text(double value, int digits) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%#.*g", digits, value);
+  std::string plain = text;
+  if (const auto point = plain.find('.'); point + 1 == plain.size() || plain[point + 1] == 'e') plain.erase(point, 1);
+  return plain;
+}
+
 /// Coloured where standard output is a terminal that wants it (no-color.org).
 std::string verdict_words(fit::Verdict verdict) {
   std::string words(to_text(verdict));
@@ -83,11 +92,10 @@ void print_parameters(const std::vector<fit::FitParameter>& parameters, const Co
   say(common, "%-26s %14s %11s   %-28s %s\n", "parameter", "value", "std", "95 % interval", "verdict");
   for (const fit::FitParameter& p : parameters) {
     if (p.identifiable && p.std && p.ci95) {
-      char interval[64];
       const int digits = digits_for(p.value, *p.std);
-      std::snprintf(interval, sizeof interval, "%.*g to %.*g", digits, (*p.ci95)[0], digits, (*p.ci95)[1]);
-      say(common, "%-26s %14.*g %11.2g   %-28s %s%s%s\n", p.name.c_str(), digits, p.value, *p.std, interval,
-          std::string(to_text(p.verdict)).c_str(), p.caveat.empty() ? "" : ", ", p.caveat.c_str());
+      const std::string interval = digits_text((*p.ci95)[0], digits) + " to " + digits_text((*p.ci95)[1], digits);
+      say(common, "%-26s %14s %11.2g   %-28s %s%s%s\n", p.name.c_str(), digits_text(p.value, digits).c_str(), *p.std,
+          interval.c_str(), std::string(to_text(p.verdict)).c_str(), p.caveat.empty() ? "" : ", ", p.caveat.c_str());
     } else if (p.given) {
       say(common, "%-26s %14.6g %11s   given\n", p.name.c_str(), p.value, "-");
     } else {

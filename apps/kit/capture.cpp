@@ -8,18 +8,44 @@
 #include "core/sound/audio/strikes.hpp"
 
 #ifdef KLANG_HAS_PORTAUDIO
+#include <fcntl.h>
 #include <portaudio.h>
+#include <unistd.h>
 
 namespace klang::apps {
 namespace {
+
+/// Standard error goes nowhere as long as this lives: ALSA and JACK say there what they miss, on tens of lines.
+class Silence {
+ public:
+  Silence() : kept_(::dup(STDERR_FILENO)) {
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (kept_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+    if (nowhere >= 0) ::close(nowhere);
+  }
+  ~Silence() {
+    if (kept_ < 0) return;
+    ::dup2(kept_, STDERR_FILENO);
+    ::close(kept_);
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  int kept_;
+};
 
 /// PortAudio, open as long as this lives.
 class Sound {
  public:
   Sound() {
+    const Silence silence;
     if (const PaError error = Pa_Initialize(); error != paNoError) throw InputError("--device", Pa_GetErrorText(error));
   }
-  ~Sound() { Pa_Terminate(); }
+  ~Sound() {
+    const Silence silence;
+    Pa_Terminate();
+  }
   Sound(const Sound&) = delete;
   Sound& operator=(const Sound&) = delete;
 };
@@ -43,6 +69,7 @@ class Input {
   Input(PaDeviceIndex device, double rate_hz) {
     const PaStreamParameters parameters{device, 1, paFloat32, Pa_GetDeviceInfo(device)->defaultLowInputLatency,
                                         nullptr};
+    const Silence silence;
     PaError error = Pa_OpenStream(&stream_, &parameters, nullptr, rate_hz, paFramesPerBufferUnspecified, paNoFlag,
                                   nullptr, nullptr);
     if (error == paNoError) error = Pa_StartStream(stream_);

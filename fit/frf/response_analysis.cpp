@@ -255,6 +255,25 @@ double assurance(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) {
   return size > 0 ? std::norm(a.dot(b)) / size : 0.0;
 }
 
+namespace {
+
+/// The responses' rms over frequency, in so few points as a page shows.
+void add_curve(const ResponseSet& set, const Band& band, ResponseRecord& record) {
+  constexpr Index kMost = 600;
+  const Index n = set.n_lines(), per_point = (n + kMost - 1) / kMost;
+  for (Index first = 0; first < n; first += per_point) {
+    const Index count = std::min(per_point, n - first);
+    Index at = 0;
+    const double square = set.values.middleCols(first, count).colwise().squaredNorm().maxCoeff(&at);
+    const double hz = set.abscissa[first + at];
+    if (hz < band.low_hz || hz > band.high_hz || !(square > 0.0)) continue;
+    record.curve_hz.push_back(hz);
+    record.curve_db.push_back(0.01 * std::round(1000.0 * std::log10(square / static_cast<double>(set.n_responses()))));
+  }
+}
+
+}  // namespace
+
 ResponseAnalysis analyse_responses(const ResponseSet& given, const ResponseOptions& options, Monitor& monitor) {
   options.validate();
   const ResponseSet set = given.in_time ? after_strike(given) : given;
@@ -264,6 +283,7 @@ ResponseAnalysis analyse_responses(const ResponseSet& given, const ResponseOptio
   result.record.kind = set.in_time ? ResponseKind::kDecay : ResponseKind::kFrf;
   result.record.unit = set.unit;
   for (const ResponsePoint& point : set.points) result.record.places.push_back({point.node, point.direction});
+  if (!set.in_time) add_curve(set, options.band, result.record);
   monitor.progress("poles", 0.0);
   const Charts charts = charts_of(set, options, monitor);
   monitor.throw_if_stopped();

@@ -73,4 +73,11 @@ void validate(const ResponseSet& set) {
   if (set.values.cwiseAbs().maxCoeff() > 1e15) throw InputError(place, "a response above 1e15");
 }
 
+Band whole_band(const ResponseSet& set) {
+  const Eigen::Index n = set.n_lines();
+  if (!set.in_time) return {set.abscissa[0], set.abscissa[n - 1]};
+  const double step_s = (set.abscissa[n - 1] - set.abscissa[0]) / static_cast<double>(n - 1);
+  return {2.0 / (step_s * static_cast<double>(n)), 0.5 / step_s};
+}
+
 }  // namespace klang::fit

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/foundation/base/conventions.hpp"
+
 /// Measured responses of a body at several places: frequency response functions, or free decays.
 namespace klang::fit {
 
@@ -44,6 +46,9 @@ ResponseSet read_universal_bytes(std::string_view bytes, const std::string& name
 
 /// Derivative of the displacement that a unit means. @throws InputError: a unit of another quantity
 int derivative_of_unit(const std::string& unit, const std::string& place);
+
+/// From the first line to the last; of free decays from two periods within them up to half their sample rate.
+Band whole_band(const ResponseSet& set);
 
 /// What every reader holds its result against. @throws InputError as read_responses
 void validate(const ResponseSet& set);

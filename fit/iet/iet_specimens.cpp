@@ -147,9 +147,13 @@ void mark_outliers(std::vector<IetRow>& rows) {
 
 std::vector<IetSummary> summary_of(const std::vector<IetRow>& rows) {
   const std::pair<const char*, std::optional<double> IetRow::*> quantities[] = {
-      {"e_e1876_pa", &IetRow::e_e1876_pa}, {"g_e1876_pa", &IetRow::g_e1876_pa},
-      {"nu_e1876", &IetRow::nu_e1876},     {"e_model_pa", &IetRow::e_model_pa},
-      {"g_model_pa", &IetRow::g_model_pa}, {"q_inverse_flexural", &IetRow::q_inverse_flexural}};
+      {"e_e1876_pa", &IetRow::e_e1876_pa},
+      {"g_e1876_pa", &IetRow::g_e1876_pa},
+      {"nu_e1876", &IetRow::nu_e1876},
+      {"e_model_pa", &IetRow::e_model_pa},
+      {"g_model_pa", &IetRow::g_model_pa},
+      {"nu_model", &IetRow::nu_model},
+      {"q_inverse_flexural", &IetRow::q_inverse_flexural}};
   std::vector<IetSummary> summary;
   for (const IetShape shape : {IetShape::kBar, IetShape::kRod, IetShape::kDisc}) {
     for (const auto& [name, member] : quantities) {

@@ -87,6 +87,7 @@ struct ResponseRecord {
   std::vector<ResponsePlace> places;
   std::vector<StabilityPole> stability;
   std::vector<PoleEstimate> estimates;
+  std::vector<double> curve_hz, curve_db;
   std::vector<std::vector<double>> auto_mac, mac;
   std::vector<double> model_hz;
 
@@ -97,6 +98,10 @@ struct ResponseRecord {
     visit({"places", "of the responses"}, self.places);
     visit({"stability", "chart: poles of rising orders, of FRFs by lscf, of decays by era"}, self.stability);
     visit({"estimates", "each partial by each estimator"}, self.estimates);
+    visit(absent_if_empty({"curve_hz", "of FRFs: where curve_db stands, at most 600 lines"}), self.curve_hz);
+    visit(
+        absent_if_empty({"curve_db", "20 log10 of the responses' rms in their unit, the largest of its neighbourhood"}),
+        self.curve_db);
     visit({"auto_mac", "modal assurance criterion of the partials' shapes with each other, 0 to 1"}, self.auto_mac);
     visit(absent_if_empty({"mac", "with --modes: of each partial's shape with each mode's"}), self.mac);
     visit(absent_if_empty({"model_hz", "with --modes: frequencies of these modes"}), self.model_hz);

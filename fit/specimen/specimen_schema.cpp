@@ -50,7 +50,7 @@ const std::vector<TomlField>& body_fields() {
       {"specimen", "recording", kText, "none", -kInf, kInf, "one sound file (or recordings, or partials)"},
       {"specimen", "recordings", kTexts, "none", -kInf, kInf, "sound files of the same body"},
       {"specimen", "partials", kText, "none", -kInf, kInf,
-       "table of partials (CSV or JSON) made elsewhere, instead of recordings"},
+       "table of partials (CSV or JSON), or measured responses (.uff, .unv, .mat: their poles), instead of recordings"},
       {"specimen", "strike_m", kNumbers, "none", -kMaxLength, kMaxLength,
        "x, y, z of the strike; the nearest surface node is taken", true, 3},
       {"specimen", "microphone_m", kNumbers, "none", -kMaxLength, kMaxLength, "x, y, z of the microphone", true, 3},

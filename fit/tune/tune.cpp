@@ -8,6 +8,7 @@
 #include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
 #include "fit/elastic/parameter_space.hpp"
@@ -168,10 +169,10 @@ void TuneOptions::validate(const Specimen& specimen) const {
   if (!specimen.shape) throw InputError(kPlace, "only a body given by shape and dimensions can be tuned");
   if (dimensions.empty()) throw InputError(kPlace, "no dimension is free");
   if (targets.empty()) throw InputError(kPlace, "no target frequency is given");
-  std::string known;
-  for (const auto& [name, value] : specimen.shape->dims) known += (known.empty() ? "" : ", ") + name;
+  std::vector<std::string> known;
+  for (const auto& [name, value] : specimen.shape->dims) known.push_back(name);
   for (const std::string& name : dimensions) {
-    if (!specimen.shape->dims.count(name)) throw InputError(kPlace, "unknown dimension", name, known);
+    if (!specimen.shape->dims.count(name)) throw unknown_word(kPlace, "unknown dimension", name, name, known);
     if (std::count(dimensions.begin(), dimensions.end(), name) > 1)
       throw InputError(kPlace, "dimension named twice", name);
   }

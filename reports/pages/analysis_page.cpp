@@ -135,7 +135,7 @@ SoundPair sounds_of(const fit::AnalysisDocument& data, ReportFolder& folder) {
 
 Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
   Page page;
-  page.over = "Klangprobe · partials of a recording";
+  page.over = data.responses ? "Klangprobe · poles of measured responses" : "Klangprobe · partials of a recording";
   page.title = title_of(data);
   page.verdict = status_verdict(data.header);
   page.sentences = sentences_of(data);
@@ -167,7 +167,9 @@ Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
   facts.explained_energy = data.explained_energy;
   facts.n_strikes = data.strikes_s.size();
   page.sections = {
-      {"sound", "Sound", players(media, sounds) + spectrogram_html(media, kSpectrogramCaption) + facts_html(facts)},
+      {"sound", "Sound",
+       data.responses ? std::string()
+                      : players(media, sounds) + spectrogram_html(media, kSpectrogramCaption) + facts_html(facts)},
       {"partials", "Partials", partials},
       {"stability", "Stability", stability_html(data, folder)},
       {"assurance", "Modal assurance", assurance_html(data)},

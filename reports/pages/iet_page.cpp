@@ -1,6 +1,8 @@
 // The page of klang iet: a test report that prints.
+#include <algorithm>
 #include <cmath>
-#include <set>
+#include <functional>
+#include <map>
 
 #include "core/foundation/config/fields_csv.hpp"
 #include "fit/iet/iet_document.hpp"
@@ -23,30 +25,62 @@ std::string head(const std::vector<std::pair<const char*, bool>>& columns) {
   return text + "</tr></thead>\n<tbody>";
 }
 
+/// What the standard wants in the report of each specimen beside its size.
+struct Condition {
+  const char* name;
+  std::function<std::string(const fit::IetSpecimen&)> words;
+};
+
+std::vector<Condition> conditions() {
+  return {{"Operator", [](const fit::IetSpecimen& g) { return g.operator_name; }},
+          {"Date", [](const fit::IetSpecimen& g) { return g.date; }},
+          {"Temperature",
+           [](const fit::IetSpecimen& g) { return g.temperature_c ? rounded(*g.temperature_c, 4) + "\u202f°C" : ""; }},
+          {"Support", [](const fit::IetSpecimen& g) { return g.support; }},
+          {"Device", [](const fit::IetSpecimen& g) { return g.device; }}};
+}
+
+bool is_common(const fit::IetDocument& data, const Condition& condition) {
+  return std::all_of(data.specimens.begin(), data.specimens.end(), [&](const fit::IetRow& row) {
+    return condition.words(row.given) == condition.words(data.specimens.front().given);
+  });
+}
+
+/// What all specimens share stands once, the rest in the table.
+std::string common_conditions(const fit::IetDocument& data) {
+  std::string body;
+  for (const Condition& condition : conditions()) {
+    if (!is_common(data, condition)) continue;
+    const std::string words = condition.words(data.specimens.front().given);
+    body += "<tr>" + tag("th", condition.name, "scope=\"row\"") +
+            tag("td", words.empty() ? "not given" : escaped(words)) + "</tr>\n";
+  }
+  return body.empty() ? body : "<table><caption>Of all specimens.</caption><tbody>" + body + "</tbody></table>\n";
+}
+
 std::string specimen_table(const fit::IetDocument& data) {
+  std::vector<Condition> own;
+  for (const Condition& condition : conditions()) {
+    if (!is_common(data, condition)) own.push_back(condition);
+  }
   std::string body;
   for (const fit::IetRow& row : data.specimens) {
     const fit::IetSpecimen& g = row.given;
     body += "<tr>" + tag("th", escaped(g.specimen), "scope=\"row\"") + tag("td", to_text(g.shape)) +
             cell(g.length_m, 1e3, 6) + cell(g.width_m, 1e3, 6) + cell(g.thickness_m, 1e3, 6) +
-            cell(g.diameter_m, 1e3, 6) + cell(g.mass_kg, 1e3, 6) + cell(row.density_kg_m3, 1.0, 5) +
-            tag("td", escaped(g.operator_name)) + tag("td", escaped(g.date)) + cell(g.temperature_c, 1.0, 4) +
-            tag("td", escaped(g.support)) + tag("td", escaped(g.device)) + "</tr>\n";
+            cell(g.diameter_m, 1e3, 6) + cell(g.mass_kg, 1e3, 6) + cell(row.density_kg_m3, 1.0, 5);
+    for (const Condition& condition : own) {
+      const std::string words = condition.words(g);
+      body += tag("td", words.empty() ? "not given" : escaped(words));
+    }
+    body += "</tr>\n";
   }
-  return scrolled("<table><caption>As they were given; the density is mass over volume.</caption>" +
-                      head({{"Specimen", false},
-                            {"Shape", false},
-                            {"Length [mm]", true},
-                            {"Width [mm]", true},
-                            {"Thickness [mm]", true},
-                            {"Diameter [mm]", true},
-                            {"Mass [g]", true},
-                            {"Density [kg/m³]", true},
-                            {"Operator", false},
-                            {"Date", false},
-                            {"Temperature [°C]", true},
-                            {"Support", false},
-                            {"Device", false}}) +
+  std::vector<std::pair<const char*, bool>> columns{
+      {"Specimen", false},      {"Shape", false},        {"Length [mm]", true}, {"Width [mm]", true},
+      {"Thickness [mm]", true}, {"Diameter [mm]", true}, {"Mass [g]", true},    {"Density [kg/m³]", true}};
+  for (const Condition& condition : own) columns.emplace_back(condition.name, false);
+  return common_conditions(data) +
+         scrolled("<table><caption>As they were given; the density is mass over volume.</caption>" + head(columns) +
                       body + "</tbody></table>",
                   "Specimens");
 }
@@ -81,23 +115,40 @@ std::string result_table(const fit::IetDocument& data) {
       "Results");
 }
 
+/// A column of iet.csv in words, and what its numbers are multiplied with there.
+struct QuantityWords {
+  std::string name;
+  double factor = 1.0;
+};
+
+QuantityWords words_of_quantity(const std::string& column) {
+  static const std::map<std::string, QuantityWords> known{
+      {"e_e1876_pa", {"E by the closed form [GPa]", 1e-9}}, {"g_e1876_pa", {"G by the closed form [GPa]", 1e-9}},
+      {"nu_e1876", {"ν by the closed form", 1.0}},          {"e_model_pa", {"E by the full model [GPa]", 1e-9}},
+      {"g_model_pa", {"G by the full model [GPa]", 1e-9}},  {"nu_model", {"ν by the full model", 1.0}},
+      {"q_inverse_flexural", {"Q⁻¹ · 1000, flexural", 1e3}}};
+  const auto found = known.find(column);
+  return found == known.end() ? QuantityWords{column, 1.0} : found->second;
+}
+
 std::string summary_table(const fit::IetDocument& data) {
   std::string body;
   for (const fit::IetSummary& line : data.summary) {
-    body += "<tr>" + tag("td", to_text(line.shape)) + tag("td", "<code>" + escaped(line.quantity) + "</code>") +
-            number_cell(rounded(line.mean, 6)) + number_cell(line.std ? rounded(*line.std, 2) : "—") +
-            number_cell(line.std && line.mean != 0.0 ? fixed(100.0 * *line.std / std::abs(line.mean), 2) : "—") +
+    const QuantityWords words = words_of_quantity(line.quantity);
+    const double mean = words.factor * line.mean;
+    const bool spread = line.std && *line.std > 0.0;
+    const int decimals = spread ? std::min(decimals_for(words.factor * *line.std), 6) : 3;
+    body += "<tr>" + tag("td", to_text(line.shape)) + tag("th", escaped(words.name), "scope=\"row\"") +
+            number_cell(fixed(mean, decimals)) + number_cell(spread ? rounded(words.factor * *line.std, 2) : "—") +
+            number_cell(spread && mean != 0.0 ? rounded(100.0 * words.factor * *line.std / std::abs(mean), 2) : "—") +
             number_cell(std::to_string(line.n)) + "</tr>\n";
   }
-  return scrolled("<table><caption>Mean and standard deviation of one specimen (n − 1), without outliers.</caption>" +
-                      head({{"Shape", false},
-                            {"Quantity", false},
-                            {"Mean [SI]", true},
-                            {"s [SI]", true},
-                            {"s [%]", true},
-                            {"n", true}}) +
-                      body + "</tbody></table>",
-                  "Summary");
+  return scrolled(
+      "<table><caption>Mean and standard deviation s of one specimen (n − 1), without outliers. The spread among "
+      "specimens, without the tolerances of dimensions and mass.</caption>" +
+          head({{"Shape", false}, {"Quantity", false}, {"Mean", true}, {"s", true}, {"s [%]", true}, {"n", true}}) +
+          body + "</tbody></table>",
+      "Summary");
 }
 
 std::vector<std::string> sentences_of(const fit::IetDocument& data) {

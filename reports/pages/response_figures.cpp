@@ -12,13 +12,19 @@ namespace {
 
 std::string column(const std::string& words) { return "<th class=\"n\" scope=\"col\">" + words + "</th>"; }
 
+std::string estimator_words(const std::string& name) {
+  if (name == "least_squares") return "least squares";
+  if (name == "lscf") return "LSCF";
+  if (name == "era") return "ERA";
+  return name;
+}
+
 std::string estimate_table(const fit::AnalysisDocument& data) {
   std::string body;
   for (std::size_t k = 0; k < data.partials.size(); ++k) {
     for (const fit::PoleEstimate& e : data.responses->estimates) {
       if (e.partial != static_cast<int>(k)) continue;
-      std::string name = e.estimator;
-      std::replace(name.begin(), name.end(), '_', ' ');
+      const std::string name = estimator_words(e.estimator);
       body += "<tr>" + number_cell(std::to_string(k + 1)) + tag("td", escaped(name)) +
               number_cell(fixed(e.frequency_hz, 4)) + number_cell(rounded(e.decay_per_s, 5)) +
               number_cell(rounded(100 * e.decay_per_s / (2 * 3.14159265358979 * e.frequency_hz), 4)) + "</tr>\n";
@@ -47,6 +53,16 @@ std::string matrix_table(const fit::AnalysisDocument& data, const std::vector<st
                   "Modal assurance");
 }
 
+/// The responses' level over the whole height of the chart.
+void draw_curve(const fit::ResponseRecord& record, Frame& frame, double most) {
+  if (record.curve_hz.size() < 2 || record.curve_hz.size() != record.curve_db.size()) return;
+  const auto [low, high] = std::minmax_element(record.curve_db.begin(), record.curve_db.end());
+  std::vector<PlotPoint> points;
+  for (std::size_t i = 0; i < record.curve_hz.size(); ++i)
+    points.push_back({record.curve_hz[i], most * (record.curve_db[i] - *low) / std::max(*high - *low, 1e-9)});
+  frame.curve(points, "rule");
+}
+
 }  // namespace
 
 std::string stability_html(const fit::AnalysisDocument& data, ReportFolder& folder) {
@@ -65,6 +81,7 @@ std::string stability_html(const fit::AnalysisDocument& data, ReportFolder& fold
                 axis_around("Frequency [Hz]", Scale::kLinear, frequencies, 0.05),
                 {"Order of the model", Scale::kLinear, 0, most + 2.0, true});
     frame.draw_axes(10, 6, true, true);
+    draw_curve(*data.responses, frame, most);
     for (const fit::AnalysisPartial& p : data.partials)
       svg.line(frame.x(p.frequency_hz), frame.top(), frame.x(p.frequency_hz), frame.bottom(), "accent thin");
     for (const fit::StabilityPole& pole : data.responses->stability)
@@ -74,7 +91,10 @@ std::string stability_html(const fit::AnalysisDocument& data, ReportFolder& fold
     html =
         figure(sheet(svg),
                "Filled: the order before has the same pole within 1 % in frequency and 5 % in decay. Lines: the poles "
-               "that were taken, after least squares.");
+               "that were taken, after least squares." +
+                   std::string(data.responses->curve_hz.empty()
+                                   ? ""
+                                   : " Curve: the responses’ rms level, from the lowest to the highest of this band."));
   }
   return html + estimate_table(data);
 }

@@ -89,7 +89,8 @@ std::string players(const SoundMedia& media, const SoundPair& sounds) {
   const double gain_db = 20 * std::log10(media.gain);
   if (std::abs(gain_db) > 0.5) {
     note += std::string(note.empty() ? "" : " ") + (both ? "Both are" : "It is") + " played " +
-            fixed(std::abs(gain_db), 1) + " dB " + (media.gain > 1 ? "louder" : "softer") + " than recorded.";
+            fixed(std::abs(gain_db), 1) + " dB " + (media.gain > 1 ? "louder" : "softer") +
+            (both || sounds.recorded_words == SoundPair().recorded_words ? " than recorded." : " than in its file.");
   }
   return html + (note.empty() ? "" : "<p class=\"how\"><small>" + note + "</small></p>\n");
 }

@@ -148,7 +148,9 @@ std::string spectrum_html(const SpectrumView& view, ReportFolder& folder) {
   const double high_hz = highest_of(view);
   const LevelSpectrum measured = level_spectrum(view.recorded, view.strike_s, high_hz);
   const LevelSpectrum model = level_spectrum(view.computed, view.strike_s, high_hz);
-  if (measured.level_db.empty() && view.partials.empty()) return {};
+  const bool partials_stand = std::any_of(view.partials.begin(), view.partials.end(),
+                                          [](const fit::Partial& p) { return p.amplitude.value_or(0.0) > 0.0; });
+  if (measured.level_db.empty() && !partials_stand) return {};
   const double window_s = measured.window_s > 0 ? measured.window_s
                           : model.window_s > 0  ? model.window_s
                                                 : kLongestWindowS;

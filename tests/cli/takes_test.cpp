@@ -84,25 +84,32 @@ TEST(Watch, SurvivesBrokenFilesAndWaitsUntilAFileHasStoppedGrowing) {
   EXPECT_FALSE(std::filesystem::exists(scratch.path() / "out/a-broken"));
 }
 
-/// Dataset 58 of a body with modes at 100 and 230 Hz, accelerance at two places: [1, 0.5] and [-0.7, 1].
-std::string universal_file() {
+struct Line {
+  double low_hz, step_hz;
+  int n;
+};
+
+/// Dataset 58, accelerance: modes with these frequencies, decays and shapes over the places, struck at the first.
+std::string universal_file(const Line& lines, const std::vector<double>& hz, const std::vector<double>& decay,
+                           const std::vector<std::vector<double>>& shapes) {
   using Complex = std::complex<double>;
-  const double shapes[2][2] = {{1.0, -0.7}, {0.5, 1.0}}, hz[2] = {100, 230}, decay[2] = {2, 5};
   std::string text;
-  char part[64];
-  for (int place = 0; place < 2; ++place) {
+  char part[96];
+  for (std::size_t place = 0; place < shapes.size(); ++place) {
     text += "    -1\n    58\nNONE\nNONE\nNONE\nNONE\nNONE\n    4         0    0         0       NONE         " +
             std::to_string(place + 1) + "   3       NONE         1   3\n";
+    std::snprintf(part, sizeof part, "         6%10d         1  %11.5E  %11.5E  0.00000E+00\n", lines.n, lines.low_hz,
+                  lines.step_hz);
+    text += part;
     text +=
-        "         6      1200         1  2.00000E+01  2.50000E-01  0.00000E+00\n"
         "        18    0    0    0            Frequency                   Hz\n"
         "        12    0    0    0         Acceleration                m/s^2\n"
         "        13    0    0    0                Force                    N\n"
         "         0    0    0    0                 NONE                 NONE\n";
-    for (int i = 0; i < 1200; ++i) {
-      const Complex s(0, 2 * M_PI * (20 + 0.25 * i));
+    for (int i = 0; i < lines.n; ++i) {
+      const Complex s(0, 2 * M_PI * (lines.low_hz + lines.step_hz * i));
       Complex h = 0;
-      for (int mode = 0; mode < 2; ++mode) {
+      for (std::size_t mode = 0; mode < hz.size(); ++mode) {
         const double omega = 2 * M_PI * hz[mode];
         h += s * s * shapes[place][mode] * shapes[0][mode] /
              (s * s + 2 * decay[mode] * s + omega * omega + decay[mode] * decay[mode]);
@@ -118,7 +125,7 @@ std::string universal_file() {
 
 TEST(Responses, PolesAndShapesStandInTheAnalysis) {
   const Scratch scratch;
-  const std::string file = universal_file();
+  const std::string file = universal_file({20, 0.25, 1200}, {100, 230}, {2, 5}, {{1.0, -0.7}, {0.5, 1.0}});
   scratch.write("hammer.uff", file);
   const RunResult run = run_klang("analyze hammer.uff -o out --csv p.csv", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -138,6 +145,41 @@ TEST(Responses, PolesAndShapesStandInTheAnalysis) {
   scratch.write("none.mat", "MATLAB no more");
   expect_refused(scratch, "analyze none.mat -o bad", {"none.mat"});
   expect_refused(scratch, "analyze hammer.uff --bell", {"--bell"});
+}
+
+TEST(Responses, PolesGoIntoAFitAsItsPartials) {
+  const Scratch scratch;
+  const RunResult modes = run_klang(
+      "modes --shape rod --dims length_m=0.2,radius_m=0.005 --count 6 --quiet --json m.json --material "
+      "youngs_modulus_pa=7.1e10,poissons_ratio=0.33,density_kg_m3=2700",
+      scratch.path());
+  ASSERT_EQ(modes.exit_code, 0) << modes.err;
+  std::vector<double> hz;
+  const nlohmann::json result = read_json(scratch.path() / "m.json");
+  for (const auto& mode : result["modes"]) {
+    const double f = mode["frequency_hz"];
+    if (hz.empty() || f > hz.back() + 1.0) hz.push_back(f);
+  }
+  ASSERT_GE(hz.size(), 3u);
+  hz.resize(3);
+  scratch.write("rod.uff", universal_file({800, 2, 4000}, hz, {4, 10, 19}, {{1.0, 0.8, 0.6}}));
+  const std::string rod =
+      "[material]\nyoungs_modulus_pa = 7e10\npoissons_ratio = 0.33\ndensity_kg_m3 = 2700\n[[specimen]]\nname = "
+      "\"rod\"\n"
+      "shape = { kind = \"rod\", length_m = 0.2, radius_m = 0.005 }\n";
+  const std::string wanted = "[fit]\nparameters = [\"youngs_modulus_pa\"]\n";
+  scratch.write("rod.toml", rod + "partials = \"rod.uff\"\n" + wanted);
+  const RunResult run = run_klang("fit rod.toml -o out --no-pictures", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json fit = read_json(scratch.path() / "out/fit.json");
+  EXPECT_NEAR(fit["parameters"][0]["value"].get<double>(), 7.1e10, 1e6);
+  EXPECT_EQ(fit["specimens"][0]["partials"].size(), 3u);
+  scratch.write("wrong.toml", rod + "recording = \"rod.uff\"\n" + wanted);
+  expect_refused(scratch, "fit wrong.toml -o none", {"partials = \"rod.uff\""});
+}
+
+TEST(Listen, ADeviceThatIsNotThereIsRefusedInOneLine) {
+  expect_refused(Scratch(), "listen --device no-such-thing -o none", {"--device"});
 }
 
 TEST(Help, OfAMistypedCommandAsksWhatWasMeant) {

@@ -17,6 +17,7 @@ struct SpecimenData {
   int n_takes = 0;                           ///< recordings that have partials; 0: a table made elsewhere
   std::optional<double> take_scatter_cents;  ///< typical deviation of a partial from take to take; empty: one take
   std::optional<double> take_share;          ///< least share of a take's strong partials that other takes have too
+  std::vector<std::string> notes;            ///< of measured responses
   double highest_partial_hz() const;         ///< 0 without partials
 };
 

@@ -64,6 +64,24 @@ void judge_given(const JudgeInput& input, std::vector<Reason>& reasons) {
   }
 }
 
+/// "7169.8 Hz on mode 2 instead of 1": the first ring that the rival takes for another mode; empty where there is none.
+std::string ring_elsewhere(const JudgeInput& input) {
+  std::size_t at = 0;
+  for (const JudgedSpecimen& specimen : input.specimens) {
+    for (std::size_t i = 0; i < specimen.mode_of_partial.size(); ++i, ++at) {
+      if (at >= input.rival->modes.size()) return {};
+      const int own = specimen.mode_of_partial[i], rival = input.rival->modes[at];
+      if (own < 0 || rival < 0 || own == rival || i >= specimen.partials.partials.size()) continue;
+      const auto hz = [&](int mode) { return mode < specimen.frequency_hz.size() ? specimen.frequency_hz[mode] : 0.0; };
+      // Of one line, whatever the modes' numbers.
+      if (std::abs(hz(own) - hz(rival)) < 1e-4 * hz(own)) continue;
+      return shown("%.1f Hz", specimen.partials.partials[i].frequency_hz) + " on mode " + std::to_string(rival) +
+             " instead of " + std::to_string(own);
+    }
+  }
+  return {};
+}
+
 void judge_rival(const JudgeInput& input, std::vector<Reason>& reasons) {
   if (!input.rival || input.rival->log_odds > kRivalOdds) return;
   double young = input.found.youngs_modulus_pa(), young_std = 0.0, poisson_std = 0.0;
@@ -76,15 +94,16 @@ void judge_rival(const JudgeInput& input, std::vector<Reason>& reasons) {
   const double poisson_off = std::abs(input.rival->poissons_ratio - input.found.poissons_ratio());
   const bool other = young_off > std::max(0.01 * young, 3.0 * young_std) ||
                      (poisson_known && poisson_off > std::max(0.01, 3.0 * poisson_std));
-  if (!other) return;
+  const std::string elsewhere = other ? std::string() : ring_elsewhere(input);
+  if (!other && elsewhere.empty()) return;
   reasons.push_back({ReasonKind::kRival,
                      Verdict::kDoubtful,
                      "",
                      "",
                      "another matching explains the partials nearly as well (odds 1 to " +
-                         shown("%.2g", std::exp(std::max(0.0, input.rival->log_odds))) +
-                         "), with E = " + shown("%.4g GPa", input.rival->youngs_modulus_pa / 1e9) +
-                         " and Poisson's ratio " + shown("%.3f", input.rival->poissons_ratio),
+                         shown("%.2g", std::exp(std::max(0.0, input.rival->log_odds))) + "), with E = " +
+                         shown("%.4g GPa", input.rival->youngs_modulus_pa / 1e9) + " and Poisson's ratio " +
+                         shown("%.3f", input.rival->poissons_ratio) + (other ? "" : ": " + elsewhere),
                      input.rival->log_odds,
                      kRivalOdds,
                      {}});

@@ -1,5 +1,5 @@
-// Any bytes given as a result (JSON of every kind with a page), a reference spectrum, a partial table, a CSV or measured responses are either read or
-// refused with an InputError. The first byte picks the format (tools/lib/fuzz_seeds.py has the same numbers).
+// Any bytes given as a result (JSON of every kind with a page), a reference spectrum, a partial table, a CSV, measured responses or
+// tracked bubbles are either read or refused with an InputError. The first byte picks the format (tools/lib/fuzz_seeds.py has the same numbers).
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -10,6 +10,7 @@
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/bubble/time_series.hpp"
+#include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/physics/modal/modes_document.hpp"
 #include "core/sound/stage/listener_file.hpp"
 #include "fit/bubble/bubble_document.hpp"
@@ -84,6 +85,15 @@ void read_as(int format, std::string_view bytes) {
       klang::fit::read_responses(file.path());
       return;
     }
+    case 17:  // read, and written again
+      klang::entrainment::tracked_bubbles_text(
+          klang::entrainment::parse_tracked_bubbles(std::string(bytes), "fuzz").paths);
+      return;
+    case 18: {
+      const FuzzFile file(bytes, ".xz");
+      klang::entrainment::read_tracked_bubbles(file.path());
+      return;
+    }
     default:
       read_csv(format, bytes);
   }
@@ -94,7 +104,7 @@ void read_as(int format, std::string_view bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   try {
-    read_as(data[0] % 17, {reinterpret_cast<const char*>(data) + 1, size - 1});
+    read_as(data[0] % 19, {reinterpret_cast<const char*>(data) + 1, size - 1});
   } catch (const klang::InputError&) {
   }
   return 0;

@@ -11,6 +11,8 @@ import subprocess
 import wave
 import zlib
 
+import attack_liquids
+
 DATA = pathlib.Path(__file__).resolve().parents[2] / "tests" / "data" / "mesh"
 RECIPES = pathlib.Path(__file__).resolve().parents[2] / "datasets-synthetic" / "recipes"
 
@@ -282,6 +284,15 @@ def bases(klang, folder, only):
         found["report-" + name[:-5]] = ({name: file.read_bytes()}, name, f"report {name} --no-pictures -q")
     if (folder / "reference.json").exists():
         found["reference"] = ({**wav, "r.json": (folder / "reference.json").read_bytes()}, "r.json", "regress check r.json x.wav --json c.json -q")
+
+    def klang_did(command):
+        try:
+            klang_run(command)
+        except subprocess.CalledProcessError:
+            return False
+        return True
+
+    found.update(attack_liquids.bases(klang_did, folder))
     return {kind: base for kind, base in found.items() if only in kind}
 
 
@@ -391,5 +402,6 @@ def mutate(base_files, number, seed, work):
         data = text_mutation(data, rng) if head < 0 else text_mutation(data[:head], rng) + data[head:]
     work.mkdir()
     for name, content in files.items():
+        (work / name).parent.mkdir(parents=True, exist_ok=True)
         (work / name).write_bytes(data if name == target else content)
     return kind, command

@@ -3,12 +3,14 @@
 tests/fuzz/{mesh,model,table}_fuzz.cpp count them. (sound and toml take files as they are.)"""
 import hashlib
 import json
+import lzma
 import pathlib
 import struct
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import attack_files  # noqa: E402
+import attack_liquids  # noqa: E402
 
 MESH = {"stl": 0, "obj": 1, "ply": 2, "off": 3, "tetgen": 4, "profile": 5, ".msh": 6, ".vtu": 7}
 TET = ('<VTKFile type="UnstructuredGrid" byte_order="LittleEndian"><UnstructuredGrid><FieldData>{fields}</FieldData><Piece NumberOfPoints='
@@ -96,7 +98,8 @@ def seeds():
         yield "model", number, str(number), value
     for number, value in documents():
         yield "table", number, str(number), value
-    for number, name, value in ((15, "frf", universal(4)), (15, "decay", universal(1)), (16, "mat", matlab())):
+    for number, name, value in ((15, "frf", universal(4)), (15, "decay", universal(1)), (16, "mat", matlab()),
+                                (17, "tracked", attack_liquids.TRACKED), (18, "tracked-xz", lzma.compress(attack_liquids.TRACKED.encode()))):
         yield "table", number, name, value
 
 

@@ -24,9 +24,9 @@ auto guarded(const std::string& file, Function&& function) {
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
-    std::string what = error.what();
+    std::string what = std::string(error.what()).substr(0, 200);  // it may quote the file
     for (char& c : what)
-      if (c == '\n') c = ' ';
+      if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = ' ';
     throw InputError(file, "is no usable .vdb: " + what);
   }
 }

@@ -14,6 +14,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kFarthestM = 9e3;    ///< a scene takes 1e4, and the head stands beside them
+constexpr double kLongestS = 3599.0;  ///< as above
+
 }  // namespace
 
 RunDocument import_tracked(const entrainment::TrackedBubbles& tracked, const std::string& name,
@@ -35,13 +38,17 @@ RunDocument import_tracked(const entrainment::TrackedBubbles& tracked, const std
   if (tracked.paths.empty())
     throw InputError(name, "has no bubble with a pitch", std::to_string(tracked.n_left_out) + " without",
                      "FREQUENCY above 0");
+  for (const Vector3d& corner : {low, high})
+    for (const double x : corner) checked(name, "position of a bubble [m]", x, -kFarthestM, kFarthestM);
+  checked(name, "last moment of a bubble [s]", end_s, 0.0, kLongestS);
   const Vector3d middle = 0.5 * (low + high);
   const Vector3d ear = listener_m.value_or(Vector3d(middle.x(), low.y() - 0.5, std::max(high.z(), 0.0) + 0.5));
   if (!(ear.z() > 0.0)) throw InputError("--listener", "is not in the air", list(ear), "z above 0: our axes, z up");
+  for (const double x : ear) checked("--listener", "position [m]", x, -kFarthestM, kFarthestM);
   constexpr int kCells = 8;
   const double cell = std::clamp(std::ceil(100.0 * (high - low).maxCoeff()) / 100.0, 0.1, 80.0) / kCells,
                size = kCells * cell;
-  const double duration = std::clamp(std::ceil(100.0 * end_s) / 100.0, 0.01, 3599.0);
+  const double duration = std::clamp(std::ceil(100.0 * end_s) / 100.0, 0.01, kLongestS);
   const std::string toml =
       "# Bubbles of another program: what was tracked stands in bubbles.trk, the box says nothing of its liquid.\n"
       "name = " +

@@ -29,20 +29,34 @@ struct AnalyzeOptions {
   bool band_given = false;
 };
 
+/// What stands behind a row: "  weak  beats 1.32 Hz".
+std::string remarks_on(const fit::Partial& partial) {
+  std::string words;
+  if (!partial.decay_per_s) words += "  too short to tell";
+  if (partial.kind == fit::PartialKind::kWeak) words += "  weak";
+  if (!partial.stage.empty()) words += "  " + partial.stage + " of two stages";
+  if (partial.beat_hz) {
+    char text[40];
+    std::snprintf(text, sizeof text, "  beats %.3g Hz", *partial.beat_hz);
+    words += text;
+  }
+  return words;
+}
+
 void print_partials(const fit::AnalysisDocument& document, const CommonOptions& common) {
   say(common, "%14s %10s %12s %10s %11s %9s  %s\n", "frequency_hz", "std_hz", "decay_per_s", "std_per_s",
       "amplitude_db", "t60_s", "note cents");
   for (const fit::Partial& p : document.partials) {
     const double level_db = 20.0 * std::log10(p.amplitude.value_or(0.0));
     if (!p.decay_per_s) {
-      say(common, "%14.4f %10.2g %12s %10s %11.1f %9s  %-4s %+5.1f  too short to tell\n", p.frequency_hz,
-          p.frequency_std_hz.value_or(0.0), "-", "-", level_db, "-", p.note.c_str(), p.cents.value_or(0.0));
+      say(common, "%14.4f %10.2g %12s %10s %11.1f %9s  %-4s %+5.1f%s\n", p.frequency_hz,
+          p.frequency_std_hz.value_or(0.0), "-", "-", level_db, "-", p.note.c_str(), p.cents.value_or(0.0),
+          remarks_on(p).c_str());
       continue;
     }
     say(common, "%14.4f %10.2g %12.4f %10.2g %11.1f %9.3f  %-4s %+5.1f%s\n", p.frequency_hz,
         p.frequency_std_hz.value_or(0.0), *p.decay_per_s, p.decay_std_per_s.value_or(0.0), level_db,
-        std::log(1000.0) / *p.decay_per_s, p.note.c_str(), p.cents.value_or(0.0),
-        p.kind == fit::PartialKind::kWeak ? "  weak" : "");
+        std::log(1000.0) / *p.decay_per_s, p.note.c_str(), p.cents.value_or(0.0), remarks_on(p).c_str());
   }
 }
 

@@ -1,5 +1,7 @@
 #include "fit/ringdown/analysis_document.hpp"
 
+#include "fit/ringdown/partial_pairs.hpp"
+
 namespace klang::fit {
 
 AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& result, double a4_hz) {
@@ -12,10 +14,12 @@ AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& re
   document.strike_amplitudes = result.strike_amplitudes;
   document.explained_energy = result.explained_energy;
   document.noise_rms = result.noise_rms;
+  document.n_coder_images = result.n_coder_images;
   document.steady_tones = result.steady_tones;
   document.a4_hz = a4_hz;
   std::vector<Partial> partials = result.partials.partials;
   name_notes(partials, a4_hz);
+  name_pairs(partials);
   document.partials = with_shapes(partials);
   name_notes(document.steady_tones, a4_hz);
   return document;

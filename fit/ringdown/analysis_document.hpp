@@ -30,6 +30,7 @@ struct AnalysisDocument {
   std::vector<double> strikes_s;
   std::vector<std::vector<double>> strike_amplitudes;
   std::optional<double> explained_energy, noise_rms;
+  std::optional<int> n_coder_images;
   std::vector<AnalysisPartial> partials;
   std::vector<Partial> steady_tones;
   std::optional<double> a4_hz;  ///< that the notes go by
@@ -48,6 +49,9 @@ struct AnalysisDocument {
     visit({"strike_amplitudes", "[strike][partial], where there are several strikes"}, self.strike_amplitudes);
     visit({"explained_energy", "of the free ringing in band, 0 to 1"}, self.explained_energy);
     visit({"noise_rms", "rms of what the partials leave, full scale = 1, in band"}, self.noise_rms);
+    visit(absent_if_empty(
+              {"n_coder_images", "of a coded recording: images that its coder made of louder lines, left out"}),
+          self.n_coder_images);
     visit({"partials", "ascending in frequency"}, self.partials);
     visit({"steady_tones", "what sounds in band and does not decay: no partials"}, self.steady_tones);
     visit(absent_if_empty({"a4_hz", "that the notes of the partials go by"}), self.a4_hz);

@@ -25,7 +25,7 @@ struct Column {
   bool is_word() const { return rule == Rule::kWord; }
 };
 
-constexpr std::array<Column, 13> kColumns{{
+constexpr std::array<Column, 15> kColumns{{
     {"frequency_hz", nullptr, Rule::kAboveZero},
     {"frequency_std_hz", &Partial::frequency_std_hz, Rule::kAboveZero},
     {"decay_per_s", &Partial::decay_per_s, Rule::kAtLeastZero},
@@ -38,6 +38,8 @@ constexpr std::array<Column, 13> kColumns{{
     {"specimen", nullptr, Rule::kSpecimen},
     {"note", nullptr, Rule::kDerived},
     {"cents", nullptr, Rule::kDerived},
+    {"beat_hz", nullptr, Rule::kDerived},
+    {"stage", nullptr, Rule::kDerived},
     {"matched_mode", nullptr, Rule::kDerived},
 }};
 

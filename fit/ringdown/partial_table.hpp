@@ -34,8 +34,10 @@ struct Partial {
   std::optional<double> phase_rad;
   std::optional<double> phase_std_rad;
   PartialKind kind = PartialKind::kDecaying;
-  std::string note;             ///< the nearest of equal temperament (name_notes); empty: not named
-  std::optional<double> cents;  ///< above it
+  std::string note;               ///< the nearest of equal temperament (name_notes); empty: not named
+  std::optional<double> cents;    ///< above it
+  std::optional<double> beat_hz;  ///< with the loudest ring next to it (name_pairs)
+  std::string stage;              ///< of two decays at one frequency "early" or "late" (name_pairs); else empty
 
   /// Whether it may be held against a mode of a body: what is not known to decay is not.
   bool is_ring() const { return kind == PartialKind::kDecaying || kind == PartialKind::kWeak; }
@@ -62,6 +64,10 @@ struct Partial {
         self.kind);
     visit(absent_if_empty({"note", "the nearest of equal temperament, by A4"}), self.note);
     visit(absent_if_empty({"cents", "above that note"}), self.cents);
+    visit(
+        absent_if_empty({"beat_hz", "beats with the loudest ring beside it (within 20 Hz and 20 dB): their distance"}),
+        self.beat_hz);
+    visit(absent_if_empty({"stage", "of two decays at one frequency: early (the faster) or late"}), self.stage);
   }
 };
 
@@ -77,7 +83,7 @@ struct PartialTable {
 /// back ascending in frequency. In JSON null or a missing key is "not measured" and keys of other names are
 /// left alone; in CSV so are columns, which left_out_columns names. Separators, quotes and decimal commas: CsvFile. InputError names file, line (or partials[index]),
 /// column, value.
-/// What follows from the others (note, cents, matched_mode) is not read. Where a column `specimen` (in JSON: the specimens of a
+/// What follows from the others (note, cents, beat_hz, stage, matched_mode) is not read. Where a column `specimen` (in JSON: the specimens of a
 /// fit.json) names several specimens, the rows of this one are taken.
 /// @param specimen  its name; empty: the file holds one specimen
 PartialTable read_partial_table(const std::filesystem::path& path, std::string_view specimen = {});
@@ -87,7 +93,7 @@ PartialTable parse_partial_json(std::string_view text, const std::string& name, 
 /// Names the nearest note of each.
 void name_notes(std::vector<Partial>& partials, double a4_hz);
 
-/// CSV with all eleven columns; a number reads back to the same bits.
+/// CSV with all thirteen columns; a number reads back to the same bits.
 std::string partial_csv(const PartialTable& table);
 void write_partial_table(const std::filesystem::path& path, const PartialTable& table);
 

@@ -285,6 +285,11 @@ void warn_about(RingdownResult& result, const RingData& data, const JudgedPartia
                    [](const Partial& a, const Partial& b) { return a.frequency_hz < b.frequency_hz; });
   warn_of_tones(result, "mains hum", "mains hum", true);
   warn_of_tones(result, "steady tone", "steady tones", false);
+  if (data.coded_s() > 0) result.n_coder_images = found.n_images;
+  if (found.n_images > 0) {
+    result.warnings.push_back(std::to_string(found.n_images) + (found.n_images == 1 ? " image" : " images") +
+                              " that the coder made of louder lines left out");
+  }
   if (!found.too_short.empty()) {
     result.warnings.push_back(std::to_string(found.too_short.size()) +
                               (found.too_short.size() == 1 ? " partial" : " partials") +

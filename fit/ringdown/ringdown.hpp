@@ -19,7 +19,7 @@ inline constexpr double kMostlyExplained = 0.9;
 
 struct RingdownOptions {
   Band band;  ///< high_hz is cut to 0.48 of the sample rate
-  int max_partials = 200;
+  int max_partials = 400;
   double min_snr_db = 10.0;         ///< a partial's peak above the noise in its own resolution cell
   bool accept_unexplained = false;  ///< go on, with a warning, where the partials explain less than kLeastExplained
   void validate() const;            ///< InputError
@@ -46,6 +46,7 @@ struct RingdownResult {
   double sample_rate_hz = 0.0;
   std::optional<double> explained_energy;  ///< 0..1, of the energy in band of the free ringing after the strikes
   std::optional<double> noise_rms;         ///< rms of what the partials leave there, full scale = 1, in band
+  std::optional<int> n_coder_images;       ///< left out; empty: not known as a coded recording
   std::vector<std::string> warnings;       ///< "clipped: 312 samples left out", "mains hum at 50 Hz ignored"
   std::map<std::string, double> wall_time_s;
   bool usable() const { return status == RingdownStatus::kOk; }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/sound/audio/strikes.hpp"
+#include "fit/ringdown/partial_pairs.hpp"
 
 namespace klang::fit {
 
@@ -41,6 +42,7 @@ std::optional<Take> analysed_take(const TakeSound& sound, double a4_hz, Monitor&
   take.strike_s = sound.strike_s;
   take.partials = rings.partials.partials;
   name_notes(take.partials, a4_hz);
+  name_pairs(take.partials);
   const auto strongest = std::max_element(
       take.partials.begin(), take.partials.end(),
       [](const Partial& a, const Partial& b) { return a.amplitude.value_or(0.0) < b.amplitude.value_or(0.0); });

@@ -11,6 +11,7 @@
 #include "core/geometry/mesh/quality.hpp"
 #include "core/physics/modal/damping/damping_laws.hpp"
 #include "core/sound/audio/note.hpp"
+#include "fit/ringdown/partial_pairs.hpp"
 
 namespace klang::fit {
 namespace {
@@ -86,6 +87,7 @@ std::vector<PartialRecord> partial_records(const FitResult& result, std::size_t 
   std::vector<PartialRecord> records;
   std::vector<Partial> partials = result.specimens[s].partials.partials;
   name_notes(partials, audio::kConcertPitchHz);
+  name_pairs(partials);
   for (const Partial& partial : partials) records.push_back({partial, {}});
   for (const PartialMatch& match : result.matches) {
     if (match.specimen == static_cast<int>(s) && match.mode >= 0)

@@ -20,6 +20,21 @@ namespace {
 
 std::string bold(const std::string& text) { return "<b>" + escaped(text) + "</b>"; }
 
+/// How many fall in two stages or beat.
+void add_pairs(const fit::AnalysisDocument& data, std::vector<std::string>& sentences) {
+  const auto count = [&](auto&& holds) {
+    return static_cast<std::size_t>(std::count_if(data.partials.begin(), data.partials.end(), holds));
+  };
+  const std::size_t n_stages = count([](const fit::Partial& p) { return p.stage == "late"; });
+  const std::size_t n_beating = count([](const fit::Partial& p) { return p.beat_hz.has_value(); });
+  if (n_stages > 0)
+    sentences.push_back(counted(n_stages, "line falls", "lines fall") +
+                        " in two stages, a fast and a slow one: one decay does not say how long it rings.");
+  if (n_beating > 0)
+    sentences.push_back(counted(n_beating, "partial beats", "partials beat") +
+                        " with a neighbour of nearly its frequency.");
+}
+
 std::vector<std::string> sentences_of(const fit::AnalysisDocument& data) {
   std::vector<std::string> sentences;
   const std::string message = data.header.message.value_or("");
@@ -50,6 +65,7 @@ std::vector<std::string> sentences_of(const fit::AnalysisDocument& data) {
     sentences.push_back(counted(data.steady_tones.size(), "steady tone", "steady tones") +
                         " in band do not decay and are left out.");
   }
+  add_pairs(data, sentences);
   sentence = std::string(data.responses ? "The strongest (in its largest response) lies at "
                                         : "The strongest (by amplitude at the strike) lies at ") +
              bold(hertz(loudest->frequency_hz, loudest->frequency_std_hz));

@@ -195,10 +195,23 @@ std::string match_table(const std::vector<fit::MatchRecord>& matches, const std:
          hear_head(heard) + "</tr></thead>\n<tbody>" + body + "</tbody></table>";
 }
 
+/// What is to be known beside a partial's numbers; empty: nothing.
+std::string remarks_on(const fit::Partial& partial) {
+  std::string words;
+  const auto add = [&](const std::string& remark) { words += (words.empty() ? "" : ", ") + remark; };
+  if (partial.kind == fit::PartialKind::kTooShort) add("too short to tell whether it falls");
+  if (partial.kind == fit::PartialKind::kWeak) add("weak");
+  if (!partial.stage.empty()) add(partial.stage + " of two stages");
+  if (partial.beat_hz) add("beats " + rounded(*partial.beat_hz, 3) + " Hz");
+  return words;
+}
+
 std::string partial_table(const std::vector<fit::Partial>& partials, const std::vector<fit::Partial>& heard) {
   std::string body;
   const bool noted =
       std::any_of(partials.begin(), partials.end(), [](const fit::Partial& p) { return !p.note.empty(); });
+  const bool remarked =
+      std::any_of(partials.begin(), partials.end(), [](const fit::Partial& p) { return !remarks_on(p).empty(); });
   for (const fit::Partial& p : partials) {
     body += "<tr>" + number_cell(escaped(plus_minus(p.frequency_hz, p.frequency_std_hz, 7))) +
             number_cell(escaped(plus_minus(p.decay_per_s, p.decay_std_per_s))) +
@@ -206,14 +219,15 @@ std::string partial_table(const std::vector<fit::Partial>& partials, const std::
             number_cell(p.amplitude && *p.amplitude > 0 ? fixed(20 * std::log10(*p.amplitude), 1) : "—") +
             number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—") +
             (noted ? tag("td", escaped(p.note)) + number_cell(p.cents ? signed_cents(*p.cents) : "—") : std::string()) +
-            hear(heard, p.frequency_hz) + "</tr>\n";
+            (remarked ? tag("td", escaped(remarks_on(p))) : std::string()) + hear(heard, p.frequency_hz) + "</tr>\n";
   }
   return "<table><thead><tr><th class=\"n\" scope=\"col\">Frequency [Hz]</th><th class=\"n\" "
          "scope=\"col\">Decay [1/s]</th>"
          "<th class=\"n\" scope=\"col\">60 dB in [s]</th><th class=\"n\" scope=\"col\">Level [dB]</th>"
          "<th class=\"n\" scope=\"col\">Phase [rad]</th>" +
          std::string(noted ? "<th scope=\"col\">Note</th><th class=\"n\" scope=\"col\">Cents</th>" : "") +
-         hear_head(heard) + "</tr></thead>\n<tbody>" + body + "</tbody></table>";
+         std::string(remarked ? "<th scope=\"col\">Remark</th>" : "") + hear_head(heard) + "</tr></thead>\n<tbody>" +
+         body + "</tbody></table>";
 }
 
 std::string mode_list(const std::vector<fit::PredictedRecord>& modes) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "fit/ringdown/partial_pairs.hpp"
 #include "fit/ringdown/ringdown.hpp"
 #include "tests/fit/ringdown_signals.hpp"
 
@@ -146,6 +147,51 @@ TEST(RingdownTrust, TwoStagesOfADecayAreToldApart) {
   std::sort(decays.begin(), decays.end());
   EXPECT_NEAR(decays[0], 3, 0.03);
   EXPECT_NEAR(decays[1], 12, 0.12);
+}
+
+TEST(RingdownTrust, LinesBesideOneThatWaversStay) {
+  // A loud line of 1 kHz, whose pitch sinks by 1.5 Hz and whose level wavers, is the misfit; five clean lines stand 8 to 17 Hz beside it.
+  const std::vector<TruePartial> clean{{986, 2.6, 0.003, 1.0},
+                                       {991.2, 1.5, 0.004, 2.0},
+                                       {1008.6, 1.9, 0.007, 0.4},
+                                       {1013, 2.3, 0.006, -1.0},
+                                       {1016.5, 1.3, 0.0055, 2.5}};
+  Signal signal = ringing(clean, 16000, 1.9, 1e-6, 3, 0.1);
+  for (Eigen::Index i = 1600; i < signal.n_frames(); ++i) {
+    const double t = static_cast<double>(i) / 16000 - 0.1;
+    const double level = 0.2 * std::exp(-6 * t) * (1 + 0.3 * std::sin(2 * kPi * 2.3 * t));
+    signal.samples(i, 0) += level * std::cos(2 * kPi * (1000 * t + 0.5 * (1 - std::exp(-3 * t))));
+  }
+  const auto result = identify_ringdown(signal);
+  for (const TruePartial& truth : clean) {
+    const auto* found = nearest(result.partials.partials, truth.frequency_hz);
+    ASSERT_NE(found, nullptr) << result.message;
+    EXPECT_NEAR(found->frequency_hz, truth.frequency_hz, 0.1);
+    EXPECT_TRUE(found->is_ring());
+  }
+}
+
+TEST(RingdownTrust, StagesAndBeatsAreNamed) {
+  const auto ring = [](double hz, double decay, double amplitude) {
+    klang::fit::Partial partial;
+    partial.frequency_hz = hz;
+    partial.frequency_std_hz = 0.01;
+    partial.decay_per_s = decay;
+    partial.amplitude = amplitude;
+    return partial;
+  };
+  // Two stages of one line; a doublet; the same doublet, one of it 30 dB down; the same, gone before half a beat; a lone line.
+  std::vector<klang::fit::Partial> partials{ring(500, 12, 0.2),   ring(500.02, 3, 0.1),  ring(800, 2, 0.1),
+                                            ring(801.5, 3, 0.05), ring(1200, 2, 0.1),    ring(1201.5, 3, 0.003),
+                                            ring(1600, 2, 0.1),   ring(1601.5, 15, 0.1), ring(3000, 4, 0.1)};
+  klang::fit::name_pairs(partials);
+  const std::vector<std::string> stages{"early", "late", "", "", "", "", "", "", ""};
+  for (std::size_t i = 0; i < partials.size(); ++i) {
+    EXPECT_EQ(partials[i].stage, stages[i]) << i;
+    EXPECT_EQ(partials[i].beat_hz.has_value(), i == 2 || i == 3) << i;
+  }
+  EXPECT_NEAR(partials[2].beat_hz.value(), 1.5, 1e-9);
+  EXPECT_NEAR(partials[3].beat_hz.value(), 1.5, 1e-9);
 }
 
 TEST(RingdownTrust, ALineBeyondTheBandsEdgeIsNoRestWithinIt) {

@@ -157,14 +157,15 @@ bool is_image(const FittedPartial& partial, const FittedPartial& of, double code
   return away < 3 * std_hz + 0.02;
 }
 
-/// Takes a coder's images of louder lines away.
-void drop_images(const RingData& data, std::vector<FittedPartial>& partials) {
-  if (!(data.coded_s() > 0)) return;
+/// Takes a coder's images of louder lines away and counts them.
+int drop_images(const RingData& data, std::vector<FittedPartial>& partials) {
+  if (!(data.coded_s() > 0)) return 0;
   const std::vector<FittedPartial> all = partials;
-  std::erase_if(partials, [&](const FittedPartial& partial) {
+  const auto n = std::erase_if(partials, [&](const FittedPartial& partial) {
     return std::any_of(all.begin(), all.end(),
                        [&](const FittedPartial& other) { return is_image(partial, other, data.coded_s()); });
   });
+  return static_cast<int>(n);
 }
 
 /// Lines closer than they can be told apart: where what they leave is no noise, they may be one that is no exponential (a beat, a
@@ -264,8 +265,8 @@ JudgedPartials find_partials(const RingData& data, const SearchOptions& options,
   polish(data, all, noise);
   prune(data, options, noise, all);
   widen_close(all);
-  drop_images(data, all);
   JudgedPartials result;
+  result.n_images = drop_images(data, all);
   for (FittedPartial& partial : all) {
     switch (judged(data, partial, options)) {
       case Verdict::kDecaying:

@@ -24,6 +24,7 @@ struct JudgedPartials {
   std::vector<FittedPartial> partials;   ///< decaying
   std::vector<FittedPartial> too_short;  ///< Verdict::kTooShort
   std::vector<FittedPartial> steady;
+  int n_images = 0;  ///< of a coder, left out
   bool empty() const { return partials.empty() && too_short.empty(); }
 };
 

@@ -19,6 +19,8 @@ constexpr double kMostGrowth = 3.0;    ///< nepers over the longest segment
 constexpr double kSameStory = 2.5;     ///< residual with a later start's poles over the one without
 constexpr double kCarriedShare = 0.6;  ///< of the energy in a sub-band, for its group to be what sounds there
 constexpr double kDriftPart = 0.2;     ///< of the window: starts up to there tell whether a frequency drifts
+constexpr double kLocalCells = 8.0;    ///< around a line: what the fit leaves there is its noise
+constexpr double kFewestFree = 12.0;   ///< real numbers that must be left over there to say so
 constexpr double kNotFarBelow = 0.01;  ///< of the strongest member's energy
 
 /// Neighbours whose lines overlap and whose decays are alike are fitted together.
@@ -99,6 +101,33 @@ double signal_to_noise(const GroupFit& fit, std::size_t index) {
     best = std::max(best, power / fit.spread.amplitudes_held[b].block<2, 2>(at, at).trace());
   }
   return best;
+}
+
+/// What a fit leaves a bin within kLocalCells of each line, over what it leaves in the whole sub-band. Misfit is no white noise: it
+/// stands where a strong line is no exponential or where lines are missing, and a line some cells away is as sure as its own bins are.
+std::vector<double> local_levels(const GroupFit& fit) {
+  std::vector<double> levels;
+  const double reach = kLocalCells / fit.band.time_scale_s;
+  for (const Pole& pole : fit.fit.poles) {
+    double rest = 0, n_free = 0;
+    for (std::size_t b = 0; b < fit.band.blocks.size(); ++b) {
+      const BinBlock& block = fit.band.blocks[b];
+      double n_bins = 0;
+      for (Eigen::Index k = 0; k < block.y.size(); ++k) {
+        if (std::abs(block.frequency_hz(k) - pole.frequency_hz) > reach) continue;
+        rest += std::norm(fit.fit.linear.residuals[b][k]);
+        ++n_bins;
+      }
+      n_free += 2 * n_bins * (1 - static_cast<double>(kBackgroundTerms) / static_cast<double>(block.y.size()));
+    }
+    for (const Pole& other : fit.fit.poles) {
+      if (std::abs(other.frequency_hz - pole.frequency_hz) <= reach)
+        n_free -= 2 + 2 * static_cast<double>(fit.band.blocks.size());
+    }
+    const bool known = n_free >= kFewestFree && fit.variance > 0;
+    levels.push_back(known ? std::max(2 * rest / n_free / fit.variance, 1e-6) : 1.0);
+  }
+  return levels;
 }
 
 /// With the pole as it is: what is known of it when no refinement succeeds.
@@ -217,6 +246,8 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, s
     }
   }
   if (!best.ok) return;  // the last good fit stays
+  const bool misfit = how.noise != nullptr && best.variance > kDisturbed * how.noise->at(centre);
+  const std::vector<double> level = misfit ? local_levels(best) : std::vector<double>(group.size(), 1.0);
   std::vector<double> late_snr;
   if (best_offset > 0) {
     // Poles from the undisturbed part, amplitudes from all of it: what rang is what the recording holds.
@@ -243,19 +274,22 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, s
     // What grows in a short window would explode in a longer one; it rings nowhere.
     if (partial.ring.pole.decay_per_s * data.longest_segment_s() < -kMostGrowth) leave_out(partial);
     if (how.noise != nullptr)
-      partial.disturbance = (early.ok ? early.variance : best.variance) / (how.noise->at(centre) + 1e-300);
+      partial.disturbance = level[g] * (early.ok ? early.variance : best.variance) / (how.noise->at(centre) + 1e-300);
+    // A bias that comes from misfit far away leaves nothing near the line: less rest makes it only half as much surer.
+    const double spread = level[g] < 1 ? std::sqrt(level[g]) : level[g];
     const auto at = static_cast<Eigen::Index>(2 * g);
-    partial.pole_covariance = best.spread.poles.block<2, 2>(at, at);
+    partial.pole_covariance = spread * best.spread.poles.block<2, 2>(at, at);
     const std::size_t n_blocks = data.segments().size() * n_channels;
     partial.amplitude_covariance.assign(n_blocks, Eigen::Matrix2d::Zero());
     partial.cross_covariance.assign(n_blocks, Eigen::Matrix2d::Zero());
     for (std::size_t b = 0; b < best.band.blocks.size(); ++b) {
       const auto slot = static_cast<std::size_t>(best.band.blocks[b].segment) * n_channels +
                         static_cast<std::size_t>(best.band.blocks[b].channel);
-      partial.amplitude_covariance[slot] = best.spread.amplitudes[b].block<2, 2>(at, at);
-      partial.cross_covariance[slot] = best.spread.cross[b].block<2, 2>(at, at);
+      partial.amplitude_covariance[slot] = spread * best.spread.amplitudes[b].block<2, 2>(at, at);
+      partial.cross_covariance[slot] = spread * best.spread.cross[b].block<2, 2>(at, at);
     }
-    partial.snr_db = 10 * std::log10(std::max(late_snr.empty() ? signal_to_noise(best, g) : late_snr[g], 1e-30));
+    const double snr = (late_snr.empty() ? signal_to_noise(best, g) : late_snr[g]) / level[g];
+    partial.snr_db = 10 * std::log10(std::max(snr, 1e-30));
   }
 }
 

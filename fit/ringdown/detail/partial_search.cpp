@@ -16,6 +16,9 @@ using Complex = std::complex<double>;
 constexpr double kLogFalseAlarm = 14;  ///< -ln of the chance that one test invents a partial
 constexpr Eigen::Index kMaxOrder = 14;
 constexpr double kNoiseLikeResidual = 3.0;    ///< residual over noise up to which only significance counts
+constexpr int kPeaksAtOnce = 400;             ///< of one window length, at least
+constexpr double kOwnCells = 2.5;             ///< around a line, where its own energy is
+constexpr double kOwnReduction = 3.0;         ///< times kWorthwhileReduction there
 constexpr double kWorthwhileReduction = 3.0;  ///< of the residual, a partial, above that
 
 /// Smallest x with P(chi-square(dof) > x) below exp(-log_p) (Laurent and Massart 2000, Lemma 1).
@@ -79,7 +82,7 @@ PeakSpectrum find_peaks(const RingData& data, double window_s, const std::vector
       continue;
     result.peaks.push_back({f, excess[k]});
   }
-  const auto most = static_cast<std::size_t>(2 * options.max_partials);
+  const auto most = static_cast<std::size_t>(std::max(kPeaksAtOnce, options.max_partials));
   if (result.peaks.size() > most) {
     std::nth_element(result.peaks.begin(), result.peaks.begin() + static_cast<std::ptrdiff_t>(most), result.peaks.end(),
                      [](const Peak& a, const Peak& b) { return a.excess > b.excess; });
@@ -148,14 +151,31 @@ double likelihood_gain(const SubBand& band, const LinearFit& small, const Linear
   return (small.residual_sum_sq - large.residual_sum_sq) / (large.residual_sum_sq / freedom + 1e-300);
 }
 
+/// What a fit leaves within kOwnCells cells of a frequency.
+double left_near(const SubBand& band, const LinearFit& fit, double frequency_hz) {
+  double sum = 0;
+  for (std::size_t b = 0; b < band.blocks.size(); ++b) {
+    for (Eigen::Index k = 0; k < band.blocks[b].y.size(); ++k) {
+      const double apart = std::abs(band.blocks[b].frequency_hz(k) - frequency_hz);
+      if (apart <= kOwnCells / band.time_scale_s) sum += std::norm(fit.residuals[b][k]);
+    }
+  }
+  return sum;
+}
+
 /// Real partials are not exactly exponential, and every exponential more mends a little of what is left:
 /// significant against the noise, but no partial. While the residual stands above the noise, one more must
-/// remove most of it.
+/// remove most of it: of all, or, where many lines are left, of what stands where it is.
 bool worthwhile(const SubBand& band, const RefinedFit& small, const RefinedFit& large, double noise_variance) {
   const double left = residual_variance(band, large);
   if (left <= kNoiseLikeResidual * noise_variance) return true;
   const auto added = static_cast<double>(large.poles.size() - small.poles.size());
-  return small.linear.residual_sum_sq >= std::pow(kWorthwhileReduction, added) * large.linear.residual_sum_sq;
+  const double reduction = std::pow(kWorthwhileReduction, added);
+  if (small.linear.residual_sum_sq >= reduction * large.linear.residual_sum_sq) return true;
+  return std::any_of(large.poles.begin(), large.poles.end(), [&](const Pole& pole) {
+    return left_near(band, small.linear, pole.frequency_hz) >=
+           kOwnReduction * reduction * left_near(band, large.linear, pole.frequency_hz);
+  });
 }
 
 struct Cluster {

@@ -10,7 +10,7 @@ namespace klang::fit::detail {
 
 struct SearchOptions {
   double min_snr_db = 10.0;
-  int max_partials = 200;
+  int max_partials = 400;
 };
 
 /// A found partial with its statistics.

@@ -50,7 +50,10 @@ void multiply(const System& system, const std::vector<double>& q, std::vector<do
   parallel_for(system.n(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       double sum = system.diagonal[i] * q[i];
-      for (std::size_t a = 0; a < 3; ++a) {
+      // Along x the neighbours are numbered before and after; couplings across a gap are 0.
+      if (i + 1 < system.n()) sum -= system.upper[0][i] * q[i + 1];
+      if (i > 0) sum -= system.upper[0][i - 1] * q[i - 1];
+      for (std::size_t a = 1; a < 3; ++a) {
         const int up = system.next[a][i], down = system.before[a][i];
         if (up != kNone) sum -= system.upper[a][i] * q[static_cast<std::size_t>(up)];
         if (down != kNone) sum -= system.upper[a][static_cast<std::size_t>(down)] * q[static_cast<std::size_t>(down)];
@@ -66,53 +69,68 @@ void multiply(const System& system, const std::vector<double>& q, std::vector<do
     }
 }
 
-/// Modified incomplete Cholesky, level 0.
+/// Modified incomplete Cholesky, level 0. Factors are kept divided by the squares of their diagonals, so that an unknown waits for the
+/// one before it by one multiplication and one addition.
 class Preconditioner {
  public:
-  explicit Preconditioner(const System& system) : system_(system), inverse_(system.n()), y_(system.n()) {
+  explicit Preconditioner(const System& system) : inverse_sq_(system.n()), y_(system.n()) {
     constexpr double kModified = 0.97, kSafe = 0.25;
-    for (std::size_t i = 0; i < system.n(); ++i) {
+    const std::size_t n = system.n();
+    for (std::size_t i = 0; i < n; ++i) {
       double e = system.diagonal[i];
       for (std::size_t a = 0; a < 3; ++a) {
         const int down = system.before[a][i];
         if (down == kNone) continue;
         const auto d = static_cast<std::size_t>(down);
-        const double up = system.upper[a][d], inverse = inverse_[d];
+        const double up = system.upper[a][d], inverse_sq = inverse_sq_[d];
         double others = 0.0;
         for (std::size_t b = 0; b < 3; ++b)
           if (b != a && system.next[b][d] != kNone) others += system.upper[b][d];
-        e -= up * inverse * up * inverse + kModified * up * others * inverse * inverse;
+        e -= (up * up + kModified * up * others) * inverse_sq;
       }
       if (!(e >= kSafe * system.diagonal[i])) e = system.diagonal[i];
-      inverse_[i] = 1.0 / std::sqrt(e);
+      inverse_sq_[i] = 1.0 / e;
     }
+    for (std::size_t a = 0; a < 3; ++a) {
+      lower_[a].resize(n);
+      upper_[a].resize(n);
+      before_[a].resize(n);
+      next_[a].resize(n);
+    }
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        for (std::size_t a = 0; a < 3; ++a) {  // where there is none, 0 times itself
+          const int down = system.before[a][i], up = system.next[a][i];
+          before_[a][i] = down == kNone ? static_cast<int>(i) : down;
+          next_[a][i] = up == kNone ? static_cast<int>(i) : up;
+          lower_[a][i] = down == kNone ? 0.0 : inverse_sq_[i] * system.upper[a][static_cast<std::size_t>(down)];
+          upper_[a][i] = up == kNone ? 0.0 : inverse_sq_[i] * system.upper[a][i];
+        }
+    });
   }
 
   void apply(const std::vector<double>& r, std::vector<double>& z) {
-    const std::size_t n = system_.n();
+    const std::size_t n = inverse_sq_.size();
+    const auto at = [](const std::vector<double>& v, int i) { return v[static_cast<std::size_t>(i)]; };
+    double last = 0.0;  // of the unknown before, which along x is the one numbered before
     for (std::size_t i = 0; i < n; ++i) {
-      double t = r[i];
-      for (std::size_t a = 0; a < 3; ++a) {
-        const int down = system_.before[a][i];
-        if (down == kNone) continue;
-        const auto d = static_cast<std::size_t>(down);
-        t += system_.upper[a][d] * inverse_[d] * y_[d];
-      }
-      y_[i] = t * inverse_[i];
+      const double known =
+          inverse_sq_[i] * r[i] + lower_[1][i] * at(y_, before_[1][i]) + lower_[2][i] * at(y_, before_[2][i]);
+      last = known + lower_[0][i] * last;
+      y_[i] = last;
     }
+    last = 0.0;
     for (std::size_t i = n; i-- > 0;) {
-      double t = y_[i];
-      for (std::size_t a = 0; a < 3; ++a) {
-        const int up = system_.next[a][i];
-        if (up != kNone) t += system_.upper[a][i] * inverse_[i] * z[static_cast<std::size_t>(up)];
-      }
-      z[i] = t * inverse_[i];
+      const double known = y_[i] + upper_[1][i] * at(z, next_[1][i]) + upper_[2][i] * at(z, next_[2][i]);
+      last = known + upper_[0][i] * last;
+      z[i] = last;
     }
   }
 
  private:
-  const System& system_;
-  std::vector<double> inverse_, y_;
+  std::vector<double> inverse_sq_, y_;
+  std::array<std::vector<double>, 3> lower_, upper_;
+  std::array<std::vector<int>, 3> before_, next_;
 };
 
 struct Assembly {

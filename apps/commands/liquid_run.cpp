@@ -51,6 +51,18 @@ constexpr std::array<Stage, 4> kStages{{{"flow", &StagesRecord::flow, flow},
                                         {"transfer", &StagesRecord::transfer, liquid_scene::run_transfer},
                                         {"sound", &StagesRecord::sound, liquid_scene::run_sound}}};
 
+/// A stage that did not come to its end (Ctrl-C, or what it threw): run.json says so.
+void note_stopped(const Stage& stage, const RunFolder& folder, RunDocument& document) {
+  std::optional<StageRecord>& record = document.stages.*stage.record;
+  if (!record) record.emplace();
+  record->status = StageStatus::kInterrupted;
+  document.header.status = "interrupted";
+  try {
+    folder.write_document(document);
+  } catch (const std::exception&) {  // on a full disk: why the stage stopped matters more
+  }
+}
+
 bool is_done(const RunDocument& document, const Stage& stage) {
   const std::optional<StageRecord>& record = document.stages.*stage.record;
   return record && record->status == StageStatus::kDone;
@@ -174,7 +186,12 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
                }};
   for (std::size_t s = first; s < kStages.size(); ++s) {
     if (options.no_sound && kStages[s].run == liquid_scene::run_sound) continue;
-    kStages[s].run(run);
+    try {
+      kStages[s].run(run);
+    } catch (...) {
+      note_stopped(kStages[s], folder, document);
+      throw;
+    }
     run.resume = false;
     if (options.last_stage == kStages[s].name) break;
   }

@@ -307,7 +307,8 @@ BemResult HelmholtzBem::solve(double frequency_hz, const Eigen::MatrixXcd& veloc
                           std::move(at_points),
                           matrix,
                           right};
-  const std::size_t grain = std::clamp<std::size_t>(n / (6 * static_cast<std::size_t>(thread_count())), 24, 400);
+  const std::size_t grain =
+      options.alone ? std::clamp<std::size_t>(n / (6 * static_cast<std::size_t>(thread_count())), 24, 400) : 4000;
   std::atomic<std::size_t> done = 0;
   parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
     if (monitor.stop_requested()) return;

@@ -22,6 +22,8 @@ struct BemOptions {
   double tolerance = 1e-9;                   ///< relative residual of the linear system, 1e-13 to 1e-3
   int max_refinements = 30;                  ///< steps of iterative refinement, 1 to 1000
   int n_blas_threads = 0;                    ///< 0: all of thread_count(); 1 where several solves run at once
+  bool alone = true;                         ///< false where several solves run at once: rows are not cut into
+                                             ///< blocks, at whose borders triangles count twice; same bits
   void validate() const;                     ///< InputError
 };
 

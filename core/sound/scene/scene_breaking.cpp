@@ -59,9 +59,14 @@ double kinetic_j(const rigid::RigidWorld& world, int body, const Speed& speed) {
   return 0.5 * (spec.mass_kg * speed.velocity_m_s.squaredNorm() + own.dot(spec.inertia_kg_m2 * own));
 }
 
+struct KeptStrain {
+  double energy_j = 0.0;
+  int n_unknown = 0;  ///< loaded pieces whose stress was not found
+};
+
 /// Strain that pieces keep under the forces that still act on them (erratum 51), each as a free body that its load accelerates.
-double kept_strain_j(const std::vector<fracture::FragmentBody>& pieces, const std::vector<fracture::PointForce>& forces,
-                     const solid::Material& material) {
+KeptStrain kept_strain(const std::vector<fracture::FragmentBody>& pieces,
+                       const std::vector<fracture::PointForce>& forces, const solid::Material& material) {
   std::vector<std::vector<fracture::PointForce>> on_piece(pieces.size());
   for (const fracture::PointForce& force : forces) {
     std::size_t nearest = 0;
@@ -75,18 +80,22 @@ double kept_strain_j(const std::vector<fracture::FragmentBody>& pieces, const st
     }
     on_piece[nearest].push_back(force);
   }
-  double sum_j = 0.0;
+  KeptStrain kept;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (on_piece[i].empty()) continue;
     fracture::FreeBodySolver solver(mesh::to_quadratic(pieces[i].mesh), material);
-    if (!solver.usable()) continue;
+    if (!solver.usable()) {
+      ++kept.n_unknown;
+      continue;
+    }
     fracture::ContactResponses responses(solver);
     try {
-      sum_j += responses.strain_energy_j(fracture::SurfacePlaces(solver.mesh()).at_nodes(on_piece[i]));
+      kept.energy_j += responses.strain_energy_j(fracture::SurfacePlaces(solver.mesh()).at_nodes(on_piece[i]));
     } catch (const InputError&) {  // the nearest node is not near: the contact was on what a cut took away
+      ++kept.n_unknown;
     }
   }
-  return sum_j;
+  return kept;
 }
 
 /// What acts at the moment of a request, as far as the energy allows.
@@ -108,6 +117,7 @@ struct Breaking::State {
   std::map<int, std::unique_ptr<Breakable>> bodies;
   std::vector<BreakEvent> events;
   std::vector<ScenePiece> pieces;
+  std::vector<std::string> warnings;
   double contact_before_j = 0.0;
   std::int64_t n_solves = 0;
 
@@ -261,8 +271,11 @@ bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, 
     if (!(load.strain_energy_j > 0.0)) continue;
     const fracture::StressField field = breakable.responses.field(load.forces);
     n_solves += breakable.responses.n_nodes_solved() - solved;
+    int n_unknown = 0;
     const fracture::ResidualEnergy kept = [&](const std::vector<fracture::FragmentBody>& pieces, double factor) {
-      return factor * factor * kept_strain_j(pieces, allowed_forces(request, load.scale), breakable.material.elastic);
+      const KeptStrain strain = kept_strain(pieces, allowed_forces(request, load.scale), breakable.material.elastic);
+      n_unknown = strain.n_unknown;
+      return factor * factor * strain.energy_j;
     };
     fracture::FractureResult result = fracture::fracture_body(
         breakable.parent, {field.energy_density_j_m3, field.stress_pa}, scene.fracture,
@@ -270,6 +283,10 @@ bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, 
         seed + static_cast<std::uint64_t>(body), kept);
     if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) continue;
     take_back_rebound(world, step, body, speeds);
+    if (n_unknown > 0)
+      warnings.push_back("body " + breakable.parent.name + " broke at " + to_text(request.time_s) + " s: what strain " +
+                         std::to_string(n_unknown) +
+                         " loaded pieces keep was not found; it is counted as released (erratum 51)");
     breakage = replace(world, body, result, available_j, request.time_s);
     return true;
   }
@@ -299,6 +316,7 @@ bool Breaking::has_bodies() const { return !state_->bodies.empty(); }
 const std::vector<BreakEvent>& Breaking::events() const { return state_->events; }
 std::vector<ScenePiece> Breaking::take_pieces() { return std::move(state_->pieces); }
 std::int64_t Breaking::n_stress_solves() const { return state_->n_solves; }
+const std::vector<std::string>& Breaking::warnings() const { return state_->warnings; }
 
 std::vector<rigid::Breakage> Breaking::after_step(rigid::RigidWorld& world, rigid::StepRecord& step) {
   std::vector<rigid::Breakage> broken;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/physics/rigid/recording.hpp"
@@ -40,6 +41,8 @@ class Breaking {
   const std::vector<BreakEvent>& events() const;
   std::vector<ScenePiece> take_pieces();
   std::int64_t n_stress_solves() const;
+  /// A line per breakage of which something was not found.
+  const std::vector<std::string>& warnings() const;
 
  private:
   struct State;

@@ -88,6 +88,8 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_
     motion.final.push_back(final_of(world, i));
   }
   motion.breaks = breaking.events();
+  if (notes.warning)
+    for (const std::string& warning : breaking.warnings()) notes.warning(warning);
   motion.pieces = breaking.take_pieces();
   motion.n_stress_solves = breaking.n_stress_solves();
   if (cracking.any()) cracking.add_to(motion);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <span>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/packed.hpp"
@@ -66,9 +67,10 @@ class Radiation {
 
  private:
   std::vector<Level> levels(const ModalSurface& surface, const std::vector<bool>& is_known) const;
+  std::vector<std::vector<int>> of_one_frequency(const std::vector<int>& modes) const;
   void solve_level(const Level& level, const ModalSurface& surface, const HelmholtzBem& solver);
-  ModeTransfer solve_mode(int mode, const ModalSurface& surface, const HelmholtzBem& solver,
-                          const ModalSurface::Carrier& carrier);
+  std::vector<ModeTransfer> solve_modes(std::span<const int> modes, bool alone, const ModalSurface& surface,
+                                        const HelmholtzBem& solver, const ModalSurface::Carrier& carrier) const;
 
   const modal::ModalModel& model_;
   const RadiateOptions& options_;
@@ -99,29 +101,51 @@ std::vector<Level> Radiation::levels(const ModalSurface& surface, const std::vec
   return list;
 }
 
-ModeTransfer Radiation::solve_mode(int mode, const ModalSurface& surface, const HelmholtzBem& solver,
-                                   const ModalSurface::Carrier& carrier) {
-  ModeTransfer transfer;
-  transfer.mode = mode;
-  transfer.frequency_hz = model_.frequency_hz()[mode];
+/// Modes of one frequency share the matrix, a column each: bodies of revolution have most of theirs twice.
+std::vector<ModeTransfer> Radiation::solve_modes(std::span<const int> modes, bool alone, const ModalSurface& surface,
+                                                 const HelmholtzBem& solver,
+                                                 const ModalSurface::Carrier& carrier) const {
+  const RadiatingSurface& s = solver.surface();
   BemOptions options;
   options.medium = options_.medium;
   options.allow_coarse = options_.allow_coarse;
-  options.n_blas_threads = solver.surface().n_vertices() < kManyUnknowns ? 1 : 0;
-  const Eigen::VectorXd velocity = surface.corner_velocity_m_s(mode, carrier, solver.surface());
-  const BemResult bem = solver.solve(transfer.frequency_hz, velocity.cast<std::complex<double>>(), options);
-  transfer.n_bem_elements = bem.n_elements;
-  transfer.residual = bem.relative_residual;
-  if (!bem.usable()) throw NumericalError("transfer: mode " + std::to_string(mode) + ": " + bem.message);
-  const RadiatingSurface& s = solver.surface();
+  options.n_blas_threads = s.n_vertices() < kManyUnknowns ? 1 : 0;
+  options.alone = alone;
+  Eigen::MatrixXcd velocity(3 * s.n_triangles(), static_cast<Eigen::Index>(modes.size()));
+  for (std::size_t c = 0; c < modes.size(); ++c)
+    velocity.col(static_cast<Eigen::Index>(c)) =
+        surface.corner_velocity_m_s(modes[c], carrier, s).cast<std::complex<double>>();
+  const BemResult bem = solver.solve(model_.frequency_hz()[modes[0]], velocity, options);
+  if (!bem.usable()) throw NumericalError("transfer: mode " + std::to_string(modes[0]) + ": " + bem.message);
   const Eigen::Vector3d centre = 0.5 * (s.vertices_m.rowwise().minCoeff() + s.vertices_m.rowwise().maxCoeff());
-  MultipoleResult multipole =
-      multipole_from_surface(solver.field(bem), bem.wavenumber_per_m, options_.medium, centre, options_.order);
-  transfer.multipole = std::move(multipole.multipole);
-  transfer.radiated_power_w = multipole.series_power_w;
-  transfer.decay_radiation_per_s = multipole.series_power_w;  // / (2 x 1/2 J)
-  transfer.kept_power_fraction = multipole.kept_power_fraction;
-  return transfer;
+  std::vector<ModeTransfer> transfers;
+  for (std::size_t c = 0; c < modes.size(); ++c) {
+    ModeTransfer transfer;
+    transfer.mode = modes[c];
+    transfer.frequency_hz = model_.frequency_hz()[modes[c]];
+    transfer.n_bem_elements = bem.n_elements;
+    transfer.residual = bem.relative_residual;
+    MultipoleResult multipole = multipole_from_surface(solver.field(bem, static_cast<int>(c)), bem.wavenumber_per_m,
+                                                       options_.medium, centre, options_.order);
+    transfer.multipole = std::move(multipole.multipole);
+    transfer.radiated_power_w = multipole.series_power_w;
+    transfer.decay_radiation_per_s = multipole.series_power_w;  // / (2 x 1/2 J)
+    transfer.kept_power_fraction = multipole.kept_power_fraction;
+    transfers.push_back(std::move(transfer));
+  }
+  return transfers;
+}
+
+/// Neighbours in the list whose frequencies are the same but for round-off.
+std::vector<std::vector<int>> Radiation::of_one_frequency(const std::vector<int>& modes) const {
+  constexpr double kSame = 1e-7;
+  const Eigen::VectorXd hz = model_.frequency_hz();
+  std::vector<std::vector<int>> groups;
+  for (const int mode : modes) {
+    if (groups.empty() || std::abs(hz[mode] - hz[groups.back()[0]]) > kSame * hz[mode]) groups.emplace_back();
+    groups.back().push_back(mode);
+  }
+  return groups;
 }
 
 void Radiation::solve_level(const Level& level, const ModalSurface& surface, const HelmholtzBem& solver) {
@@ -141,10 +165,20 @@ void Radiation::solve_level(const Level& level, const ModalSurface& surface, con
   const bool many_unknowns = solver.surface().n_vertices() >= kManyUnknowns;
   std::optional<BlasThreads> one;
   if (!many_unknowns) one.emplace(1);
+  const std::vector<std::vector<int>> groups = of_one_frequency(level.modes);
+  const bool alone = many_unknowns || groups.size() < static_cast<std::size_t>(thread_count());
   for_each_shared_job(
-      level.modes.size(), [&](std::size_t i) { return packed(solve_mode(level.modes[i], surface, solver, carrier)); },
-      [&](std::size_t, std::string_view result) { take_in(unpacked(result)); }, "transfer", stop,
-      many_unknowns ? JobThreads::kAllForOneJob : JobThreads::kOneForEachJob);
+      groups.size(),
+      [&](std::size_t i) {
+        std::string bytes;
+        for (const ModeTransfer& mode : solve_modes(groups[i], alone, surface, solver, carrier))
+          bytes += Packer().add_list(packed(mode)).take();
+        return bytes;
+      },
+      [&](std::size_t, std::string_view result) {
+        for (Unpacker from(result); !from.done();) take_in(unpacked(from.take_list<std::string>()));
+      },
+      "transfer", stop, many_unknowns ? JobThreads::kAllForOneJob : JobThreads::kOneForEachJob);
 }
 
 RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {

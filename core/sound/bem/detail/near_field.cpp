@@ -136,6 +136,20 @@ std::complex<double> slope_less_one(double z) {
   return {c - 1.0 + z * s, z * c - s};
 }
 
+namespace {
+
+/// wave_less_one and slope_less_one from one sine and cosine.
+struct WaveAndSlope {
+  explicit WaveAndSlope(double z) {
+    const double s = std::sin(0.5 * z), c = std::cos(0.5 * z), fall = 2.0 * s * s, sine = 2.0 * s * c;
+    wave = {-fall, -sine};
+    slope = z < 0.05 ? slope_less_one(z) : std::complex<double>(z * sine - fall, z * (1.0 - fall) - sine);
+  }
+  std::complex<double> wave, slope;
+};
+
+}  // namespace
+
 SmoothPart smooth_part(const RadiatingSurface& surface, int test, int other, double wavenumber_per_m) {
   SmoothPart part;
   part.single.setZero();
@@ -163,8 +177,9 @@ SmoothPart smooth_part(const RadiatingSurface& surface, int test, int other, dou
         continue;
       }
       const double z = wavenumber_per_m * r;
-      single += (wave_less_one(z) * (weight / r)) * other_hats;
-      const std::complex<double> slope = slope_less_one(z) * (weight / (r * r * r));
+      const WaveAndSlope at(z);
+      single += (at.wave * (weight / r)) * other_hats;
+      const std::complex<double> slope = at.slope * (weight / (r * r * r));
       twice += (slope * ny.dot(d)) * other_hats;
       adjoint -= (slope * nx.dot(d)) * other_hats;
     }

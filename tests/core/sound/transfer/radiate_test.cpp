@@ -103,6 +103,23 @@ TEST(ModalSurface, CarriesTheVolumeFlowToTheLastDigits) {
   }
 }
 
+TEST(Radiate, ModesOfOneFrequencySoundAsEachAlone) {
+  const modal::ModalModel model = ball({0.8, 0.8, 0.8});
+  const RadiateResult together = radiate(model);
+  ASSERT_TRUE(together.usable());
+  ASSERT_EQ(together.transfer.modes.size(), 3U);
+  for (std::size_t mode = 0; mode < 3; ++mode) {
+    std::vector<ModeTransfer> others = together.transfer.modes;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(mode));
+    const RadiateResult alone = radiate(model, {}, klang::silent_monitor(), others);
+    ASSERT_TRUE(alone.usable());
+    const auto& one = alone.transfer.modes[mode].multipole.coefficients_pa;
+    const auto& all = together.transfer.modes[mode].multipole.coefficients_pa;
+    ASSERT_EQ(one.size(), all.size());
+    EXPECT_LE((one - all).norm(), 1e-8 * one.norm()) << mode;
+  }
+}
+
 TEST(ModalSurface, PatternOfAWaveHasItsWavelength) {
   const modal::ModalModel model = plate();
   const ModalSurface fine(model, 0.01);

@@ -89,7 +89,8 @@ DrawnBodies::DrawnBodies(const Scene& scene, const std::vector<HeardBody>& heard
 std::vector<HeardBody> DrawnBodies::draw(std::uint64_t seed, std::uint64_t number) const {
   std::vector<std::optional<MaterialDraw>> draws(scene_.materials.size());
   for (std::size_t m = 0; m < draws.size(); ++m)
-    if (scene_.materials[m].spread) draws[m] = draw_material(scene_.materials[m], seed, (static_cast<std::uint64_t>(m) << 32) + number);
+    if (scene_.materials[m].spread)
+      draws[m] = draw_material(scene_.materials[m], seed, (static_cast<std::uint64_t>(m) << 32) + number);
   std::map<const SoundModel*, std::shared_ptr<const SoundModel>> changed;
   std::vector<HeardBody> bodies = heard_;
   for (std::size_t i = 0; i < bodies.size(); ++i) {

@@ -23,6 +23,8 @@ struct alignas(64) ElementBlock {
 struct PartedFace {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();  ///< normal: from - to +
   double area_m2 = 0.0, time_s = 0.0;
+  std::array<int, 2> elements = {0, 0};              ///< of the - and the + side when it parted
+  Eigen::Vector3d pull_n = Eigen::Vector3d::Zero();  ///< of the + side on the - side, in the world, that ended then
 };
 
 /// Linear tetrahedra that can be cut: edges are bisected in all elements around them, nodes doubled. Rest shape, places,

@@ -32,6 +32,11 @@ constexpr double kFrontReach = 2.5;  ///< mean edges
 
 using Edge = std::array<int, 2>;
 
+/// Elements of each side of a plane at a face, and how many.
+struct Beside {
+  std::array<int, 2> count = {0, 0}, element = {0, 0};
+};
+
 /// Edges opposite to a node in its star, ascending.
 std::set<Edge> link_edges(const CrackMesh& mesh, int node) {
   std::set<Edge> edges;
@@ -318,7 +323,7 @@ bool Cracker::part(ExplicitSolid& solid, int node, const Plane& plane) {
     return !cuts.empty();
   }
   // Faces between the sides.
-  std::map<Edge, std::array<int, 2>> sides_of;  // far edge of a face with the node: one element of each side
+  std::map<Edge, Beside> sides_of;  // far edge of a face with the node: one element of each side
   for (const int element : mesh.star(node)) {
     const bool up = std::binary_search(upper.begin(), upper.end(), element);
     std::vector<int> far;
@@ -326,15 +331,16 @@ bool Cracker::part(ExplicitSolid& solid, int node, const Plane& plane) {
       if (other != node) far.push_back(other);
     std::sort(far.begin(), far.end());
     for (const Edge& edge : {Edge{far[0], far[1]}, Edge{far[0], far[2]}, Edge{far[1], far[2]}}) {
-      auto& pair = sides_of.try_emplace(edge, std::array{0, 0}).first->second;
-      ++pair[up ? 1 : 0];
+      Beside& beside = sides_of[edge];
+      ++beside.count[up ? 1 : 0];
+      beside.element[up ? 1 : 0] = element;
     }
   }
   std::set<int> around;
   std::vector<Edge> far_nodes;
   const std::size_t first_face = faces_.size();
-  for (const auto& [edge, counts] : sides_of) {
-    if (counts[0] != 1 || counts[1] != 1) continue;
+  for (const auto& [edge, beside] : sides_of) {
+    if (beside.count[0] != 1 || beside.count[1] != 1) continue;
     around.insert({edge[0], edge[1]});
     far_nodes.push_back(edge);
     PartedFace face;
@@ -345,6 +351,9 @@ bool Cracker::part(ExplicitSolid& solid, int node, const Plane& plane) {
     face.normal = area.normalized();
     if (face.normal.dot(normal) < 0.0) face.normal = -face.normal;
     face.time_s = solid.time_s();
+    face.elements = beside.element;
+    for (const int element : face.elements)  // one pull for both sides
+      face.pull_n += 0.5 * pull_through(mesh, element, face.area_m2 * face.normal, material_);
     faces_.push_back(face);
   }
   add_nodes(mesh, solid.time_s());

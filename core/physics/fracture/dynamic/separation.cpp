@@ -63,6 +63,12 @@ Matrix3d mean_stress(const CrackMesh& mesh, const std::vector<int>& elements, co
 
 }  // namespace
 
+Vector3d pull_through(const CrackMesh& mesh, int element, const Vector3d& rest_area_m2,
+                      const solid::Material& material) {
+  const Matrix3d f = mesh.gradient_of(element);
+  return f * (stress_of(mesh, element, f, material, nullptr) * rest_area_m2);
+}
+
 Vector3d mean_normal(const CrackMesh& mesh, const std::vector<int>& elements, const solid::Material& material) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(mean_stress(mesh, elements, material, nullptr));
   return solver.eigenvectors().col(2);

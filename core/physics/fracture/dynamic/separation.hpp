@@ -38,6 +38,10 @@ Separation separation_at(const CrackMesh& mesh, int node, const solid::Material&
 /// Direction of the largest principal Cauchy stress, elastic, of the mean of elements by their volume.
 Eigen::Vector3d mean_normal(const CrackMesh& mesh, const std::vector<int>& elements, const solid::Material& material);
 
+/// Elastic force through a face of an element: F S A, A the face's area in the rest shape along its normal [N, world].
+Eigen::Vector3d pull_through(const CrackMesh& mesh, int element, const Eigen::Vector3d& rest_area_m2,
+                             const solid::Material& material);
+
 /// The tensor (32) itself.
 Eigen::Matrix3d separation_tensor(const CrackMesh& mesh, int node, const solid::Material& material,
                                   const Viscosity* extra = nullptr);

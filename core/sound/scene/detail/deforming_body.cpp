@@ -1,10 +1,8 @@
 #include "core/sound/scene/detail/deforming_body.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <random>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
@@ -18,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr int kMostElements = 2'000'000;
 constexpr double kSmallestStepS = 1e-10;
-constexpr double kSmoothFace = 0.9;  ///< cosine to the mean normal: less is an edge
+constexpr std::size_t kPullSteps = 25;  ///< over which a pull is taken to have risen
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -60,94 +58,6 @@ void hold_nodes(const Scene& scene, int row, const mesh::TetMesh& mesh, std::vec
 }
 
 }  // namespace
-
-FittedFrame fitted_frame(const fracture::CrackMesh& mesh, const std::vector<int>& nodes) {
-  FittedFrame frame;
-  Vector3d rest = Vector3d::Zero(), place = Vector3d::Zero(), momentum = Vector3d::Zero(), spin = Vector3d::Zero();
-  for (const int i : nodes) {
-    const double mass = mesh.mass_kg_of[at(i)];
-    frame.mass_kg += mass;
-    rest += mass * mesh.rest_m[at(i)];
-    place += mass * mesh.place_m[at(i)];
-    momentum += mass * mesh.velocity_m_s[at(i)];
-  }
-  rest /= frame.mass_kg;
-  place /= frame.mass_kg;
-  Matrix3d moment = Matrix3d::Zero(), inertia = Matrix3d::Zero();
-  for (const int i : nodes) {
-    const double mass = mesh.mass_kg_of[at(i)];
-    const Vector3d arm = mesh.place_m[at(i)] - place;
-    moment += mass * arm * (mesh.rest_m[at(i)] - rest).transpose();
-    inertia += mass * (arm.squaredNorm() * Matrix3d::Identity() - arm * arm.transpose());
-    spin += mass * arm.cross(mesh.velocity_m_s[at(i)] - momentum / frame.mass_kg);
-  }
-  const Eigen::JacobiSVD<Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3d flip = Matrix3d::Identity();
-  flip(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-  const Matrix3d turn = svd.matrixU() * flip * svd.matrixV().transpose();
-  const Eigen::Quaterniond q(turn);
-  frame.pose.position_m = place - turn * rest;
-  frame.pose.orientation_wxyz = {q.w(), q.x(), q.y(), q.z()};
-  frame.state.position_m = place;
-  frame.state.orientation_wxyz = frame.pose.orientation_wxyz;
-  frame.state.velocity_m_s = momentum / frame.mass_kg;
-  frame.state.angular_velocity_rad_s =
-      inertia.determinant() > 0.0 ? Vector3d(inertia.ldlt().solve(spin)) : Vector3d::Zero();
-  return frame;
-}
-
-mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor) {
-  mesh::TetMesh mesh = mesh::to_linear(mesh_of(body, notes, monitor));
-  const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
-  // Nodes of faces move along them, nodes of edges not at all.
-  std::vector<std::vector<Vector3d>> normals(at(mesh.n_nodes()));
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
-    const auto corner = [&](int c) -> Vector3d { return mesh.nodes_m.row(surface.triangles(t, c)).transpose(); };
-    const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
-    for (int c = 0; c < 3; ++c) normals[at(surface.triangles(t, c))].push_back(normal);
-  }
-  std::vector<double> shortest(at(mesh.n_nodes()), HUGE_VAL);
-  std::vector<std::vector<int>> star(at(mesh.n_nodes()));
-  for (int e = 0; e < mesh.n_elements(); ++e)
-    for (int a = 0; a < 4; ++a) {
-      star[at(mesh.elements(e, a))].push_back(e);
-      for (int b = 0; b < 4; ++b)
-        if (a != b)
-          shortest[at(mesh.elements(e, a))] =
-              std::min(shortest[at(mesh.elements(e, a))],
-                       (mesh.nodes_m.row(mesh.elements(e, a)) - mesh.nodes_m.row(mesh.elements(e, b))).norm());
-    }
-  const auto volume = [&](int e) {
-    Matrix3d edges;
-    for (int k = 0; k < 3; ++k)
-      edges.col(k) = (mesh.nodes_m.row(mesh.elements(e, k + 1)) - mesh.nodes_m.row(mesh.elements(e, 0))).transpose();
-    return edges.determinant();
-  };
-  std::mt19937_64 random(seed);
-  for (int i = 0; i < mesh.n_nodes(); ++i) {
-    Eigen::RowVector3d move;
-    for (int axis = 0; axis < 3; ++axis)
-      move[axis] = 0.2 * (static_cast<double>(random() >> 11) * 0x1.0p-53 - 0.5) * shortest[at(i)];
-    if (!normals[at(i)].empty()) {
-      Vector3d mean = Vector3d::Zero();
-      for (const Vector3d& normal : normals[at(i)]) mean += normal;
-      mean.normalize();
-      bool is_face = true;
-      for (const Vector3d& normal : normals[at(i)]) is_face = is_face && normal.dot(mean) > kSmoothFace;
-      if (!is_face) continue;
-      move -= move.dot(mean) * mean.transpose();
-    }
-    std::vector<double> before;
-    for (const int e : star[at(i)]) before.push_back(volume(e));
-    mesh.nodes_m.row(i) += move;
-    for (std::size_t k = 0; k < before.size(); ++k)
-      if (!(volume(star[at(i)][k]) >= 0.5 * before[k])) {
-        mesh.nodes_m.row(i) -= move;
-        break;
-      }
-  }
-  return mesh;
-}
 
 /// Springs against the floor and rigid bodies, for the solid to ask for.
 struct DeformingBody::Pressing {
@@ -293,6 +203,7 @@ Eigen::AlignedBox3d DeformingBody::box() const {
 
 void DeformingBody::advance(double until_s, std::vector<PressedBody>& pressed) {
   const double begin_s = solid_->time_s();
+  steps_s_.push_back({begin_s, until_s});
   pressing_->bodies = &pressed;
   std::map<std::pair<int, int>, Vector3d> impulses;  // of this step of the world, by node and other body
   const auto press = [&](double dt_s) {
@@ -406,6 +317,7 @@ void DeformingBody::add_to(const Scene& scene, SceneMotion& motion) const {
       motion.pieces.push_back({rows.back(), row_, mesh::boundary_surface(part)});
     }
     motion.log.fractures.push_back({*broken_s_, row_});
+    if (scene.bodies[at(row_)].sounds() && scene.fracture.impulses) add_pulls(rows, piece_of_element, motion);
   }
   // A piece's frames are those of the piece of then that held its oldest node.
   const auto is_broken = [&](double time_s) { return broken_s_ && time_s >= *broken_s_; };
@@ -434,13 +346,8 @@ void DeformingBody::add_to(const Scene& scene, SceneMotion& motion) const {
     impulse.point_m = mesh.rest_m[at(contact.node)];
     // Its direction in the body's frame: by the frame that is kept at the end of the step.
     const double end_s = contact.time_s + contact.duration_s;
-    const auto frame = std::lower_bound(frames_.begin(), frames_.end(), end_s - 1e-9,
-                                        [](const Kept& k, double t) { return k.pose.time_s < t; });
-    if (frame == frames_.end()) continue;
-    auto used = frame;
-    if (!versions_.empty())
-      for (auto k = frame; k != frames_.end() && k->pose.time_s == frame->pose.time_s; ++k)
-        if (piece_then(versions_[k->version], contact.node) == k->piece) used = k;
+    const Kept* used = frame_at(end_s, contact.node);
+    if (used == nullptr) continue;
     impulse.impulse_n_s = used->pose.orientation().conjugate() * contact.impulse_n_s;
     motion.log.impulses.push_back(impulse);
     if (contact.other < 0) continue;
@@ -451,6 +358,48 @@ void DeformingBody::add_to(const Scene& scene, SceneMotion& motion) const {
     opposite.point_m = other.to_body(used->pose.to_world(impulse.point_m));
     opposite.impulse_n_s = other.orientation().conjugate() * Vector3d(-contact.impulse_n_s);
     motion.log.impulses.push_back(opposite);
+  }
+}
+
+/// The frame that is kept next, of the piece of then that held a node; none: none is kept any more.
+const DeformingBody::Kept* DeformingBody::frame_at(double time_s, int node) const {
+  const auto frame = std::lower_bound(frames_.begin(), frames_.end(), time_s - 1e-9,
+                                      [](const Kept& k, double t) { return k.pose.time_s < t; });
+  if (frame == frames_.end()) return nullptr;
+  if (!versions_.empty())
+    for (auto k = frame; k != frames_.end() && k->pose.time_s == frame->pose.time_s; ++k)
+      if (piece_then(versions_[k->version], node) == k->piece) return &*k;
+  return &*frame;
+}
+
+void DeformingBody::add_pulls(const std::vector<int>& row_of_piece, const std::vector<int>& piece_of_element,
+                              SceneMotion& motion) const {
+  const fracture::CrackMesh& mesh = solid_->mesh();
+  for (const fracture::PartedFace& face : cracker_->faces()) {
+    const std::array<int, 2> pieces = {piece_of_element[at(face.elements[0])], piece_of_element[at(face.elements[1])]};
+    if (pieces[0] == pieces[1] || face.pull_n.isZero(0.0)) continue;
+    const auto last = std::lower_bound(steps_s_.begin(), steps_s_.end(), face.time_s,
+                                       [](const auto& step, double time_s) { return step[1] < time_s; });
+    if (last == steps_s_.end()) continue;
+    const auto n = static_cast<std::size_t>(last - steps_s_.begin()) + 1, first = n - std::min(n, kPullSteps);
+    for (std::size_t k = first; k < n; ++k) {
+      events::Impulse impulse;
+      impulse.time_s = steps_s_[k][0];
+      impulse.duration_s = steps_s_[k][1] - steps_s_[k][0];
+      impulse.shape = events::PulseShape::kHeld;
+      impulse.kind = events::ImpulseKind::kFracture;
+      impulse.point_m = face.centre_m;
+      const double share = static_cast<double>(k + 1 - first) / static_cast<double>(n - first);
+      for (std::size_t side = 0; side < 2; ++side) {
+        impulse.body = row_of_piece[at(pieces[side])];
+        impulse.other = row_of_piece[at(pieces[1 - side])];
+        const Eigen::Vector3d pull = side == 0 ? face.pull_n : Eigen::Vector3d(-face.pull_n);
+        const Kept* frame = frame_at(steps_s_[k][1], mesh.nodes_of(face.elements[side])[0]);
+        if (frame == nullptr) continue;
+        impulse.impulse_n_s = share * impulse.duration_s * (frame->pose.orientation().conjugate() * pull);
+        motion.log.impulses.push_back(impulse);
+      }
+    }
   }
 }
 

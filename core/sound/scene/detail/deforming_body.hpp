@@ -54,6 +54,10 @@ class DeformingBody {
     int piece = 0;
     events::Pose pose;
   };
+  /// Pulls through faces that parted, on the pieces at either side: each rises over some steps before and ends with the face.
+  void add_pulls(const std::vector<int>& row_of_piece, const std::vector<int>& piece_of_element,
+                 SceneMotion& motion) const;
+  const Kept* frame_at(double time_s, int node) const;
   void note_splits(int n, double area_before_m2);
   int piece_then(const Version& version, int node) const;
 
@@ -65,6 +69,7 @@ class DeformingBody {
   std::unique_ptr<fracture::Cracker> cracker_;
   std::vector<CrackSummary::Split> splits_;
   std::vector<Contact> contacts_;
+  std::vector<std::array<double, 2>> steps_s_;  ///< of the world: begin and end
   std::size_t contacts_kept_ = 0;
   std::vector<char> touched_;
   std::vector<Version> versions_;

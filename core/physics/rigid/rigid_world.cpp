@@ -384,6 +384,14 @@ void RigidWorld::set_velocity(int body, const Vector3d& velocity_m_s, const Vect
   s.book();
 }
 
+void RigidWorld::shift(int body, const Vector3d& by_m) {
+  State& s = *state_;
+  const double before = s.energy();
+  s.bodies.at(static_cast<std::size_t>(body)).centre += s.length * by_m;
+  s.ledger.work_j += s.joules(s.energy() - before);
+  s.book();
+}
+
 const EnergyLedger& RigidWorld::ledger() const { return state_->ledger; }
 
 void RigidWorld::book(double EnergyLedger::*entry, double joules) {

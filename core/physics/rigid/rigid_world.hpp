@@ -77,9 +77,11 @@ class RigidWorld {
   Eigen::Vector3d angular_velocity_rad_s(int body) const;
   void set_velocity(int body, const Eigen::Vector3d& velocity_m_s, const Eigen::Vector3d& angular_velocity_rad_s);
 
+  void shift(int body, const Eigen::Vector3d& by_m);  ///< moves it; what that takes in gravity's field is work
+
   const EnergyLedger& ledger() const;
   /// Says where energy went that the caller took out of, or put into, the bodies: adds it to an entry, and to the work, which
-  /// set_velocity(), add() and remove() have lessened by as much.
+  /// set_velocity(), shift(), add() and remove() have lessened by as much.
   void book(double EnergyLedger::*entry, double joules);
   /// Deepest overlap of two bodies as they stand [m] and which; nothing: none deeper than tolerance_m.
   struct Overlap {

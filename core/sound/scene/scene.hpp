@@ -93,6 +93,13 @@ struct SceneHold {
   std::filesystem::path csv;
 };
 
+/// Two modal bodies, or one and the world, that share a place and turn freely about it.
+struct SceneJoint {
+  int body = 0, other = -1;                        ///< -1: the world
+  std::string place;                               ///< in the file
+  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< the nearest corner of the surface, in the first body's frame
+};
+
 struct SceneBody {
   std::string name;
   std::string place;  ///< in the file, for messages: "scene.toml:12: body[1]"
@@ -161,6 +168,7 @@ struct Scene {
   fracture::FractureOptions fracture;
   ForceModel force_model = ForceModel::kHertz;
   std::vector<SceneHold> holds;
+  std::vector<SceneJoint> joints;
 
   bool has_deforming_bodies() const;
   const SceneMaterial& material_of(const SceneBody& body) const {

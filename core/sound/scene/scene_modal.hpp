@@ -20,7 +20,7 @@ class ModalBodies {
   ModalBodies(const Scene& scene, rigid::RigidWorld& world, const SceneNotes& notes, Monitor& monitor);
   ~ModalBodies();
   bool any() const;
-  void after_step(const rigid::RigidWorld& world);
+  void after_step(rigid::RigidWorld& world);
   void add_to(SceneMotion& motion) const;
 
  private:

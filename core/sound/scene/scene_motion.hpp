@@ -51,7 +51,8 @@ struct SceneMotion {
   std::int64_t n_stress_solves = 0;
   std::optional<CrackSummary> cracks;  ///< of a scene with cracking bodies
   std::optional<double>
-      contact_residual;  ///< of a scene with modal bodies: worst of their contact problems, dimensionless
+      contact_residual;        ///< of a scene with modal bodies: worst of their contact problems, dimensionless
+  double joint_error_m = 0.0;  ///< farthest that held places and joints were off at ends of small steps
 };
 
 /// Adds energies of bodies that are not in the rigid world, a row per step and the start, to the motion's.

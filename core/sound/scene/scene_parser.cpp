@@ -30,7 +30,8 @@ const TomlField kSchema[] = {
     {"", "material", kTables, "required", -kInf, kInf, "one `[[material]]` each"},
     {"", "body", kTables, "required", -kInf, kInf, "one `[[body]]` each, up to 10000"},
     {"", "hold", kTables, "none", -kInf, kInf,
-     "one `[[hold]]` each: places of cracking bodies that are moved from outside"},
+     "one `[[hold]]` each: places of cracking and modal bodies that are moved from outside"},
+    {"", "joint", kTables, "none", -kInf, kInf, "one `[[joint]]` each: places that modal bodies share"},
     {"", "crack", kTable, "the defaults below", -kInf, kInf, "how cracking bodies flow and crack"},
     {"", "modal", kTable, "the defaults below", -kInf, kInf, "how modal bodies move"},
     {"", "fracture", kTable, "the defaults below", -kInf, kInf, "how breakable bodies break"},
@@ -115,6 +116,7 @@ const std::vector<TomlField>& schema() {
     insert("body", solid::material_fields("material", "the preset's or the fit's"));
     insert("body", damping::damping_fields("material.damping"));
     insert("fracture", detail::hold_fields());
+    insert("fracture", detail::joint_fields());
     insert("fracture", detail::crack_fields("crack"));
     insert("fracture", detail::modal_fields("modal"));
     insert("fracture", detail::modal_fields("body.modal"));
@@ -363,6 +365,7 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
     if (body.model == BodyModel::kModal) body.modal = detail::read_modal(root.table("modal"), table.table("modal"));
   }
   scene.holds = detail::read_holds(root, scene, folder);
+  scene.joints = detail::read_joints(root, scene);
   if (scene.has_deforming_bodies() && !scene.duration_s)
     throw InputError(root.place("duration_s"), "is missing", "",
                      "a scene with cracking or modal bodies says how long it lasts");

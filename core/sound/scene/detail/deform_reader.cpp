@@ -50,6 +50,16 @@ std::vector<TomlField> hold_fields() {
   };
 }
 
+std::vector<TomlField> joint_fields() {
+  using enum TomlType;
+  return {
+      {"joint", "body", kText, "required", -kInf, kInf, "a modal body"},
+      {"joint", "other", kText, "`world`", -kInf, kInf, "another modal body, or `world`"},
+      {"joint", "at_m", kVector, "required", -1e4, 1e4,
+       "in the first body's frame: its nearest corner, and what is there of the other, stay together"},
+  };
+}
+
 CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const SceneMaterial& material,
                          const std::string& place) {
   const auto number = [&](const char* key) {
@@ -149,6 +159,30 @@ std::vector<SceneHold> read_holds(const TomlTable& root, const Scene& scene, con
     holds.push_back(std::move(hold));
   }
   return holds;
+}
+
+std::vector<SceneJoint> read_joints(const TomlTable& root, const Scene& scene) {
+  std::vector<SceneJoint> joints;
+  const auto modal_body = [&](const TomlTable& table, const char* key, const std::string& name) {
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      if (scene.bodies[i].name != name) continue;
+      if (scene.bodies[i].model != BodyModel::kModal)
+        throw InputError(table.place(key), "is no body that can be joined", name, "model = \"modal\"");
+      return static_cast<int>(i);
+    }
+    throw InputError(table.place(key), "unknown body", name);
+  };
+  for (const TomlTable& table : root.tables("joint", kMostHolds)) {
+    SceneJoint joint;
+    joint.place = table.place();
+    joint.body = modal_body(table, "body", table.text("body"));
+    if (table.has("other") && table.text("other") != "world")
+      joint.other = modal_body(table, "other", table.text("other"));
+    if (joint.other == joint.body) throw InputError(table.place("other"), "is joined to itself", table.text("body"));
+    joint.at_m = table.vector("at_m");
+    joints.push_back(std::move(joint));
+  }
+  return joints;
 }
 
 }  // namespace klang::scene::detail

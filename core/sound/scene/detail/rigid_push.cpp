@@ -10,7 +10,7 @@ namespace klang::scene::detail {
 
 using Eigen::Vector3d;
 
-PressedBody::PressedBody(const rigid::RigidWorld& world, int body) : body_(body) {
+PressedBody::PressedBody(const rigid::RigidWorld& world, int body, Way way) : body_(body), way_(way) {
   const rigid::RigidBodySpec& spec = world.spec(body);
   fixed_ = spec.fixed;
   mass_kg_ = spec.mass_kg;
@@ -21,6 +21,8 @@ PressedBody::PressedBody(const rigid::RigidWorld& world, int body) : body_(body)
   body_centre_m_ = spec.centre_m;
   for (const rigid::ConvexPart& part : spec.parts) {
     const mesh::SurfaceMesh hull = rigid::hull_of(part);
+    for (Eigen::Index i = 0; i < hull.vertices_m.rows(); ++i)
+      own_corners_.push_back(hull.vertices_m.row(i).transpose());
     std::vector<Plane> planes;
     for (Eigen::Index t = 0; t < hull.triangles.rows(); ++t) {
       const auto corner = [&](int c) -> Vector3d { return hull.vertices_m.row(hull.triangles(t, c)).transpose(); };
@@ -36,14 +38,21 @@ PressedBody::PressedBody(const rigid::RigidWorld& world, int body) : body_(body)
 void PressedBody::begin(const rigid::RigidWorld& world, double dt_s, const Vector3d& gravity_m_s2) {
   turn_ = world.pose(body_).orientation().toRotationMatrix();
   gravity_ = fixed_ ? Vector3d::Zero() : gravity_m_s2;
+  gained_ = gained_spin_ = shift_ = Vector3d::Zero();
+  left_s_ = dt_s;
+  inverse_inertia_ = fixed_ ? Eigen::Matrix3d::Zero() : Eigen::Matrix3d(turn_ * inertia_.inverse() * turn_.transpose());
+  if (way_ == Way::kStruck) {
+    velocity_ = world.velocity_m_s(body_) - dt_s * gravity_;
+    spin_ = world.angular_velocity_rad_s(body_);
+    centre_ = world.centre_m(body_) - dt_s * velocity_ - 0.5 * dt_s * dt_s * gravity_;
+    return;
+  }
   velocity_ = world.velocity_m_s(body_) - lead_ - dt_s * gravity_;
   spin_ = world.angular_velocity_rad_s(body_) - lead_spin_;
   centre_ = end_centre_.value_or(world.centre_m(body_) - dt_s * velocity_);
   end_centre_ = world.centre_m(body_);
   begin_centre_ = centre_;
   begin_velocity_ = velocity_;
-  inverse_inertia_ = turn_ * inertia_.inverse() * turn_.transpose();
-  gained_ = gained_spin_ = Vector3d::Zero();
 }
 
 void PressedBody::rewind() {
@@ -55,6 +64,18 @@ void PressedBody::advance(double dt_s) {
   velocity_ += 0.5 * dt_s * gravity_;
   centre_ += dt_s * velocity_;
   velocity_ += 0.5 * dt_s * gravity_;
+  left_s_ -= dt_s;
+}
+
+double PressedBody::moving_j() const {
+  if (fixed_) return 0.0;
+  return 0.5 * mass_kg_ * velocity_.squaredNorm() + 0.5 * spin_.dot(turn_ * (inertia_ * (turn_.transpose() * spin_)));
+}
+
+std::vector<Vector3d> PressedBody::corners_m() const {
+  std::vector<Vector3d> corners;
+  for (const Vector3d& own : own_corners_) corners.push_back(centre_ + turn_ * (own - body_centre_m_));
+  return corners;
 }
 
 bool PressedBody::is_near(const Vector3d& low, const Vector3d& high) const {
@@ -83,6 +104,7 @@ void PressedBody::push(const Vector3d& x, const Vector3d& impulse_n_s) {
   if (fixed_) return;
   const Vector3d along = impulse_n_s / mass_kg_, turning = inverse_inertia_ * (x - centre_).cross(impulse_n_s);
   velocity_ += along;
+  shift_ += left_s_ * along;
   gained_ += along;
   spin_ += turning;
   gained_spin_ += turning;
@@ -91,6 +113,11 @@ void PressedBody::push(const Vector3d& x, const Vector3d& impulse_n_s) {
 double PressedBody::end(rigid::RigidWorld& world) {
   if (gained_.isZero(0.0) && gained_spin_.isZero(0.0) && lead_.isZero(0.0) && lead_spin_.isZero(0.0)) return 0.0;
   const double before_j = world.ledger().work_j;
+  if (way_ == Way::kStruck) {
+    world.set_velocity(body_, world.velocity_m_s(body_) + gained_, world.angular_velocity_rad_s(body_) + gained_spin_);
+    world.shift(body_, shift_);
+    return world.ledger().work_j - before_j;
+  }
   lead_ = 0.5 * gained_;
   lead_spin_ = 0.5 * gained_spin_;
   world.set_velocity(body_, velocity_ + lead_, spin_ + lead_spin_);

@@ -15,10 +15,12 @@ struct Depth {
 
 /// A rigid body while deforming ones press on it within a step of the world: it goes on from where the step began, with their
 /// impulses, and gives the world its new velocity at the end, with half a step's more of the same push: the world then moves it over the next
-/// step to where the push takes it, to second order.
+/// step to where the push takes it, to second order. One that is struck goes back by the whole step instead, and the world moves it to where
+/// each impulse, at its own moment in the step, takes it.
 class PressedBody {
  public:
-  PressedBody(const rigid::RigidWorld& world, int body);
+  enum class Way { kPressed, kStruck };
+  PressedBody(const rigid::RigidWorld& world, int body, Way way = Way::kPressed);
   void begin(const rigid::RigidWorld& world, double dt_s, const Eigen::Vector3d& gravity_m_s2);
   /// @param x  in the world
   std::optional<Depth> depth_of(const Eigen::Vector3d& x) const;
@@ -31,6 +33,17 @@ class PressedBody {
   int body() const { return body_; }
   const rigid::Skin& skin() const { return skin_; }
   double mass_kg() const { return fixed_ ? 1e300 : mass_kg_; }
+  double inverse_mass_per_kg() const { return fixed_ ? 0.0 : 1.0 / mass_kg_; }
+  const Eigen::Matrix3d& inverse_inertia() const { return inverse_inertia_; }  ///< in the world's axes; 0: fixed
+  const Eigen::Vector3d& centre_m() const { return centre_; }
+  const Eigen::Vector3d& velocity_m_s() const { return velocity_; }
+  const Eigen::Vector3d& spin_rad_s() const { return spin_; }
+  double moving_j() const;
+  double ball_radius_m() const { return ball_radius_m_; }
+  Eigen::Vector3d to_body(const Eigen::Vector3d& x) const { return turn_.transpose() * (x - centre_) + body_centre_m_; }
+  Eigen::Vector3d turned_to_body(const Eigen::Vector3d& v) const { return turn_.transpose() * v; }
+  /// Corners of its convex parts, in the world.
+  std::vector<Eigen::Vector3d> corners_m() const;
   /// Sphere about its centre that holds it.
   bool is_near(const Eigen::Vector3d& low, const Eigen::Vector3d& high) const;
 
@@ -40,7 +53,11 @@ class PressedBody {
     double offset_m = 0.0;
   };
   int body_ = 0;
+  Way way_ = Way::kPressed;
   bool fixed_ = false;
+  double left_s_ = 0.0;                              ///< of the step
+  Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();  ///< that what was gained makes until the step's end
+  std::vector<Eigen::Vector3d> own_corners_;
   double mass_kg_ = 0.0, ball_radius_m_ = 0.0, reach_m_ = 0.0;
   rigid::Skin skin_;
   Eigen::Matrix3d inertia_ = Eigen::Matrix3d::Zero(), turn_ = Eigen::Matrix3d::Identity(),

@@ -1,0 +1,301 @@
+#include "core/sound/scene/detail/modal_body.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/surface_point.hpp"
+#include "core/physics/fracture/quasistatic/free_body_solver.hpp"
+#include "core/physics/modal/modes_of.hpp"
+#include "core/physics/rigid/convex_parts.hpp"
+#include "core/physics/solid/support.hpp"
+
+namespace klang::scene::detail {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr int kMostSubsteps = 500;
+constexpr std::size_t kMostFlexiblePlaces = 700;
+
+ModalPlace place_of(const modal::ModalModel& model, Eigen::Index n_modes, int node, const Vector3d& centre_m) {
+  ModalPlace place;
+  place.rest_m = model.mesh.nodes_m.row(node).transpose() - centre_m;
+  place.shape = model.shapes.block(3 * node, 0, 3, n_modes);
+  return place;
+}
+
+/// Flexibility of all elastic modes between the surface's corners, from statics of the free body, less that of the kept ones.
+Eigen::MatrixXd residual_flexibility(const ModalBody& body, const std::vector<int>& nodes, const mesh::TetMesh& mesh,
+                                     const solid::Material& material) {
+  if (nodes.size() > kMostFlexiblePlaces)
+    throw InputError("residual_flexibility", "has too many corners of the surface", std::to_string(nodes.size()),
+                     "up to " + std::to_string(kMostFlexiblePlaces) + ": a larger max_edge_m");
+  fracture::FreeBodySolver solver(mesh, material);
+  if (!solver.usable()) throw NumericalError("residual flexibility: " + solver.message());
+  const Eigen::Index n = static_cast<Eigen::Index>(3 * nodes.size());
+  Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * mesh.n_nodes(), n);
+  std::vector<Eigen::Index> rows;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      loads(3 * nodes[i] + axis, static_cast<Eigen::Index>(3 * i) + axis) = 1.0;
+      rows.push_back(3 * nodes[i] + axis);
+    }
+  Eigen::MatrixXd flexible = solver.solve(loads).displacement_m(rows, Eigen::all);
+  if (body.modes.z.size() > 0)
+    flexible -= body.corner_shapes * body.modes.lambda().cwiseInverse().asDiagonal() * body.corner_shapes.transpose();
+  return 0.5 * (flexible + flexible.transpose());
+}
+
+modal::ModalModel modes_for(const Scene& scene, const SceneBody& body, const SceneNotes& notes, Monitor& monitor) {
+  modal::ModalModel model;
+  model.mesh = mesh_of(body, notes, monitor);
+  model.shapes = Eigen::MatrixXd(3 * model.mesh.n_nodes(), 0);
+  if (body.modal.n_modes == 0) return model;
+  modal::ModesBody what;
+  what.shape = body.shape;
+  modal::ModesOptions options;
+  options.eigen.count = body.modal.n_modes;
+  options.mesh_is_wanted = body.max_edge_m > 0.0 && body.shape;
+  modal::EigenResult found = located(
+      body.place, [&] { return modal::modes_of(what, model.mesh, scene.material_of(body).elastic, options, monitor); });
+  if (!found.usable()) throw NumericalError("modes of " + body.name + ": " + found.message);
+  if (found.model.n_modes() < body.modal.n_modes)
+    throw InputError(body.place, "has fewer modes than n_modes", std::to_string(found.model.n_modes()));
+  return std::move(found.model);
+}
+
+void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::RigidBodySpec& spec,
+                 std::vector<int>& corners) {
+  const Eigen::Index n_modes = made.modes.z.size();
+  made.surface = mesh::boundary_surface(model.mesh);
+  made.surface.vertices_m.rowwise() -= spec.centre_m.transpose();
+  made.surface_shapes = model.shapes.leftCols(n_modes);
+  made.corner_of_vertex.assign(static_cast<std::size_t>(model.mesh.n_nodes()), -1);
+  for (Eigen::Index t = 0; t < made.surface.triangles.rows(); ++t)
+    for (int c = 0; c < 3; ++c) made.corner_of_vertex[static_cast<std::size_t>(made.surface.triangles(t, c))] = 0;
+  for (int i = 0; i < model.mesh.n_nodes(); ++i) {
+    int& corner = made.corner_of_vertex[static_cast<std::size_t>(i)];
+    if (corner < 0) continue;
+    corner = static_cast<int>(made.places.size());
+    made.places.push_back(place_of(model, n_modes, i, spec.centre_m));
+    made.places.back().corners = {{made.places.size() - 1, 1.0}};
+    corners.push_back(i);
+  }
+  made.corner_shapes.resize(static_cast<Eigen::Index>(3 * corners.size()), n_modes);
+  made.low_m = made.high_m = made.places.front().rest_m;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    made.corner_shapes.middleRows(static_cast<Eigen::Index>(3 * i), 3) = made.places[i].shape;
+    made.low_m = made.low_m.cwiseMin(made.places[i].rest_m);
+    made.high_m = made.high_m.cwiseMax(made.places[i].rest_m);
+    made.reach_m = std::max(made.reach_m, made.places[i].rest_m.norm());
+  }
+  for (const rigid::ConvexPart& part : spec.parts) {
+    const mesh::SurfaceMesh hull = rigid::hull_of(part);
+    std::vector<Eigen::Vector4d> planes;
+    for (Eigen::Index t = 0; t < hull.triangles.rows(); ++t) {
+      const auto corner = [&](int c) -> Vector3d {
+        return hull.vertices_m.row(hull.triangles(t, c)).transpose() - spec.centre_m;
+      };
+      const Vector3d across = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      if (!(across.norm() > 0.0)) continue;
+      const Vector3d normal = across.normalized();
+      planes.emplace_back(normal.x(), normal.y(), normal.z(), normal.dot(corner(0)));
+    }
+    made.parts.push_back(std::move(planes));
+  }
+}
+
+void add_holds(ModalBody& made, const Scene& scene, const modal::ModalModel& model, const Vector3d& centre_m) {
+  for (const SceneHold& hold : scene.holds) {
+    if (hold.body != made.row) continue;
+    std::vector<int> nodes;
+    if (hold.at_m) {
+      Eigen::Index nearest = 0;
+      (model.mesh.nodes_m.rowwise() - hold.at_m->transpose()).rowwise().norm().minCoeff(&nearest);
+      nodes = {static_cast<int>(nearest)};
+    } else {
+      nodes = located(hold.place,
+                      [&] { return solid::held_nodes(solid::parse_support("clamped:" + hold.where), model.mesh); });
+    }
+    for (const int node : nodes) {
+      HeldPlace held{place_of(model, made.modes.z.size(), node, centre_m), &hold.path, Vector3d::Zero()};
+      held.origin_m = made.centre_m + made.arm(held.place);
+      for (const HeldPlace& other : made.held)
+        if (other.place.rest_m == held.place.rest_m)
+          throw InputError(hold.place, "contradicts another hold of the same place",
+                           scene.bodies[static_cast<std::size_t>(made.row)].name);
+      made.held.push_back(std::move(held));
+    }
+  }
+}
+
+}  // namespace
+
+namespace {
+
+Eigen::Quaterniond turned(const Eigen::Quaterniond& from, const Vector3d& by) {
+  const double angle = by.norm();
+  if (!(angle > 0.0)) return from;
+  return (Eigen::Quaterniond(Eigen::AngleAxisd(angle, by / angle)) * from).normalized();
+}
+
+/// Free rotation by the spin of the step's middle.
+Eigen::Quaterniond turn_after(const ModalBody& body, double dt) {
+  const auto spin_at = [&](const Eigen::Quaterniond& turn) -> Vector3d {
+    return turn * (body.inertia.inverse() * (turn.conjugate() * body.angular_momentum));
+  };
+  return turned(body.turn, dt * spin_at(turned(body.turn, 0.5 * dt * spin_at(body.turn))));
+}
+
+}  // namespace
+
+void ModalBody::fly(double dt, const Vector3d& gravity) {
+  centre_m += dt * velocity_m_s + 0.5 * dt * dt * gravity;
+  velocity_m_s += dt * gravity;
+  const double turning = 0.5 * angular_momentum.dot(spin());
+  turn = turn_after(*this, dt);
+  ledger.correction_j += turning - 0.5 * angular_momentum.dot(spin());
+  if (modes.z.size() == 0) return;
+  modes.set_step(dt);
+  const double before = modes.energy_j();
+  modes.advance(Eigen::VectorXd::Zero(modes.z.size()));
+  ledger.viscous_j += before - modes.energy_j();
+}
+
+Vector3d ModalBody::place_after(const ModalPlace& place, double dt, const Vector3d& gravity) const {
+  Vector3d own = place.rest_m;
+  if (modes.z.size() > 0) own += place.shape * modes.free_z();
+  return centre_m + dt * velocity_m_s + 0.5 * dt * dt * gravity + turn_after(*this, dt) * own;
+}
+
+void ModalBody::refresh() {
+  const Eigen::Index n = static_cast<Eigen::Index>(places.size());
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(3 * n);
+  if (modes.z.size() > 0) moved.noalias() = corner_shapes * modes.z;
+  const Eigen::Map<const Eigen::Matrix3Xd> by(moved.data(), 3, n);
+  swell_m = std::sqrt(by.colwise().squaredNorm().maxCoeff());
+  corners_m.resize(3, n);
+  const Matrix3d r = turn.toRotationMatrix();
+  for (Eigen::Index i = 0; i < n; ++i)
+    corners_m.col(i) = centre_m + r * (places[static_cast<std::size_t>(i)].rest_m + by.col(i));
+}
+
+void ModalBody::push(const ModalPlace& place, const Vector3d& impulse_n_s) {
+  const Vector3d at = arm(place);
+  velocity_m_s += impulse_n_s / mass_kg;
+  angular_momentum += at.cross(impulse_n_s);
+  modes.v += place.shape.transpose() * (turn.conjugate() * impulse_n_s);
+}
+
+void ModalBody::note(const ModalPlace& place, int other, bool is_new, const Vector3d& impulse_n_s) {
+  touches.push_back({time_s, dt_s, other, is_new, rest_centre_m + place.rest_m, turn.conjugate() * impulse_n_s});
+}
+
+ModalPlace ModalBody::nearest(const Vector3d& own, const mesh::SurfaceMesh& among, Vector3d& normal) const {
+  const mesh::SurfacePoint found = mesh::nearest_surface_point(among, own);
+  ModalPlace place;
+  place.shape = Eigen::Matrix3Xd::Zero(3, modes.z.size());
+  std::array<Vector3d, 3> corner;
+  for (std::size_t k = 0; k < found.nodes.size(); ++k) {
+    const int node = found.nodes[k];
+    place.shape += found.weights[static_cast<Eigen::Index>(k)] * surface_shapes.middleRows(3 * node, 3);
+    if (k >= 3) continue;
+    corner[k] = surface.vertices_m.row(node).transpose();
+    const double hat = found.barycentric[static_cast<Eigen::Index>(k)];
+    place.rest_m += hat * corner[k];
+    place.corners.emplace_back(static_cast<std::size_t>(corner_of_vertex[static_cast<std::size_t>(node)]), hat);
+  }
+  normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
+  return place;
+}
+
+bool ModalBody::is_near(const Vector3d& x, double distance_m) const {
+  const Vector3d own = turn.conjugate() * (x - centre_m);
+  const double reach = distance_m + swell_m;
+  return ((own - high_m).array() <= reach).all() && ((low_m - own).array() <= reach).all();
+}
+
+std::optional<ModalDepth> ModalBody::depth_of(const Vector3d& x) const {
+  const Vector3d own = turn.conjugate() * (x - centre_m);
+  bool inside = ball_radius_m > 0.0 && own.norm() <= ball_radius_m + swell_m;
+  for (std::size_t p = 0; p < parts.size() && !inside; ++p)
+    inside = std::all_of(parts[p].begin(), parts[p].end(),
+                         [&](const Eigen::Vector4d& plane) { return plane.head<3>().dot(own) - plane[3] <= swell_m; });
+  if (!inside) return {};
+  ModalDepth depth;
+  Vector3d normal;
+  depth.place = nearest(own, surface, normal);
+  depth.depth_m = (depth.place.rest_m + depth.place.shape * modes.z - own).dot(normal);
+  if (!(depth.depth_m > 0.0)) return {};
+  depth.out = turn * normal;
+  return depth;
+}
+
+double ModalBody::discarded_m_per_n(const ModalPlace& a, const Vector3d& u, const ModalPlace& b,
+                                    const Vector3d& w) const {
+  if (residual_m_per_n.size() == 0) return 0.0;
+  const Vector3d own_u = turn.conjugate() * u, own_w = turn.conjugate() * w;
+  double sum = 0.0;
+  for (const auto& [i, weight_i] : a.corners)
+    for (const auto& [j, weight_j] : b.corners)
+      sum +=
+          weight_i * weight_j *
+          own_u.dot(residual_m_per_n.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) *
+                    own_w);
+  return sum;
+}
+
+void ModalBody::keep_pose() {
+  events::Pose pose;
+  pose.body = row;
+  pose.time_s = time_s;
+  pose.position_m = centre_m - turn * rest_centre_m;
+  pose.orientation_wxyz = {turn.w(), turn.x(), turn.y(), turn.z()};
+  poses.push_back(pose);
+}
+
+ModalBody modal_body_of(const Scene& scene, int row, const rigid::RigidBodySpec& spec, const SceneNotes& notes,
+                        Monitor& monitor) {
+  const SceneBody& body = scene.bodies[static_cast<std::size_t>(row)];
+  const SceneMaterial& material = scene.material_of(body);
+  ModalBody made;
+  made.row = row;
+  const modal::ModalModel model = modes_for(scene, body, notes, monitor);
+  const Eigen::Index n_modes = body.modal.n_modes;
+  Eigen::VectorXd lambda(n_modes), damping(n_modes);
+  for (Eigen::Index k = 0; k < n_modes; ++k) {
+    const double omega = model.angular_frequency_rad_s[k];
+    lambda[k] = omega * omega;
+    damping[k] =
+        material.damping ? 2.0 * material.damping->law->decay_per_s(omega, material.damping->parameters.data()) : 0.0;
+  }
+  made.modes = modal::ModalState(lambda, damping);
+  made.mass_kg = spec.mass_kg;
+  made.inertia = spec.inertia_kg_m2;
+  made.rest_centre_m = spec.centre_m;
+  made.skin = spec.skin;
+  made.ball_radius_m = spec.ball_radius_m;
+  made.turn = spec.orientation;
+  made.centre_m = spec.position_m + spec.orientation * spec.centre_m;
+  made.velocity_m_s = spec.velocity_m_s;
+  const Matrix3d r = spec.orientation.toRotationMatrix();
+  made.angular_momentum = r * spec.inertia_kg_m2 * r.transpose() * spec.angular_velocity_rad_s;
+  made.linear_program = body.modal.linear_program;
+  std::vector<int> corners;
+  add_surface(made, model, spec, corners);
+  if (body.modal.residual_flexibility)
+    made.residual_m_per_n =
+        located(body.place, [&] { return residual_flexibility(made, corners, model.mesh, material.elastic); });
+  add_holds(made, scene, model, spec.centre_m);
+  const double highest_hz = n_modes > 0 ? std::sqrt(lambda.maxCoeff()) / (2.0 * kPi) : 0.0;
+  const double step_s = 1.0 / scene.solver.rate_hz;
+  made.dt_s = step_s / std::clamp(std::ceil(step_s * 20.0 * highest_hz), 1.0, static_cast<double>(kMostSubsteps));
+  made.keep_pose();
+  return made;
+}
+
+}  // namespace klang::scene::detail

@@ -1,0 +1,171 @@
+#include "core/sound/scene/detail/modal_contacts.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace klang::scene::detail {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kWorld = -1;
+constexpr double kNear = 1.5;  ///< of reaches: what may touch
+
+std::size_t nth(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+ModalContacts::ModalContacts(const Scene& scene, std::vector<ModalBody>& bodies, std::vector<JointPlace> joints)
+    : scene_(scene), bodies_(bodies), joints_(std::move(joints)) {}
+
+std::vector<ModalTouching> ModalContacts::find(std::vector<PressedBody>& others) {
+  const auto is_near = [&](std::size_t a) {
+    const ModalBody& body = bodies_[a];
+    const double reach = kNear * body.reach_m;
+    if (scene_.solver.floor && body.centre_m.z() - reach <= 0.0) return true;
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (b != a && (bodies_[b].centre_m - body.centre_m).norm() < reach + kNear * bodies_[b].reach_m) return true;
+    const Vector3d ones = Vector3d::Constant(reach);
+    return std::any_of(others.begin(), others.end(), [&](const PressedBody& other) {
+      return other.is_near(body.centre_m - ones, body.centre_m + ones);
+    });
+  };
+  for (std::size_t a = 0; a < bodies_.size(); ++a)
+    if (is_near(a)) {
+      bodies_[a].refresh();
+    } else {
+      bodies_[a].corners_m.resize(3, 0);
+    }
+  std::vector<ModalTouching> found;
+  std::set<Key> now;
+  for (std::size_t a = 0; a < bodies_.size(); ++a)
+    if (bodies_[a].corners_m.cols() > 0) find_corners(a, others, found, now);
+  was_down_ = std::move(now);
+  return found;
+}
+
+void ModalContacts::find_corners(std::size_t a, std::vector<PressedBody>& others, std::vector<ModalTouching>& found,
+                                 std::set<Key>& now) {
+  const ModalBody& body = bodies_[a];
+  const auto add = [&](ModalTouching touch, const Key& key, const rigid::Skin& skin) {
+    touch.restitution = rigid::pair_restitution(body.skin, skin);
+    touch.friction = rigid::pair_friction(body.skin, skin);
+    touch.a_row = body.row;
+    touch.is_new = was_down_.count(key) == 0;
+    now.insert(key);
+    found.push_back(std::move(touch));
+  };
+  const int n_bodies = static_cast<int>(bodies_.size()), own = static_cast<int>(a);
+  for (Eigen::Index i = 0; i < body.corners_m.cols(); ++i) {
+    const Vector3d x = body.corners_m.col(i);
+    const ModalPlace& place = body.places[static_cast<std::size_t>(i)];
+    const int corner = static_cast<int>(i);
+    if (scene_.solver.floor && x.z() <= 0.0)
+      add({{own, x, place}, {kWorld, x, {}}, Vector3d::UnitZ(), x.z()}, {own, corner, -1}, *scene_.solver.floor);
+    for (int b = 0; b < n_bodies; ++b) {
+      if (b == own || bodies_[nth(b)].corners_m.cols() == 0 || !bodies_[nth(b)].is_near(x, 0.0)) continue;
+      if (const auto depth = bodies_[nth(b)].depth_of(x))
+        add({{own, x, place}, {b, x, depth->place}, depth->out, -depth->depth_m, 0, 0, 0, bodies_[nth(b)].row},
+            {own, corner, b}, bodies_[nth(b)].skin);
+    }
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      if (others[k].ball_radius_m() > 0.0) continue;
+      if (const auto depth = others[k].depth_of(x))
+        add({{own, x, place},
+             {n_bodies + static_cast<int>(k), x, {}},
+             depth->out,
+             -depth->depth_m,
+             0,
+             0,
+             0,
+             others[k].body()},
+            {own, corner, -2 - others[k].body()}, others[k].skin());
+    }
+  }
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    if (others[k].ball_radius_m() > 0.0) continue;
+    const std::vector<Vector3d> corners = others[k].corners_m();
+    for (std::size_t c = 0; c < corners.size(); ++c) {
+      if (!body.is_near(corners[c], 0.0)) continue;
+      if (const auto depth = body.depth_of(corners[c]))
+        add({{own, corners[c], depth->place},
+             {n_bodies + static_cast<int>(k), corners[c], {}},
+             -depth->out,
+             -depth->depth_m,
+             0,
+             0,
+             0,
+             others[k].body()},
+            {own, -1 - static_cast<int>(c), -2 - others[k].body()}, others[k].skin());
+    }
+  }
+}
+
+void ModalContacts::solve(std::vector<PressedBody>& others, double dt_s) {
+  const std::vector<ModalTouching> touches = find(others);
+  const std::size_t n_all = bodies_.size() + others.size();
+  std::vector<int> root(n_all);
+  std::iota(root.begin(), root.end(), 0);
+  const auto root_of = [&](int i) {
+    while (root[nth(i)] != i) i = root[nth(i)];
+    return i;
+  };
+  const auto join = [&](int i, int j) {
+    const int a = root_of(i), b = root_of(j);
+    root[nth(std::max(a, b))] = std::min(a, b);
+  };
+  const auto moves = [&](int member) {
+    return member >= 0 &&
+           (nth(member) < bodies_.size() || others[nth(member) - bodies_.size()].inverse_mass_per_kg() > 0.0);
+  };
+  for (const ModalTouching& touch : touches)
+    if (touch.b.member >= 0 && moves(touch.b.member)) join(touch.a.member, touch.b.member);
+  for (const JointPlace& joint : joints_)
+    if (joint.other >= 0) join(joint.body, joint.other);
+  std::map<int, std::vector<int>> islands;
+  for (std::size_t i = 0; i < n_all; ++i)
+    if (moves(static_cast<int>(i))) islands[root_of(static_cast<int>(i))].push_back(static_cast<int>(i));
+  for (const auto& [first, members] : islands) {
+    if (nth(first) >= bodies_.size()) continue;  // a rigid body that touches none
+    std::vector<ModalTouching> own;
+    for (const ModalTouching& touch : touches)
+      if (root_of(touch.a.member) == first) own.push_back(touch);
+    ModalIsland island({bodies_, others, scene_.solver.gravity_m_s2, dt_s}, members, std::move(own), joints_);
+    island.solve();
+    island.note_held();
+    joint_error_m_ = std::max(joint_error_m_, island.missed_m());
+    for (std::size_t k = 0; k < island.impulses_n_s().size(); ++k)
+      if (island.impulses_n_s()[k].squaredNorm() > 0.0) apply(island.touches()[k], island.impulses_n_s()[k], others);
+  }
+}
+
+/// What a touch did, to the lists of both; a rigid body is pushed.
+void ModalContacts::apply(const ModalTouching& touch, const Vector3d& impulse_n_s, std::vector<PressedBody>& others) {
+  ModalBody& body = bodies_[nth(touch.a.member)];
+  body.note(touch.a.place, touch.b.member >= 0 ? touch.b_row : -1, touch.is_new, impulse_n_s);
+  if (touch.b.member < 0) return;
+  if (nth(touch.b.member) < bodies_.size()) {
+    bodies_[nth(touch.b.member)].note(touch.b.place, touch.a_row, touch.is_new, -impulse_n_s);
+    return;
+  }
+  PressedBody& other = others[nth(touch.b.member) - bodies_.size()];
+  other.push(touch.b.x, -impulse_n_s);
+  note_rigid(body, other, touch.b.x, -impulse_n_s, touch.is_new);
+}
+
+void ModalContacts::note_rigid(const ModalBody& from, const PressedBody& other, const Vector3d& x,
+                               const Vector3d& impulse_n_s, bool is_new) {
+  if (other.inverse_mass_per_kg() == 0.0) return;
+  events::Impulse impulse;
+  impulse.time_s = from.time_s - from.dt_s;
+  impulse.duration_s = from.dt_s;
+  impulse.shape = events::PulseShape::kHeld;
+  impulse.kind = is_new ? events::ImpulseKind::kImpact : events::ImpulseKind::kLasting;
+  impulse.body = other.body();
+  impulse.other = from.row;
+  impulse.point_m = other.to_body(x);
+  impulse.impulse_n_s = other.turned_to_body(impulse_n_s);
+  on_rigid_.push_back(impulse);
+}
+
+}  // namespace klang::scene::detail

@@ -1,0 +1,291 @@
+#include "core/sound/scene/detail/modal_island.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "core/physics/modal/constraints/contact_problem.hpp"
+
+namespace klang::scene::detail {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr int kMostCorrections = 20, kMostSweeps = 20000;
+constexpr double kSweepTolerance = 1e-9;
+
+std::size_t number(int i) { return static_cast<std::size_t>(i); }
+
+Eigen::Matrix3d frame_of(const Vector3d& out) {
+  const Vector3d other = std::abs(out.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
+  Eigen::Matrix3d frame;
+  frame.col(0) = out;
+  frame.col(1) = (other - other.dot(out) * out).normalized();
+  frame.col(2) = out.cross(frame.col(1));
+  return frame;
+}
+
+}  // namespace
+
+ModalIsland::ModalIsland(const World& world, std::vector<int> members, std::vector<ModalTouching> touches,
+                         const std::vector<JointPlace>& joints)
+    : world_(world), members_(std::move(members)), touches_(std::move(touches)) {
+  for (const int member : members_) {
+    offset_[member] = n_unknowns_;
+    n_unknowns_ += 6;
+    if (!is_modal(member)) continue;
+    ModalBody& body = world_.bodies[number(member)];
+    n_unknowns_ += body.modes.z.size();
+    linear_program_ = linear_program_ || body.linear_program;
+    flexible_ = flexible_ || body.residual_m_per_n.size() > 0;
+    for (const HeldPlace& hold : body.held) holds_.emplace_back(member, &hold);
+    for (const JointPlace& joint : joints)
+      if (joint.body == member) joints_.push_back(&joint);
+  }
+  const bool slides = !linear_program_ && std::any_of(touches_.begin(), touches_.end(),
+                                                      [](const ModalTouching& t) { return t.friction > 0.0; });
+  per_ = slides ? 3 : 1;
+  n_held_ = static_cast<Index>(3 * (holds_.size() + joints_.size()));
+  n_down_ = per_ * static_cast<Index>(touches_.size());
+}
+
+bool ModalIsland::is_modal(int member) const { return number(member) < world_.bodies.size(); }
+
+TouchSide ModalIsland::side_of(int member, const ModalPlace& place) const {
+  const ModalBody& body = world_.bodies[number(member)];
+  return {member, body.centre_m + body.arm(place), place};
+}
+
+void ModalIsland::set(Index row, const TouchSide& side, const Vector3d& along, double sign) {
+  const auto found = offset_.find(side.member);
+  if (found == offset_.end()) return;  // the floor, or what is fixed
+  const Vector3d centre = is_modal(side.member) ? world_.bodies[number(side.member)].centre_m
+                                                : world_.others[number(side.member) - world_.bodies.size()].centre_m();
+  rows_.block<1, 3>(row, found->second) += sign * along.transpose();
+  rows_.block<1, 3>(row, found->second + 3) += sign * (side.x - centre).cross(along).transpose();
+  if (!is_modal(side.member)) return;
+  const ModalBody& body = world_.bodies[number(side.member)];
+  if (const Index n_modes = body.modes.z.size(); n_modes > 0)
+    rows_.block(row, found->second + 6, 1, n_modes) +=
+        sign * (body.turn.conjugate() * along).transpose() * side.place.shape;
+}
+
+void ModalIsland::set_rows() {
+  rows_ = MatrixXd::Zero(n_held_ + n_down_, n_unknowns_);
+  Index row = 0;
+  for (const auto& [member, hold] : holds_) {
+    for (int axis = 0; axis < 3; ++axis) set(row + axis, side_of(member, hold->place), Vector3d::Unit(axis), 1.0);
+    row += 3;
+  }
+  for (const JointPlace* joint : joints_) {
+    for (int axis = 0; axis < 3; ++axis) {
+      set(row + axis, side_of(joint->body, joint->place), Vector3d::Unit(axis), 1.0);
+      if (joint->other >= 0) set(row + axis, side_of(joint->other, joint->other_place), Vector3d::Unit(axis), -1.0);
+    }
+    row += 3;
+  }
+  for (const ModalTouching& touch : touches_) {
+    frames_.push_back(frame_of(touch.out));
+    for (Index k = 0; k < per_; ++k) {
+      set(row + k, touch.a, frames_.back().col(k), 1.0);
+      if (touch.b.member >= 0) set(row + k, touch.b, frames_.back().col(k), -1.0);
+    }
+    row += per_;
+  }
+}
+
+void ModalIsland::set_mobile() {
+  mobile_ = rows_.transpose();
+  VectorXd speed(n_unknowns_);
+  for (const int member : members_) {
+    const Index from = offset_[member];
+    if (is_modal(member)) {
+      const ModalBody& body = world_.bodies[number(member)];
+      mobile_.middleRows(from, 3) /= body.mass_kg;
+      mobile_.middleRows(from + 3, 3) = body.inverse_inertia() * mobile_.middleRows(from + 3, 3).eval();
+      speed.segment(from, 6 + body.modes.z.size()) << body.velocity_m_s, body.spin(), body.modes.v;
+      start_j_ += body.moving_j();
+    } else {
+      const PressedBody& body = world_.others[number(member) - world_.bodies.size()];
+      mobile_.middleRows(from, 3) *= body.inverse_mass_per_kg();
+      mobile_.middleRows(from + 3, 3) = body.inverse_inertia() * mobile_.middleRows(from + 3, 3).eval();
+      speed.segment<6>(from) << body.velocity_m_s(), body.spin_rad_s();
+    }
+  }
+  a_ = rows_ * mobile_;
+  before_m_s_ = rows_ * speed;
+}
+
+/// Static compliance of discarded modes between touches, over dt^2: what an impulse of a step gives way.
+void ModalIsland::set_springs() {
+  const auto n = static_cast<Index>(touches_.size());
+  springs_ = MatrixXd::Zero(n, n);
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j) {
+      const ModalTouching &one = touches_[static_cast<std::size_t>(i)], &two = touches_[static_cast<std::size_t>(j)];
+      double soft = 0.0;
+      for (const auto& [side, way] : {std::pair{&one.a, 1.0}, std::pair{&one.b, -1.0}})
+        for (const auto& [other, other_way] : {std::pair{&two.a, 1.0}, std::pair{&two.b, -1.0}})
+          if (side->member >= 0 && side->member == other->member && is_modal(side->member))
+            soft += world_.bodies[number(side->member)].discarded_m_per_n(side->place, way * one.out, other->place,
+                                                                          other_way * two.out);
+      springs_(i, j) = soft / (world_.dt_s * world_.dt_s);
+    }
+}
+
+/// How far held places and joints would miss at the end of the next small step, over the step: what impulses have to make good.
+VectorXd ModalIsland::missed_m_s() const {
+  VectorXd by(n_held_);
+  Index row = 0;
+  const auto after = [&](int member, const ModalPlace& place) {
+    return world_.bodies[number(member)].place_after(place, world_.dt_s, world_.gravity_m_s2);
+  };
+  for (const auto& [member, hold] : holds_) {
+    const double end_s = world_.bodies[number(member)].time_s + world_.dt_s;
+    by.segment<3>(row) = hold->origin_m + hold->path->displacement_m(end_s) - after(member, hold->place);
+    row += 3;
+  }
+  for (const JointPlace* joint : joints_) {
+    by.segment<3>(row) = (joint->other < 0 ? joint->world_m : after(joint->other, joint->other_place)) -
+                         after(joint->body, joint->place);
+    row += 3;
+  }
+  return by / world_.dt_s;
+}
+
+/// The inverse of what held places do to one another, where they may depend on one another.
+struct ModalIsland::Met {
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> of;
+  explicit Met(const MatrixXd& matrix) {
+    of.setThreshold(1e-10);
+    of.compute(matrix);
+  }
+};
+
+void ModalIsland::find_impulses() {
+  VectorXd b = before_m_s_;
+  MatrixXd inner = a_.bottomRightCorner(n_down_, n_down_);
+  const double slow = 2.0 * world_.gravity_m_s2.norm() * world_.dt_s;
+  if (flexible_) set_springs();
+  for (std::size_t k = 0; k < touches_.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    if (flexible_) {
+      b[n_held_ + per_ * i] += touches_[k].gap_m / world_.dt_s;
+      for (Index j = 0; j < springs_.cols(); ++j) inner(per_ * i, per_ * j) += springs_(i, j);
+    } else if (touches_[k].is_new && before_m_s_[n_held_ + per_ * i] < -slow) {
+      b[n_held_ + per_ * i] += touches_[k].restitution * before_m_s_[n_held_ + per_ * i];
+    }
+  }
+  impulses_ = VectorXd::Zero(n_held_ + n_down_);
+  // Holds and joints are met whatever the contacts exert: they are taken out of the contact problem.
+  VectorXd right = b.tail(n_down_);
+  std::optional<Met> met;
+  if (n_held_ > 0) {
+    b.head(n_held_) = -missed_m_s();
+    met.emplace(a_.topLeftCorner(n_held_, n_held_));
+    inner -= a_.bottomLeftCorner(n_down_, n_held_) * MatrixXd(met->of.solve(a_.topRightCorner(n_held_, n_down_)));
+    right -= a_.bottomLeftCorner(n_down_, n_held_) * VectorXd(met->of.solve(b.head(n_held_)));
+  }
+  if (n_down_ > 0) {
+    VectorXd friction(static_cast<Index>(touches_.size()));
+    for (std::size_t k = 0; k < touches_.size(); ++k) friction[static_cast<Index>(k)] = touches_[k].friction;
+    const modal::ContactForces solved =
+        linear_program_ ? modal::solve_contact_lp(inner, right)
+        : per_ == 3     ? modal::solve_friction(inner, right, friction, kMostSweeps, kSweepTolerance)
+                        : modal::solve_lcp(inner, right);
+    impulses_.tail(n_down_) = solved.forces;
+    for (const int member : members_)
+      if (is_modal(member))
+        world_.bodies[number(member)].residual = std::max(world_.bodies[number(member)].residual, solved.residual);
+  }
+  if (met)
+    impulses_.head(n_held_) =
+        met->of.solve(-b.head(n_held_) - a_.topRightCorner(n_held_, n_down_) * impulses_.tail(n_down_));
+}
+
+void ModalIsland::give(const MatrixXd& mobile, const MatrixXd& rows, const VectorXd& impulses) {
+  const VectorXd gained = mobile * impulses, turned = rows.transpose() * impulses;
+  for (const int member : members_) {
+    if (!is_modal(member)) continue;
+    ModalBody& body = world_.bodies[number(member)];
+    const Index from = offset_[member];
+    body.velocity_m_s += gained.segment<3>(from);
+    body.angular_momentum += turned.segment<3>(from + 3);
+    body.modes.v += gained.segment(from + 6, body.modes.z.size());
+  }
+}
+
+/// Rotations and modes do not go straight: until held places hit.
+void ModalIsland::hit_held_places() {
+  if (n_held_ == 0) return;
+  const Met met(a_.topLeftCorner(n_held_, n_held_));
+  double last = HUGE_VAL;
+  for (int k = 0; k < kMostCorrections; ++k) {
+    const VectorXd by = missed_m_s();
+    missed_m_ = world_.dt_s * by.cwiseAbs().maxCoeff();
+    if (!(by.norm() < 0.5 * last)) return;
+    last = by.norm();
+    const VectorXd more = met.of.solve(by);
+    impulses_.head(n_held_) += more;
+    give(mobile_.leftCols(n_held_), rows_.topRows(n_held_), more);
+  }
+}
+
+void ModalIsland::book() {
+  double end_j = 0.0, sliding_j = 0.0;
+  for (const int member : members_)
+    if (is_modal(member)) end_j += world_.bodies[number(member)].moving_j();
+  const VectorXd mean = before_m_s_ + 0.5 * a_ * impulses_;
+  const auto n_moved = static_cast<Index>(3 * holds_.size());
+  const double held_j = impulses_.head(n_moved).dot(mean.head(n_moved));
+  VectorXd normal(static_cast<Index>(touches_.size()));
+  for (std::size_t k = 0; k < touches_.size(); ++k) {
+    const Index first = n_held_ + per_ * static_cast<Index>(k);
+    normal[static_cast<Index>(k)] = impulses_[first];
+    on_touches_.push_back(frames_[k].leftCols(per_) * impulses_.segment(first, per_));
+    for (Index along = 1; along < per_; ++along) sliding_j -= impulses_[first + along] * mean[first + along];
+  }
+  ModalBody& books = world_.bodies[number(members_.front())];
+  if (flexible_) books.spring_j = 0.5 * normal.dot(springs_ * normal);
+  books.ledger.work_j += held_j;
+  books.ledger.friction_j += sliding_j;
+  books.ledger.contact_j += start_j_ + held_j - sliding_j - end_j - books.spring_j;
+}
+
+void ModalIsland::note_held() {
+  if (impulses_.size() == 0) return;
+  Index row = 0;
+  for (const auto& [member, hold] : holds_) {
+    ModalBody& body = world_.bodies[number(member)];
+    body.note(hold->place, body.row, false, impulses_.segment<3>(row));
+    row += 3;
+  }
+  for (const JointPlace* joint : joints_) {
+    ModalBody& body = world_.bodies[number(joint->body)];
+    const Vector3d impulse = impulses_.segment<3>(row);
+    body.note(joint->place, joint->other < 0 ? body.row : world_.bodies[number(joint->other)].row, false, impulse);
+    if (joint->other >= 0) world_.bodies[number(joint->other)].note(joint->other_place, body.row, false, -impulse);
+    row += 3;
+  }
+}
+
+void ModalIsland::solve() {
+  for (const int member : members_)
+    if (is_modal(member)) {
+      ModalBody& body = world_.bodies[number(member)];
+      body.ledger.contact_j += body.spring_j;
+      body.spring_j = 0.0;
+    }
+  if (n_held_ + n_down_ == 0) return;
+  set_rows();
+  set_mobile();
+  find_impulses();
+  give(mobile_, rows_, impulses_);
+  hit_held_places();
+  book();
+}
+
+}  // namespace klang::scene::detail

@@ -94,7 +94,7 @@ TEST_F(SceneCracking, ABallGivesItsMomentumToTheBlockThatItStrikes) {
 
 TEST_F(SceneCracking, ScenesOfThePapersCanBeRead) {
   int n = 0;
-  for (const char* paper : {"b99", "d02"})
+  for (const char* paper : {"b99", "d02", "h03"})
     for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(KLANG_SOURCE_DIR) /
                                                                  "datasets-synthetic/scenes" / paper)) {
       if (entry.path().extension() != ".toml") continue;
@@ -103,7 +103,7 @@ TEST_F(SceneCracking, ScenesOfThePapersCanBeRead) {
       EXPECT_NO_THROW(parse_scene(text, entry.path())) << entry.path();
       ++n;
     }
-  EXPECT_EQ(n, 25);
+  EXPECT_EQ(n, 32);
 }
 
 TEST_F(SceneCracking, WhatItCannotDoIsRefused) {

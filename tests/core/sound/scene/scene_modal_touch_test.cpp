@@ -1,0 +1,123 @@
+// Modal bodies that touch one another and rigid ones, and are joined (H03 section 3.4).
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/sound/scene/scene_motion.hpp"
+
+namespace klang::scene {
+namespace {
+
+const char* const kMaterials =
+    "[[material]]\nname = \"soft\"\nyoungs_modulus_pa = 1e7\npoissons_ratio = 0.3\ndensity_kg_m3 = 1000\n"
+    "restitution = 0.6\nfriction = 0.3\n";
+const char* const kWeightless = "[solver]\nrate_hz = 10000\n[world]\ngravity_m_s2 = [0, 0, 0]\n";
+
+std::string box(const std::string& name, const std::string& more) {
+  return "[[body]]\nname = \"" + name +
+         "\"\nshape = { kind = \"box\", length_m = 0.1, width_m = 0.08, height_m = 0.06 }\nmaterial = \"soft\"\n"
+         "max_edge_m = 0.05\nsound = \"none\"\n" +
+         more + "\n";
+}
+
+void expect_energy_never_grows(const SceneMotion& motion) {
+  double before = HUGE_VAL;
+  for (const rigid::EnergyLedger& row : motion.ledger) {
+    EXPECT_LE(row.kinetic_j + row.strain_j, before * (1 + 1e-9));
+    before = row.kinetic_j + row.strain_j;
+  }
+}
+
+TEST(SceneModalTouch, ABallThatStrikesAModalPlateGivesItWhatItLosesAndMomentumStays) {
+  const Scene scene = parse_scene(
+      std::string("duration_s = 0.002\n") + kWeightless + kMaterials +
+          "[[body]]\nname = \"plate\"\nmaterial = \"soft\"\nmodel = \"modal\"\nsound = \"none\"\nmax_edge_m = 0.1\n"
+          "shape = { kind = \"box\", length_m = 0.3, width_m = 0.26, height_m = 0.02 }\n"
+          "[[body]]\nname = \"ball\"\nmaterial = \"soft\"\nsound = \"none\"\n"
+          "shape = { kind = \"sphere\", radius_m = 0.01 }\nposition_m = [0.01, 0.013, 0.02001]\nvelocity_m_s = [0.2, "
+          "0, -1]\n"
+          "[modal]\nn_modes = 20\n",
+      "ball.toml");
+  const SceneMotion motion = move(scene);
+  const Eigen::Vector3d momentum =
+      motion.mass_kg[0] * motion.final[0].velocity_m_s + motion.mass_kg[1] * motion.final[1].velocity_m_s;
+  EXPECT_LE((momentum - motion.mass_kg[1] * Eigen::Vector3d(0.2, 0.0, -1.0)).norm(), 1e-12 * motion.mass_kg[1]);
+  EXPECT_GT(motion.final[1].velocity_m_s.z(), 0.0);
+  EXPECT_LT(motion.final[1].velocity_m_s.z(), 1.0);
+  EXPECT_LE(motion.residual_relative, 1e-9);
+  EXPECT_LE(std::abs(motion.ledger.back().correction_j), 1e-3 * motion.energy_scale_j);
+}
+
+TEST(SceneModalTouch, TwoModalBodiesKeepMomentumAndTheirEnergyNeverGrows) {
+  const Scene scene =
+      parse_scene(std::string("duration_s = 0.03\n") + kWeightless + kMaterials +
+                      box("a", "model = \"modal\"\nposition_m = [-0.056, 0.01, 0]\nvelocity_m_s = [1, 0, 0]") +
+                      box("b",
+                          "model = \"modal\"\nposition_m = [0.058, -0.01, 0.01]\nrotation_deg = [0, 0, 10]\n"
+                          "velocity_m_s = [-1, 0.2, 0]") +
+                      "[modal]\nn_modes = 12\n",
+                  "two.toml");
+  const SceneMotion motion = move(scene);
+  const Eigen::Vector3d momentum =
+      motion.mass_kg[0] * motion.final[0].velocity_m_s + motion.mass_kg[1] * motion.final[1].velocity_m_s;
+  EXPECT_LE((momentum - motion.mass_kg[1] * Eigen::Vector3d(0.0, 0.2, 0.0)).norm(), 1e-12 * motion.mass_kg[0]);
+  EXPECT_LT(motion.final[0].velocity_m_s.x(), 0.0);
+  EXPECT_GT(motion.final[1].velocity_m_s.x(), 0.0);
+  EXPECT_LE(motion.residual_relative, 1e-9);
+  EXPECT_LE(*motion.contact_residual, 1e-6);
+  expect_energy_never_grows(motion);
+  EXPECT_NO_THROW(motion.log.validate());
+}
+
+TEST(SceneModalTouch, ARigidBoxAndAModalOneKeepMomentum) {
+  const Scene scene = parse_scene(
+      std::string("duration_s = 0.03\n") + kWeightless + kMaterials +
+          box("a", "model = \"modal\"\nposition_m = [-0.056, 0, 0]\nvelocity_m_s = [1, 0, 0]") +
+          box("b", "position_m = [0.058, 0, 0.01]\nrotation_deg = [0, 0, 10]\n") + "[modal]\nn_modes = 12\n",
+      "rigid.toml");
+  const SceneMotion motion = move(scene);
+  const Eigen::Vector3d momentum =
+      motion.mass_kg[0] * motion.final[0].velocity_m_s + motion.mass_kg[1] * motion.final[1].velocity_m_s;
+  EXPECT_LE((momentum - motion.mass_kg[0] * Eigen::Vector3d::UnitX()).norm(), 1e-12 * motion.mass_kg[0]);
+  EXPECT_GT(motion.final[1].velocity_m_s.x(), 0.1);
+  EXPECT_LE(motion.residual_relative, 1e-9);
+  expect_energy_never_grows(motion);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const events::Impulse& impulse : motion.log.impulses) sum[impulse.body] += impulse.impulse_n_s.norm();
+  EXPECT_GT(sum[0], 0.0);
+  EXPECT_GT(sum[1], 0.0);
+}
+
+TEST(SceneModalTouch, AJointHoldsTwoPlacesTogetherAndAnotherOneToTheWorld) {
+  const Scene scene = parse_scene(
+      std::string("duration_s = 0.05\n[solver]\nrate_hz = 10000\n") + kMaterials + box("a", "model = \"modal\"") +
+          "[[body]]\nname = \"b\"\nshape = { kind = \"box\", length_m = 0.1, width_m = 0.08, height_m = 0.06 }\n"
+          "material = \"soft\"\nmax_edge_m = 0.05\nsound = \"none\"\nmodel = \"modal\"\nposition_m = [0.1, 0, 0.06]\n"
+          "[modal]\nn_modes = 8\n"
+          "[[joint]]\nbody = \"a\"\nother = \"b\"\nat_m = [0.05, 0.04, 0.03]\n"
+          "[[joint]]\nbody = \"a\"\nat_m = [-0.05, 0.04, 0.03]\n",
+      "joint.toml");
+  const SceneMotion motion = move(scene);
+  EXPECT_LE(motion.joint_error_m, 1e-9 * 0.1);
+  EXPECT_LE(motion.residual_relative, 1e-9);
+  EXPECT_GT(motion.final[1].velocity_m_s.norm(), 0.1);
+}
+
+TEST(SceneModalTouch, JointsThatCannotBeAreRefused) {
+  const auto with = [](const std::string& joint) {
+    return parse_scene(std::string("duration_s = 0.01\n") + kWeightless + kMaterials + box("a", "model = \"modal\"") +
+                           box("b", "position_m = [0, 0, 1]") + "[[joint]]\n" + joint,
+                       "joint.toml");
+  };
+  EXPECT_THROW(with("body = \"b\"\nat_m = [0, 0, 0]\n"), InputError);
+  EXPECT_THROW(with("body = \"c\"\nat_m = [0, 0, 0]\n"), InputError);
+  EXPECT_THROW(with("body = \"a\"\nother = \"a\"\nat_m = [0, 0, 0]\n"), InputError);
+  EXPECT_THROW(with("body = \"a\"\nother = \"b\"\nat_m = [0, 0, 0]\n"), InputError);
+}
+
+}  // namespace
+}  // namespace klang::scene

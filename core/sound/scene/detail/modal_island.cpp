@@ -16,6 +16,7 @@ using Eigen::VectorXd;
 
 constexpr int kMostCorrections = 20, kMostSweeps = 20000;
 constexpr double kSweepTolerance = 1e-9;
+constexpr double kHeldShare = 1e-6;  ///< of its mobility: less is left to a touch that is held
 
 std::size_t number(int i) { return static_cast<std::size_t>(i); }
 
@@ -188,6 +189,15 @@ void ModalIsland::find_impulses() {
     met.emplace(a_.topLeftCorner(n_held_, n_held_));
     inner -= a_.bottomLeftCorner(n_down_, n_held_) * MatrixXd(met->of.solve(a_.topRightCorner(n_held_, n_down_)));
     right -= a_.bottomLeftCorner(n_down_, n_held_) * VectorXd(met->of.solve(b.head(n_held_)));
+    // What is held where it touches does not move: nothing can push it there.
+    for (Index first = 0; first < n_down_; first += per_) {
+      const auto own = a_.diagonal().segment(n_held_ + first, per_);
+      if (!((inner.diagonal().segment(first, per_).array() <= kHeldShare * own.array()).any())) continue;
+      inner.middleRows(first, per_).setZero();
+      inner.middleCols(first, per_).setZero();
+      inner.diagonal().segment(first, per_) = own;
+      right.segment(first, per_).setZero();
+    }
   }
   if (n_down_ > 0) {
     VectorXd friction(static_cast<Index>(touches_.size()));

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "apps/kit/command.hpp"
@@ -45,11 +46,16 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
     say(common, "\n");
   }
   for (const validate::PaperScene& scene : tables.scenes) {
-    if (!scene.ours) continue;
-    say(common, "%-12s  %-34s printed %-11s ours %-11.6g %s\n", to_text(scene.verdict).c_str(), scene.scene.c_str(),
-        scene.printed ? to_text(*scene.printed).c_str() : "-", *scene.ours, scene.quantity.c_str());
+    if (!scene.ours && (command.scenes.empty() || scene.version.empty())) continue;
+    say(common, "%-12s  %-34s printed %-11s ours %-11s %s\n", validate::verdict_words(scene).c_str(),
+        scene.scene.c_str(), scene.printed ? to_text(*scene.printed).c_str() : "-",
+        scene.ours ? to_text(*scene.ours).c_str() : "-", scene.quantity.c_str());
   }
-  say(common, "%s: %zu numbers\n", tables.passed() ? "passed" : "NOT PASSED", tables.numbers.size());
+  const auto program = std::count_if(tables.numbers.begin(), tables.numbers.end(), [](const validate::PaperNumber& n) {
+    return n.source == validate::NumberSource::kProgram;
+  });
+  say(common, "%s: %zu numbers, %zu computed by the program\n", tables.passed() ? "passed" : "NOT PASSED",
+      tables.numbers.size(), static_cast<std::size_t>(program));
   if (out) say(common, "report: %s\n", (std::filesystem::path(command.output) / "report.html").c_str());
   return tables.passed() ? kDone : kCheckNotPassed;
 }
@@ -59,7 +65,7 @@ int run_papers(const PapersCommand& command, const CommonOptions& common) {
 Subcommand add_validate_papers(CLI::App& group, CommonOptions& common) {
   auto command = std::make_shared<PapersCommand>();
   CLI::App* papers = group.add_subcommand(
-      "papers", "Every number of the papers' tables that can be computed: printed, ours, reference, verdict");
+      "papers", "The numbers of the papers' tables beside what should stand there: printed, ours, reference, verdict");
   papers->add_option("-o,--output", command->output, "Folder for papers.json, junit.xml and report.html");
   papers->add_option("--markdown", command->markdown, "Write the tables as Markdown (docs/papers.md)")
       ->type_name("FILE");
@@ -75,7 +81,11 @@ Subcommand add_validate_papers(CLI::App& group, CommonOptions& common) {
       "RUNS\n"
       "Exit code 1: a number differs from the paper and it is not known why.");
   return {papers,
-          [command, &common] { return run_papers(*command, common); },
+          [command, papers, &common] {
+            if (papers->count("--scenes") > 0 && command->scenes.empty())
+              throw InputError("--scenes", "is empty", "", "a folder with runs of scenes");
+            return run_papers(*command, common);
+          },
           {result_kind<validate::PapersDocument>("papers", "papers.json of `klang validate papers`")}};
 }
 

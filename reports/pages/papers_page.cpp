@@ -30,7 +30,8 @@ std::string row_html(const validate::PaperNumber& row) {
   return "<tr>" +
          tag("th", escaped(row.quantity) + (row.note.empty() ? "" : "<br><small>" + escaped(row.note) + "</small>"),
              "scope=\"row\"") +
-         number_cell(rounded(row.printed, 6)) + number_cell(rounded(row.ours, 6)) +
+         number_cell(rounded(row.printed, 6)) +
+         number_cell(rounded(row.ours, 6) + "<br><small>" + escaped(to_text(row.source)) + "</small>") +
          number_cell(known ? (difference > 0 ? "+" : "") + rounded(difference, 2) + " %" : "—") +
          number_cell(row.reference
                          ? rounded(*row.reference, 6) + "<br><small>" + escaped(row.reference_source) + "</small>"
@@ -53,8 +54,9 @@ std::string scene_row_html(const validate::PaperScene& row) {
              escaped(row.scene) + "<br><small>" + escaped(row.quantity + (row.note.empty() ? "" : "; " + row.note)) +
                  "</small>",
              "scope=\"row\"") +
-         number(row.printed, "—") + number(row.ours, "not run") +
-         tag("td", "<span class=\"tag " + std::string(kind) + "\">" + escaped(to_text(row.verdict)) + "</span>") +
+         number(row.printed, "—") + number(row.ours, "—") +
+         tag("td",
+             "<span class=\"tag " + std::string(kind) + "\">" + escaped(validate::verdict_words(row)) + "</span>") +
          tag("td", row.ours ? "<small>" + escaped(row.command + ", " + row.version) + "</small>" : "—") + "</tr>\n";
 }
 
@@ -113,12 +115,19 @@ std::string key_figures(const validate::PapersDocument& data) {
 }
 
 std::vector<std::string> sentences_of(const validate::PapersDocument& data) {
+  const auto of_source = [&](validate::NumberSource source) {
+    return std::to_string(std::count_if(data.numbers.begin(), data.numbers.end(),
+                                        [&](const validate::PaperNumber& row) { return row.source == source; }));
+  };
   std::vector<std::string> sentences = {
-      "Of <b>" + counted(data.numbers.size(), "number", "numbers") +
-      "</b> that the papers print and this program can compute, <b>" +
-      std::to_string(count_of(data, validate::PaperVerdict::kAgrees)) + "</b> agree; <b>" +
-      std::to_string(count_of(data, validate::PaperVerdict::kPaperOff)) +
-      "</b> are misprinted or inaccurate in the paper, and the table says how that is known."};
+      "Of <b>" + counted(data.numbers.size(), "number", "numbers") + "</b> that the papers print, <b>" +
+          of_source(validate::NumberSource::kProgram) + "</b> are computed by the program, " +
+          of_source(validate::NumberSource::kPaper) + " hold the paper against itself, " +
+          of_source(validate::NumberSource::kElsewhere) + " hold it against a value from elsewhere.",
+      "<b>" + std::to_string(count_of(data, validate::PaperVerdict::kAgrees)) + "</b> agree; <b>" +
+          std::to_string(count_of(data, validate::PaperVerdict::kPaperOff)) +
+          "</b> are misprinted or inaccurate in the paper, and the table says how that is known. Tolerances that begin "
+          "with <i>chosen</i> are ours: neither printed digits nor a theory give them."};
   for (const validate::PaperNumber& row : data.numbers) {
     if (row.verdict == validate::PaperVerdict::kDiffers)
       sentences.push_back("Open: " + escaped(row.paper + ", " + row.place + ", " + row.quantity) + ".");

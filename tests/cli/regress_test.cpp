@@ -152,8 +152,20 @@ TEST_F(KlangRegress, HelpShowsExamples) {
 
 TEST(KlangValidate, PapersPassesAndWritesItsPage) {
   const Scratch scratch;
-  const auto run = run_klang("validate papers -o out --markdown p.md --json p.json", scratch.path());
+  // A run that was killed: what the program itself leaves in the folder before scene.json.
+  const std::string scenes = std::string(KLANG_SOURCE_DIR) + "/datasets-synthetic/scenes/sb/";
+  ASSERT_EQ(run_klang("scene run " + scenes + "tile.toml -o RUNS/sb_tile --until-s 0.01 --no-sound --no-frames",
+                      scratch.path())
+                .exit_code,
+            0);
+  std::filesystem::copy(scratch.path() / "RUNS/sb_tile", scratch.path() / "RUNS/sb_slab");
+  ASSERT_TRUE(std::filesystem::remove(scratch.path() / "RUNS/sb_slab/scene.json"));
+  ASSERT_TRUE(std::filesystem::exists(scratch.path() / "RUNS/sb_slab/run.json"));
+  const auto run = run_klang("validate papers -o out --markdown p.md --json p.json --scenes RUNS", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const std::string page = klang::read_file(scratch.path() / "p.md");
+  EXPECT_NE(page.find("not run (unfinished)"), std::string::npos);
+  EXPECT_NE(page.find("not judged: 0.01 s of a scene of 0.9 s"), std::string::npos);
   const json papers = read_json(scratch.path() / "p.json");
   EXPECT_EQ(papers, read_json(scratch.path() / "out/papers.json"));
   EXPECT_EQ(papers["status"], "passed");
@@ -163,6 +175,9 @@ TEST(KlangValidate, PapersPassesAndWritesItsPage) {
   for (const char* file : {"out/report.html", "out/junit.xml", "p.md"})
     EXPECT_TRUE(std::filesystem::exists(scratch.path() / file)) << file;
   EXPECT_EQ(run_klang("report out/papers.json", scratch.path()).exit_code, 0);
+  const auto empty = run_klang("validate papers --scenes ''", scratch.path());
+  EXPECT_EQ(empty.exit_code, 2);
+  EXPECT_NE(empty.err.find("--scenes"), std::string::npos) << empty.err;
   const auto help = run_klang("validate papers --help", scratch.path());
   EXPECT_NE(help.out.find("Examples"), std::string::npos);
 }

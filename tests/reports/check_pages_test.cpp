@@ -105,6 +105,7 @@ TEST(PapersPage, ShowsNumbersWithTheirVerdictsAndWhatIsLeftOut) {
   validate::PaperScene scene;
   scene.scene = "slab.toml";
   scene.printed = 72.0;
+  scene.reason = "unfinished";
   tables.scenes.push_back(scene);
   ResultHeader header;
   header.kind = "papers";
@@ -117,7 +118,8 @@ TEST(PapersPage, ShowsNumbersWithTheirVerdictsAndWhatIsLeftOut) {
   EXPECT_NE(page.find("+50 %"), std::string::npos);
   EXPECT_NE(page.find("statistics"), std::string::npos);
   EXPECT_NE(page.find("slab.toml"), std::string::npos);
-  EXPECT_NE(page.find("not run"), std::string::npos);
+  EXPECT_NE(page.find("not run (unfinished)"), std::string::npos);
+  EXPECT_NE(page.find("<b>1</b> are computed by the program"), std::string::npos);
 }
 
 }  // namespace

@@ -24,13 +24,22 @@ std::string shown_percent(double value) {
   return text;
 }
 
+std::string reference_cell(const PaperNumber& n) {
+  if (!n.reference) return "-";
+  const std::string within =
+      n.reference_tolerance > 1e-3 ? ", within " + shown(100.0 * n.reference_tolerance, 2) + " %" : "";
+  return shown(*n.reference) + " (" + n.reference_source + within + ")";
+}
+
 }  // namespace
 
 PaperVerdict verdict_of(const PaperNumber& number) {
   const bool ours_is_right =
       !number.reference || relative(number.ours, *number.reference) <= number.reference_tolerance;
   const bool agrees = relative(number.ours, number.printed) <= number.tolerance;
-  if (!std::isfinite(number.ours) || !ours_is_right || agrees == number.paper_off) return PaperVerdict::kDiffers;
+  const bool known = number.reference || !number.paper_off;
+  if (!std::isfinite(number.ours) || !known || !ours_is_right || agrees == number.paper_off)
+    return PaperVerdict::kDiffers;
   return agrees ? PaperVerdict::kAgrees : PaperVerdict::kPaperOff;
 }
 
@@ -60,6 +69,12 @@ PaperTables run_papers(Monitor& monitor, const std::filesystem::path& runs) {
   return tables;
 }
 
+std::string verdict_words(const PaperScene& scene) {
+  std::string words = to_text(scene.verdict);
+  if (scene.reason.empty()) return words;
+  return scene.verdict == SceneVerdict::kNotRun ? words + " (" + scene.reason + ")" : words + ": " + scene.reason;
+}
+
 std::vector<Claim> claims_of(const PaperTables& tables) {
   std::vector<Claim> claims;
   for (const PaperNumber& n : tables.numbers) {
@@ -79,48 +94,74 @@ PapersDocument papers_document(ResultHeader header, const PaperTables& tables) {
   return {std::move(header), tables.passed(), tables.numbers, tables.scenes, tables.gaps};
 }
 
-std::string markdown(const PaperTables& tables) {
-  const auto count = [&](PaperVerdict verdict) {
-    return std::to_string(std::count_if(tables.numbers.begin(), tables.numbers.end(),
-                                        [&](const PaperNumber& n) { return n.verdict == verdict; }));
-  };
+namespace {
+
+std::string headline(const PaperTables& tables) {
   std::string text =
-      "# The papers' numbers\n\nMade by `klang validate papers --markdown docs/papers.md`; a test compares it. Each "
-      "number of ours is computed when the command\n"
-      "runs. *agrees*: within the tolerance of the printed one; *paper is off*: the printed number is known to be "
-      "wrong or inaccurate\n"
-      "([errata](errata.md)), and ours is another; *differs*: an open discrepancy, which fails the command. A "
-      "reference was made outside this\n"
-      "project, or follows from the paper's own law, as said. " +
-      std::to_string(tables.numbers.size()) + " numbers: " + count(PaperVerdict::kAgrees) + " agree, " +
-      count(PaperVerdict::kPaperOff) + " off in the paper, " + count(PaperVerdict::kDiffers) + " differ.\n";
+      "# The papers' numbers\n\nMade by `klang validate papers --markdown docs/papers.md`; a test compares it. "
+      "*agrees*: "
+      "within the tolerance of the printed number;\n*paper is off*: the printed number is known to be wrong or "
+      "inaccurate ([errata](errata.md)), ours is another and is what its reference says;\n*differs*: an open "
+      "discrepancy, which fails the command. A reference was made outside this project, follows from the paper's own "
+      "law, or is\nwhat it says. A tolerance that begins with *chosen* is ours, in sight of the numbers: neither the "
+      "printed digits nor a theory give it, and\nagreement within it says no more than that.\n\n"
+      "| what ours is | numbers | agree | of these within a chosen tolerance | paper is off | differ |\n"
+      "| --- | --- | --- | --- | --- | --- |\n";
+  constexpr std::pair<NumberSource, const char*> kSources[] = {
+      {NumberSource::kProgram, "by functions of the program, when the command runs"},
+      {NumberSource::kPaper, "arithmetic on the paper's other numbers: no test of the program"},
+      {NumberSource::kElsewhere, "a preset or a constant of textbooks: no test of the program"}};
+  for (const auto& [source, words] : kSources) {
+    text += "| *" + to_text(source) + "*: " + words;
+    const auto count = [&, of = source](auto counts) {
+      text += " | " + std::to_string(std::count_if(tables.numbers.begin(), tables.numbers.end(),
+                                                   [&](const PaperNumber& n) { return n.source == of && counts(n); }));
+    };
+    count([](const PaperNumber&) { return true; });
+    count([](const PaperNumber& n) { return n.verdict == PaperVerdict::kAgrees; });
+    count([](const PaperNumber& n) {
+      return n.verdict == PaperVerdict::kAgrees && n.tolerance_source.rfind("chosen", 0) == 0;
+    });
+    count([](const PaperNumber& n) { return n.verdict == PaperVerdict::kPaperOff; });
+    count([](const PaperNumber& n) { return n.verdict == PaperVerdict::kDiffers; });
+    text += " |\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string markdown(const PaperTables& tables) {
+  std::string text = headline(tables);
   std::string place;
   for (const PaperNumber& n : tables.numbers) {
     if (n.paper + n.place != place) {
       place = n.paper + n.place;
-      text += "\n## " + n.paper + ", " + n.place +
-              "\n| quantity | printed | ours | difference | reference | tolerance | verdict |\n| --- | --- | --- | --- "
-              "| --- | --- | --- |\n";
+      text +=
+          "\n## " + n.paper + ", " + n.place +
+          "\n| quantity | printed | ours | what ours is | difference | reference | tolerance | verdict |\n| --- | --- "
+          "| --- | --- | --- | --- | --- | --- |\n";
     }
     text += "| " + n.quantity + (n.note.empty() ? "" : " (" + n.note + ")") + " | " + shown(n.printed) + " | " +
-            shown(n.ours, n.digits) + " | " + shown_percent(std::stod(shown(n.ours, n.digits)) / n.printed - 1.0) +
-            " | " + (n.reference ? shown(*n.reference) + " (" + n.reference_source + ")" : "-") + " | " +
+            shown(n.ours, n.digits) + " | " + to_text(n.source) + " | " +
+            shown_percent(std::stod(shown(n.ours, n.digits)) / n.printed - 1.0) + " | " + reference_cell(n) + " | " +
             shown(100.0 * n.tolerance, 2) + " %: " + n.tolerance_source + " | " + to_text(n.verdict) + " |\n";
   }
   text +=
-      "\n## Scenes, run by hand\nSizes, strengths and falls that a paper does not give are ours, and a machine is "
-      "another: these are no part of the "
-      "verdict. *agrees*: within a tenth;\n*same order*: within a factor of two. `klang validate papers --scenes RUNS` "
-      "reads "
-      "them from folders of `klang scene run`\n(RUNS/sb_tile for scenes/sb/tile.toml).\n\n"
+      "\n## Scenes, run by hand\nNot computed when the command runs: of the version and by the command said, or of "
+      "folders of `klang scene run` that `klang validate papers\n--scenes RUNS` reads (RUNS/sb_tile for "
+      "scenes/sb/tile.toml). Sizes, strengths and falls that a paper does not give are ours, and a machine "
+      "is\nanother: "
+      "these are no part of the verdict. *agrees*: within a tenth; *same order*: within a factor of two. Unfinished or "
+      "partial runs, and\nthose of another scene file, are not judged.\n\n"
       "| paper | where | scene | quantity | printed | ours | verdict | made by |\n| --- | --- | --- | --- | --- | --- "
       "| --- | --- |\n";
   for (const PaperScene& scene : tables.scenes) {
     text += "| " + scene.paper + " | " + scene.place + " | `" + scene.scene + "` | " + scene.quantity +
             (scene.note.empty() ? "" : " (" + scene.note + ")") + " | " +
-            (scene.printed ? shown(*scene.printed, 4) : "-") + " | " +
-            (scene.ours ? shown(*scene.ours, 4) : "not run") + " | " + to_text(scene.verdict) + " | " +
-            (scene.ours ? "`" + scene.command + "`, " + scene.version : "-") + " |\n";
+            (scene.printed ? shown(*scene.printed, 4) : "-") + " | " + (scene.ours ? shown(*scene.ours, 4) : "-") +
+            " | " + verdict_words(scene) + " | " + (scene.ours ? "`" + scene.command + "`, " + scene.version : "-") +
+            " |\n";
   }
   text += "\n## Not computed\n| paper | where | why |\n| --- | --- | --- |\n";
   for (const PaperGap& gap : tables.gaps) text += "| " + gap.paper + " | " + gap.place + " | " + gap.reason + " |\n";

@@ -21,7 +21,19 @@ constexpr auto words_of(PaperVerdict) {
                     Word{PaperVerdict::kPaperOff, "paper is off"}, Word{PaperVerdict::kDiffers, "differs"}};
 }
 
-/// A number that a paper prints, beside what this program computes for it.
+/// What ours is.
+enum class NumberSource {
+  kProgram,   ///< by a function of this program that it has for its users
+  kPaper,     ///< arithmetic on other numbers of the paper, or its own law: whether the paper agrees with itself
+  kElsewhere  ///< a value that is known from elsewhere: a preset, a textbook's constant, equal temperament
+};
+constexpr auto words_of(NumberSource) {
+  return std::array{Word{NumberSource::kProgram, "computed by the program"},
+                    Word{NumberSource::kPaper, "the paper against itself"},
+                    Word{NumberSource::kElsewhere, "a value from elsewhere"}};
+}
+
+/// A number that a paper prints, beside what should stand there. A number that is called wrong has a reference.
 struct PaperNumber {
   std::string id;        ///< "s02.table2.d5.computed": unique
   std::string paper;     ///< "S02"
@@ -39,6 +51,7 @@ struct PaperNumber {
   std::string note;
   PaperVerdict verdict = PaperVerdict::kNotRun;
   int digits = 6;  ///< of ours that are the same on any machine: what the Markdown shows
+  NumberSource source = NumberSource::kProgram;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -47,12 +60,14 @@ struct PaperNumber {
     visit({"place", "table or section"}, self.place);
     visit({"quantity", "with its unit"}, self.quantity);
     visit({"printed", "by the paper"}, self.printed);
-    visit({"ours", "computed when the command ran"}, self.ours);
-    visit({"reference", "made outside this project, or the paper's own law"}, self.reference);
+    visit({"ours", "what should stand there, of the source said"}, self.ours);
+    visit({"source", "what ours is"}, self.source);
+    visit({"reference", "made outside this project, the paper's own law, or as its source says"}, self.reference);
     visit({"reference_source", "where that is from"}, self.reference_source);
     visit({"reference_tolerance", "relative, of ours to the reference"}, self.reference_tolerance);
     visit({"tolerance", "relative, of ours to the printed number"}, self.tolerance);
-    visit({"tolerance_source", "why so much"}, self.tolerance_source);
+    visit({"tolerance_source", "why so much; \"chosen: ...\": by us, neither digits nor theory give it"},
+          self.tolerance_source);
     visit({"note", "what is to be known"}, self.note);
     visit({"verdict", "of the number"}, self.verdict);
   }
@@ -91,6 +106,7 @@ struct PaperScene {
   std::optional<double> ours;     ///< of a run; none: not run
   std::string command, version;   ///< that made the run
   std::string note;
+  std::string reason;  ///< why it is not run or not judged
   SceneVerdict verdict = SceneVerdict::kNotRun;
 
   template <class Self, class Visitor>
@@ -100,11 +116,12 @@ struct PaperScene {
     visit({"scene", "file"}, self.scene);
     visit({"quantity", "of the run"}, self.quantity);
     visit({"printed", "by the paper; null: in words only"}, self.printed);
-    visit({"ours", "of a run in the folder given, or of the run that was kept; null: not run"}, self.ours);
+    visit({"ours", "of a run in the folder given, or of the run by hand that was kept; null: none"}, self.ours);
     visit({"command", "that makes, or made, the run"}, self.command);
     visit({"version", "of the program that made it; \"\": not run"}, self.version);
     visit({"note", "what is to be known"}, self.note);
     visit({"verdict", "agrees: within a tenth; same order: within a factor of two"}, self.verdict);
+    visit({"reason", "why it is not run or not judged"}, self.reason);
   }
 };
 
@@ -115,15 +132,20 @@ struct PaperTables {
   bool passed() const;
 };
 
-/// Verdict of a number from its printed value, ours, the reference and the tolerances.
+/// Verdict of a number from its printed value, ours, the reference and the tolerances; one that is called wrong without a
+/// reference for what is right differs.
 PaperVerdict verdict_of(const PaperNumber& number);
 
-/// Computes every number of the papers' tables that the program can, at once (half a minute on one core).
+/// What the papers' tables print beside what should stand there (half a minute on one core).
 ///   S02: O'Brien, Shen and Gatchalian 2002;  SB: Zheng and James 2010;  HF: Zheng and James 2009;  H03: Hauser, Shen and
 ///   O'Brien 2003;  B99, D02: O'Brien and Hodgins 1999, O'Brien, Bargteil and Hodgins 2002
-/// @param runs  folder of `klang scene run` folders, PAPER_NAME each (sb_tile for scenes/sb/tile.toml); empty: the runs that were kept
+/// @param runs  folder of `klang scene run` folders, PAPER_NAME each (sb_tile for scenes/sb/tile.toml); empty: the runs that were kept.
+///              Runs that are unfinished, partial or of another scene are not judged (PaperScene::reason)
 /// @throws InputError (runs is no folder, or holds a file that is no result), NumericalError, Interrupted
 PaperTables run_papers(Monitor& monitor = silent_monitor(), const std::filesystem::path& runs = {});
+
+/// "not run (unfinished)", "not judged: the first 0.1 s of 0.9 s"
+std::string verdict_words(const PaperScene& scene);
 
 std::vector<Claim> claims_of(const PaperTables& tables);
 

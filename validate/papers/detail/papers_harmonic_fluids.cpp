@@ -1,15 +1,12 @@
 // HF: Zheng and James 2009, "Harmonic Fluids".
+#include <array>
 #include <cmath>
 
 #include "core/foundation/base/conventions.hpp"
-#include "core/foundation/base/errors.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/bubble/ringdown_formulas.hpp"
-#include "core/sound/dual_domain/dual_domain.hpp"
-#include "core/sound/dual_domain/source_points.hpp"
 #include "core/sound/waves/medium.hpp"
 #include "validate/papers/detail/paper_groups.hpp"
-#include "validate/studies/dimpled_tank.hpp"
 
 namespace klang::validate::detail {
 namespace {
@@ -78,55 +75,55 @@ void appendix_a(std::vector<PaperNumber>& numbers) {
     const double t = 0.5 * (low + high);
     (std::exp(-t) > bubble::kAttackFall ? low : high) = t;
   }
-  numbers.push_back({"hf.attack",
-                     kPaper,
-                     "Appendix A",
-                     "length of the attack times the decay, eq. 39",
-                     std::log(0.85),
-                     low,
-                     0.1625189294977749,
-                     "closed form",
-                     1e-10,
-                     0.01,
-                     "exact",
-                     true,
-                     "printed negative, errata 26",
-                     {}});
+  numbers.push_back(itself({"hf.attack",
+                            kPaper,
+                            "Appendix A",
+                            "length of the attack times the decay, eq. 39",
+                            std::log(0.85),
+                            low,
+                            0.1625189294977749,
+                            "closed form",
+                            1e-10,
+                            0.01,
+                            "exact",
+                            true,
+                            "printed negative, errata 26",
+                            {}}));
   const bubble::BubbleMedium m;
   const double g_thermal =
       3 * m.heat_capacity_ratio * m.static_pressure_pa / (4 * kPi * m.liquid_density_kg_m3 * m.gas_diffusivity_m2_s);
-  numbers.push_back({"hf.table3.g_th",
-                     kPaper,
-                     "Table 3",
-                     "thermal damping constant [1/s] from the table's other constants",
-                     1.60e6,
-                     g_thermal,
-                     1595918.3166093882,
-                     "closed form",
-                     1e-10,
-                     0.005 / 1.6,
-                     "rounding",
-                     false,
-                     "printed in s/m",
-                     {}});
+  numbers.push_back(itself({"hf.table3.g_th",
+                            kPaper,
+                            "Table 3",
+                            "thermal damping constant [1/s] from the table's other constants",
+                            1.60e6,
+                            g_thermal,
+                            1595918.3166093882,
+                            "closed form",
+                            1e-10,
+                            0.005 / 1.6,
+                            "rounding",
+                            false,
+                            "printed in s/m",
+                            {}}));
 }
 
 void table_1(std::vector<PaperNumber>& numbers) {
   const acoustics::Medium water{1000.0, 1497.0}, air;
-  numbers.push_back({"hf.index",
-                     kPaper,
-                     "Table 1",
-                     "wavenumber in air over that in water",
-                     4.4,
-                     air.wavenumber_per_m(1000.0) / water.wavenumber_per_m(1000.0),
-                     {},
-                     {},
-                     1e-6,
-                     0.05 / 4.4,
-                     "rounding",
-                     false,
-                     {},
-                     {}});
+  numbers.push_back(elsewhere({"hf.index",
+                               kPaper,
+                               "Table 1",
+                               "wavenumber in air over that in water",
+                               4.4,
+                               air.wavenumber_per_m(1000.0) / water.wavenumber_per_m(1000.0),
+                               {},
+                               {},
+                               1e-6,
+                               0.05 / 4.4,
+                               "rounding",
+                               false,
+                               {},
+                               {}}));
   struct Row {
     const char* name;
     double highest_hz, longest_m, fluid, air;
@@ -139,133 +136,89 @@ void table_1(std::vector<PaperNumber>& numbers) {
   for (const bool in_air : {false, true}) {
     const double printed = in_air ? droplet.air : droplet.fluid;
     const double kl = (in_air ? air : water).wavenumber_per_m(droplet.highest_hz) * droplet.longest_m;
-    numbers.push_back({std::string("hf.table1.droplet.kl.") + (in_air ? "air" : "fluid"),
-                       kPaper,
-                       "Table 1",
-                       std::string("Droplet, max kL in ") + (in_air ? "air" : "water") + " for L = 18 cm, 4 kHz",
-                       printed,
-                       kl,
-                       {},
-                       {},
-                       1e-6,
-                       0.1,
-                       "rounding",
-                       true,
-                       "printed is L over the wavelength, 2 pi smaller",
-                       {}});
+    numbers.push_back(
+        elsewhere({std::string("hf.table1.droplet.kl.") + (in_air ? "air" : "fluid"),
+                   kPaper,
+                   "Table 1",
+                   std::string("Droplet, max kL in ") + (in_air ? "air" : "water") + " for L = 18 cm, 4 kHz",
+                   printed,
+                   kl,
+                   in_air ? 13.189193647723911 : 3.0219728932326664,
+                   "2 pi f L over 343 and 1497 m/s",
+                   1e-3,
+                   0.05 / printed,
+                   "rounding",
+                   true,
+                   "printed is L over the wavelength, 2 pi smaller",
+                   {}}));
   }
   for (const Row& row : kRows) {
-    numbers.push_back({std::string("hf.table1.ratio.") + row.name,
-                       kPaper,
-                       "Table 1",
-                       std::string(row.name) + ", max kL in air from that in water",
-                       row.air,
-                       row.fluid * water.sound_speed_m_s / air.sound_speed_m_s,
-                       {},
-                       {},
-                       1e-6,
-                       0.05 / row.fluid + 0.05 / row.air,
-                       "rounding",
-                       false,
-                       {},
-                       {}});
+    numbers.push_back(elsewhere({std::string("hf.table1.ratio.") + row.name,
+                                 kPaper,
+                                 "Table 1",
+                                 std::string(row.name) + ", max kL in air from that in water",
+                                 row.air,
+                                 row.fluid * water.sound_speed_m_s / air.sound_speed_m_s,
+                                 {},
+                                 {},
+                                 1e-6,
+                                 0.05 / row.fluid + 0.05 / row.air,
+                                 "rounding",
+                                 false,
+                                 {},
+                                 {}}));
   }
-}
-
-/// Residuals of the solver as printed, with the Droplet's numbers of sources, in a tank of its size whose whole surface is free.
-void table_1_residuals(std::vector<PaperNumber>& numbers, Monitor& monitor) {
-  const DimpledTank tank;
-  bubble::BoundaryMesh free = tank.mesh(0.005);
-  free.region.assign(free.region.size(), 0);
-  const bubble::LiquidBoundary body(free);
-  double fluid = 0.0, in_air = 0.0;
-  struct Solve {
-    double frequency_hz;
-    int n_fluid, n_air;
-  };
-  constexpr Solve kSolves[] = {{500.0, 30, 80}, {2000.0, 43, 97}, {4000.0, 60, 120}};
-  for (const Solve& solve : kSolves) {
-    monitor.throw_if_stopped();
-    const bubble::DualDomainResult result = bubble::solve_dual_domain(
-        body, solve.frequency_hz, bubble::random_source_points(body, solve.n_fluid, solve.n_air, 1),
-        {{Eigen::Vector3d(0.012, -0.008, -0.030), 0.00165}}, bubble::DualDomainOptions::as_printed())[0];
-    if (!result.usable()) throw NumericalError("papers: " + result.message);
-    fluid += result.fit_error_fluid / 3.0;
-    in_air += result.fit_error_air / 3.0;
-  }
-  numbers.push_back({"hf.table1.droplet.fit.fluid",
-                     kPaper,
-                     "Table 1",
-                     "Droplet, mean residual of pass 1 as printed, tank of its size",
-                     0.06,
-                     fluid,
-                     {},
-                     {},
-                     1e-6,
-                     0.1 / 0.06,
-                     "another scene: 0.1 off at most, as in klang converge",
-                     false,
-                     {},
-                     {},
-                     2});
-  numbers.push_back({"hf.table1.droplet.fit.air",
-                     kPaper,
-                     "Table 1",
-                     "Droplet, mean residual of pass 2 as printed",
-                     0.18,
-                     in_air,
-                     {},
-                     {},
-                     1e-6,
-                     0.15 / 0.18,
-                     "another scene: 0.15 off at most",
-                     false,
-                     {},
-                     {},
-                     2});
 }
 
 void table_2(std::vector<PaperNumber>& numbers) {
   struct Row {
     const char* name;
-    double hours[4], percent[4], rounding[4];
+    double hours[4], percent[4];
+    std::array<double, 4>
+        quotient;  ///< of the hours, worked out by hand, where the printed percentage is another; else 0
   };
-  constexpr Row kRows[] = {{"Droplet", {0.53, 1.08, 0.05, 0.004}, {32, 65, 3, 0.2}, {0.5, 0.5, 0.5, 0.05}},
-                           {"Splash", {0.91, 2.38, 0.12, 0.009}, {26, 68, 6, 0.3}, {0.5, 0.5, 0.5, 0.05}},
-                           {"Pouring", {2.57, 4.34, 1.86, 0.044}, {29, 49, 21, 0.5}, {0.5, 0.5, 0.5, 0.05}},
-                           {"Water Step", {2.85, 6.38, 4.21, 0.054}, {21, 47, 31, 0.4}, {0.5, 0.5, 0.5, 0.05}}};
+  constexpr Row kRows[] = {
+      {"Droplet", {0.53, 1.08, 0.05, 0.004}, {32, 65, 3, 0.2}, {}},
+      {"Splash", {0.91, 2.38, 0.12, 0.009}, {26, 68, 6, 0.3}, {0, 69.61099736765136, 3.5097981866042702, 0}},
+      {"Pouring", {2.57, 4.34, 1.86, 0.044}, {29, 49, 21, 0.5}, {}},
+      {"Water Step", {2.85, 6.38, 4.21, 0.054}, {21, 47, 31, 0.4}, {}}};
   const char* columns[] = {"fluid", "level set", "radiation", "synthesis"};
+  // Half of the last digits printed: of the hours and of the percentages.
+  constexpr std::array<double, 4> kHours{0.005, 0.005, 0.005, 0.0005}, kPercent{0.5, 0.5, 0.5, 0.05};
   for (const Row& row : kRows) {
     double sum = 0.0;
     for (const double h : row.hours) sum += h;
-    for (int c = 0; c < 4; ++c) {
-      const double ours = 100.0 * row.hours[c] / sum;
-      const bool off = row.name == std::string("Splash") && c < 3;
-      numbers.push_back({std::string("hf.table2.") + row.name + "." + columns[c],
+    for (std::size_t c = 0; c < 4; ++c) {
+      const double share = row.hours[c] / sum;
+      double of_hours = kHours[c] * (1.0 - share);  // of the share times the sum
+      for (std::size_t k = 0; k < 4; ++k) of_hours += k == c ? 0.0 : kHours[k] * share;
+      const bool off = row.quotient[c] > 0.0;
+      PaperNumber number{std::string("hf.table2.") + row.name + "." + columns[c],
                          kPaper,
                          "Table 2",
                          std::string(row.name) + ", share of " + columns[c] + " [%] from the hours",
                          row.percent[c],
-                         ours,
+                         100.0 * share,
                          {},
                          {},
                          1e-6,
-                         (row.rounding[c] + 0.1 * row.rounding[c]) / row.percent[c],
+                         (kPercent[c] + 100.0 * of_hours / sum) / row.percent[c],
                          "rounding",
                          off,
                          off ? "does not follow from the row's hours" : "",
-                         {}});
+                         {}};
+      if (off) number = held(std::move(number), row.quotient[c], "the quotient");
+      numbers.push_back(itself(std::move(number)));
     }
   }
 }
 
 }  // namespace
 
-std::vector<PaperNumber> harmonic_fluid_numbers(Monitor& monitor) {
+std::vector<PaperNumber> harmonic_fluid_numbers(Monitor&) {
   std::vector<PaperNumber> numbers;
   figure_1(numbers);
   table_1(numbers);
-  table_1_residuals(numbers, monitor);
   table_2(numbers);
   appendix_a(numbers);
   return numbers;

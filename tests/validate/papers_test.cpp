@@ -105,7 +105,8 @@ TEST(Papers, ScenesAreReadFromTheFoldersOfTheirRuns) {
   write_file(runs / "sb_tile/scene.json", result("sb/tile", kTileHead + kTile));
   write_file(runs / "liquid_droplet/run.json",
              result("liquid/droplet", R"j("name": "droplet", "end_s": 6.4, "n_bubbles": 9, "n_particles": 5,
-                 "n_solves": 0, "stages": {"flow": {}, "bubbles": {}, "transfer": null, "sound": null})j"));
+                 "n_solves": 0, "stages": {"flow": {"status": "done"}, "bubbles": {"status": "done"},
+                 "transfer": {"status": "interrupted"}, "sound": null})j"));
   const PaperScene tile = of_scene(runs, "tile").at(0);
   EXPECT_EQ(tile.ours, 2.0) << "pieces of what broke: no tile, no ball";
   EXPECT_EQ(tile.verdict, SceneVerdict::kSameOrder);

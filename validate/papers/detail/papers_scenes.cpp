@@ -53,7 +53,8 @@ Number minutes_per_second(const json& document) {
 /// Of a liquid, when the stage that makes it is done.
 Number of_stage(const json& document, const char* stage, const char* pointer) {
   if (!document.contains("stages") || !document["stages"].is_object()) return {};
-  if (!document["stages"].contains(stage) || !document["stages"][stage].is_object()) return {};
+  const json& record = document["stages"].value(stage, json());
+  if (text_under(record, "status") != "done") return {};
   return number_at(document, pointer);
 }
 

@@ -1,7 +1,6 @@
 #include "core/physics/rigid/detail/collisions.hpp"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
-#include <BulletCollision/NarrowPhaseCollision/btPolyhedralContactClipping.h>
 #include <LinearMath/btConvexHullComputer.h>
 #include <btBulletCollisionCommon.h>
 
@@ -10,7 +9,7 @@
 #include <new>
 #include <tuple>
 
-#include "core/physics/rigid/detail/hull_axis.hpp"
+#include "core/physics/rigid/detail/hull_touches.hpp"
 
 namespace klang::rigid::detail {
 namespace {
@@ -45,12 +44,13 @@ std::unique_ptr<btConvexShape> hull_of(const Eigen::Matrix3Xd& corners) {
   for (Eigen::Index i = 0; i < corners.cols(); ++i) hull->addPoint(bullet(corners.col(i)), false);
   hull->recalcLocalAabb();
   hull->setMargin(0.0);  // a margin rounds the corners; in double precision distances need none
-  Eigen::Matrix3Xd spread = corners.colwise() - corners.rowwise().mean();
-  if (corners.cols() >= 4 && (spread * spread.transpose()).determinant() > 0) hull->initializePolyhedralFeatures();
   return hull;
 }
 
-HullFeatures features_of(const Eigen::Matrix3Xd& corners) {
+/// Nothing for a hull without volume.
+std::unique_ptr<HullFeatures> features_of(const Eigen::Matrix3Xd& corners) {
+  const Eigen::Matrix3Xd spread = corners.colwise() - corners.rowwise().mean();
+  if (corners.cols() < 4 || !((spread * spread.transpose()).determinant() > 0)) return nullptr;
   btConvexHullComputer hull;
   hull.compute(corners.data(), static_cast<int>(3 * sizeof(double)), static_cast<int>(corners.cols()), 0.0, 0.0);
   std::vector<std::vector<int>> faces;
@@ -64,7 +64,8 @@ HullFeatures features_of(const Eigen::Matrix3Xd& corners) {
     } while (edge != first);
     faces.push_back(std::move(face));
   }
-  return {corners, faces};
+  auto features = std::make_unique<HullFeatures>(corners, faces);
+  return features->normals.cols() >= 4 ? std::move(features) : nullptr;
 }
 
 Eigen::Isometry3d isometry(const btTransform& from) {
@@ -76,13 +77,13 @@ Eigen::Isometry3d isometry(const btTransform& from) {
   return to;
 }
 
-/// Two hulls: the axis along which they overlap least, then Bullet's clipped faces. Most pairs whose boxes meet are parted by the
+/// Two hulls: the axis along which they overlap least, then where they touch along it. Most pairs whose boxes meet are parted by the
 /// axis that parted them a step ago.
 class HullPair : public btCollisionAlgorithm {
  public:
   HullPair(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* first,
-           const btCollisionObject* second)
-      : btCollisionAlgorithm(info), manifold_(m_dispatcher->getNewManifold(first, second)) {}
+           const btCollisionObject* second, const double* near)
+      : btCollisionAlgorithm(info), manifold_(m_dispatcher->getNewManifold(first, second)), near_(near) {}
   ~HullPair() override { m_dispatcher->releaseManifold(manifold_); }
   HullPair(const HullPair&) = delete;
   HullPair& operator=(const HullPair&) = delete;
@@ -90,21 +91,26 @@ class HullPair : public btCollisionAlgorithm {
   void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                         const btDispatcherInfo&, btManifoldResult* result) override {
     result->setPersistentManifold(manifold_);
-    const HullFeatures& a = features(first);
-    const HullFeatures& b = features(second);
-    const Eigen::Isometry3d place_a = isometry(first->getWorldTransform());
-    const Eigen::Isometry3d b_to_a = place_a.inverse() * isometry(second->getWorldTransform());
+    // The body with the lower number first, whatever pair the broad phase makes: the same points in the same order.
+    const bool swapped = first->getCollisionObject()->getUserIndex() > second->getCollisionObject()->getUserIndex();
+    const btCollisionObjectWrapper &on_a = swapped ? *second : *first, &on_b = swapped ? *first : *second;
+    const HullFeatures &a = features(on_a), &b = features(on_b);
+    const Eigen::Isometry3d place_a = isometry(on_a.getWorldTransform());
+    const Eigen::Isometry3d b_to_a = place_a.inverse() * isometry(on_b.getWorldTransform());
     if (gap_along(a, b, b_to_a, parted_) > 0) return;
     const HullAxis axis = hull_axis(a, b, b_to_a);
     if (axis.gap > 0) {
       parted_ = axis.normal;
       return;
     }
-    const double threshold = manifold_->getContactBreakingThreshold();
-    btVertexArray corners, scratch;
-    btPolyhedralContactClipping::clipHullAgainstHull(
-        bullet(place_a.linear() * axis.normal), polyhedron(first), polyhedron(second), first->getWorldTransform(),
-        second->getWorldTransform(), -1e30, threshold, corners, scratch, *result);
+    const Vector3d normal = place_a.linear() * axis.normal;
+    for (const HullTouch& touch : hull_touches(a, b, b_to_a, axis, *near_)) {
+      const Vector3d place = place_a * touch.on_b;
+      if (swapped)
+        result->addContactPoint(bullet(-normal), bullet(place + touch.gap * normal), touch.gap);
+      else
+        result->addContactPoint(bullet(normal), bullet(place), touch.gap);
+    }
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
@@ -113,18 +119,17 @@ class HullPair : public btCollisionAlgorithm {
   void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
 
  private:
-  static const HullFeatures& features(const btCollisionObjectWrapper* of) {
-    return *static_cast<const HullFeatures*>(of->getCollisionObject()->getUserPointer());
-  }
-  static const btConvexPolyhedron& polyhedron(const btCollisionObjectWrapper* of) {
-    return *static_cast<const btPolyhedralConvexShape*>(of->getCollisionShape())->getConvexPolyhedron();
+  static const HullFeatures& features(const btCollisionObjectWrapper& of) {
+    return *static_cast<const HullFeatures*>(of.getCollisionObject()->getUserPointer());
   }
   btPersistentManifold* manifold_;
-  Vector3d parted_ = Vector3d::UnitZ();  // in the first one's frame
+  const double* near_;
+  Vector3d parted_ = Vector3d::UnitZ();  // in the frame of the body with the lower number
 };
 
 struct MakeHullPair : btCollisionAlgorithmCreateFunc {
   btCollisionAlgorithmCreateFunc* flat = nullptr;  // for hulls without volume
+  double near = 0.0;                               // largest gap of a point that counts
   btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                  const btCollisionObjectWrapper* first,
                                                  const btCollisionObjectWrapper* second) override {
@@ -132,7 +137,7 @@ struct MakeHullPair : btCollisionAlgorithmCreateFunc {
         second->getCollisionObject()->getUserPointer() == nullptr)
       return flat->CreateCollisionAlgorithm(info, first, second);
     return new (info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HullPair)))
-        HullPair(info, first->getCollisionObject(), second->getCollisionObject());
+        HullPair(info, first->getCollisionObject(), second->getCollisionObject(), &near);
   }
 };
 
@@ -207,7 +212,6 @@ struct Collisions::Bullet {
     make_pair.flat =
         configuration.getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE);
     dispatcher.registerCollisionCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, &make_pair);
-    world.getDispatchInfo().m_enableSatConvex = true;  // a face gives all its corners, not one point per step
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
   }
   ~Bullet() {
@@ -244,8 +248,7 @@ void Collisions::add(int body, const RigidBodySpec& spec, double scale, bool mov
     Part part;
     part.corners = scale * (given.corners_m.colwise() - spec.centre_m);
     part.shape = hull_of(part.corners);
-    if (static_cast<const btConvexHullShape*>(part.shape.get())->getConvexPolyhedron() != nullptr)
-      part.features = std::make_unique<HullFeatures>(features_of(part.corners));
+    part.features = features_of(part.corners);
     part.on_floor = corners_of_its_own(part.corners, parts);
     if (part.on_floor.cols() > 0) part.floor_radius = part.on_floor.colwise().norm().maxCoeff();
     add_part(std::move(part));
@@ -270,6 +273,7 @@ std::vector<Contact> Collisions::find(const std::vector<BodyState>& bodies, doub
   for (int i = 0; i < bullet_->dispatcher.getNumManifolds(); ++i) {
     bullet_->dispatcher.getManifoldByIndexInternal(i)->clearManifold();
   }
+  bullet_->make_pair.near = slop;
   bullet_->world.performDiscreteCollisionDetection();
   for (int i = 0; i < bullet_->dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& manifold = *bullet_->dispatcher.getManifoldByIndexInternal(i);

@@ -9,8 +9,8 @@
 
 namespace klang::rigid::detail {
 
-/// Which points of bodies touch or are about to: Bullet's convex hulls (separating axes, clipped faces), balls and broad phase; the floor's
-/// contacts are the corners below it. The only place that knows Bullet. Contacts come in an order that depends on nothing but the
+/// Which points of bodies touch or are about to: convex hulls (hull_axis.hpp, hull_touches.hpp); balls, hulls without volume and broad
+/// phase by Bullet; the floor's contacts are the corners below it. The only place that knows Bullet. Contacts come in an order that depends on nothing but the
 /// order of bodies and parts, and are found anew each time: cached points of a rolling body lie where it was.
 class Collisions {
  public:

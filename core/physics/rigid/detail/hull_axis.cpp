@@ -1,7 +1,9 @@
 #include "core/physics/rigid/detail/hull_axis.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 namespace klang::rigid::detail {
@@ -10,6 +12,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kParallel = 1e-9;  // sine between directions that are one
+constexpr double kOnALine = 1e-9;   // twice the area of a triangle over its longest side squared
+constexpr double kFlat = 1e-5;      // sine between faces that touch as one: far below what bodies that rest overlap by
+constexpr double kTie = 1e-13;      // of the sizes: a face is taken before edges that part no better
 
 double lowest(const Eigen::Matrix3Xd& corners, const Vector3d& direction) {
   double least = HUGE_VAL;
@@ -17,24 +22,112 @@ double lowest(const Eigen::Matrix3Xd& corners, const Vector3d& direction) {
   return least;
 }
 
+/// Unit, out of a face; zero where its corners lie on a line.
+Vector3d normal_of(const Eigen::Matrix3Xd& all, const std::vector<int>& face) {
+  Vector3d sum = Vector3d::Zero();
+  double longest = 0.0;
+  for (std::size_t i = 0; i < face.size(); ++i) {
+    const Vector3d to = all.col(face[(i + 1) % face.size()]) - all.col(face[0]);
+    sum += (all.col(face[i]) - all.col(face[0])).cross(to);
+    longest = std::max(longest, to.squaredNorm());
+  }
+  const double area = sum.norm();
+  return area > kOnALine * longest ? Vector3d(sum / area) : Vector3d(Vector3d::Zero());
+}
+
+using FaceOfSide = std::map<std::pair<int, int>, std::size_t>;
+
+/// A face on a line gets the normal of the face along its longest side, so that the faces along its other sides meet that one.
+void lend_normals(const Eigen::Matrix3Xd& all, const std::vector<std::vector<int>>& faces, const FaceOfSide& face_of,
+                  std::vector<Vector3d>& normals) {
+  for (bool lent = true; lent;) {
+    lent = false;
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      if (!normals[f].isZero(0)) continue;
+      const std::vector<int>& face = faces[f];
+      double longest = -1.0;
+      Vector3d along = Vector3d::Zero();
+      for (std::size_t i = 0; i < face.size(); ++i) {
+        const int from = face[i], to = face[(i + 1) % face.size()];
+        const auto back = face_of.find({to, from});
+        const double length = (all.col(to) - all.col(from)).norm();
+        if (back == face_of.end() || !(length > longest)) continue;
+        longest = length;
+        along = normals[back->second];
+      }
+      if (along.isZero(0)) continue;
+      normals[f] = along;
+      lent = true;
+    }
+  }
+}
+
+/// The hull, anticlockwise about a normal, of corners in a plane; corners on its sides are left out.
+std::vector<int> rim(const Eigen::Matrix3Xd& all, const std::set<int>& corners, const Vector3d& normal) {
+  const Vector3d x = normal.unitOrthogonal(), y = normal.cross(x);
+  std::vector<std::array<double, 3>> points;
+  for (const int corner : corners)
+    points.push_back({x.dot(all.col(corner)), y.dot(all.col(corner)), static_cast<double>(corner)});
+  std::sort(points.begin(), points.end());
+  const auto turn = [](const auto& p, const auto& q, const auto& r) {
+    const double ux = q[0] - p[0], uy = q[1] - p[1], vx = r[0] - q[0], vy = r[1] - q[1];
+    return (ux * vy - uy * vx) - kOnALine * std::hypot(ux, uy) * std::hypot(vx, vy);
+  };
+  std::vector<std::array<double, 3>> hull;
+  for (int half = 0; half < 2; ++half) {  // there below, back above
+    const std::size_t start = hull.size();
+    for (const auto& point : points) {
+      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), point) <= 0) hull.pop_back();
+      hull.push_back(point);
+    }
+    hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  std::vector<int> loop;
+  for (const auto& point : hull) loop.push_back(static_cast<int>(point[2]));
+  return loop;
+}
+
+/// @param normals  of the faces, zero for those on a line
+std::vector<HullFeatures::Plate> plates_of(const Eigen::Matrix3Xd& all, const std::vector<std::vector<int>>& faces,
+                                           const std::vector<Vector3d>& normals) {
+  std::vector<HullFeatures::Plate> plates;
+  std::vector<bool> taken(faces.size(), false);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    if (taken[f] || normals[f].isZero(0)) continue;
+    HullFeatures::Plate plate;
+    plate.normal = normals[f];
+    plate.offset = -lowest(all, -plate.normal);
+    std::set<int> corners;
+    for (std::size_t g = f; g < faces.size(); ++g) {
+      if (taken[g] || !(normals[g].dot(plate.normal) > 0 && normals[g].cross(plate.normal).norm() < kFlat)) continue;
+      taken[g] = true;
+      corners.insert(faces[g].begin(), faces[g].end());
+    }
+    plate.corners = rim(all, corners, plate.normal);
+    if (plate.corners.size() >= 3) plates.push_back(std::move(plate));
+  }
+  return plates;
+}
+
 }  // namespace
 
 HullFeatures::HullFeatures(const Eigen::Matrix3Xd& all, const std::vector<std::vector<int>>& faces)
-    : corners(all), centre(all.rowwise().mean()) {
+    : corners(all), centre(all.rowwise().mean()), size((all.colwise() - centre).colwise().norm().maxCoeff()) {
   std::vector<Vector3d> kept, of_face;
-  std::map<std::pair<int, int>, std::size_t> face_of_side;
-  for (const std::vector<int>& face : faces) {
-    Vector3d normal = Vector3d::Zero();
-    for (std::size_t i = 2; i < face.size(); ++i)
-      normal += (all.col(face[i - 1]) - all.col(face[0])).cross(all.col(face[i]) - all.col(face[0]));
-    normal.normalize();
-    for (std::size_t i = 0; i < face.size(); ++i) face_of_side[{face[i], face[(i + 1) % face.size()]}] = of_face.size();
-    of_face.push_back(normal);
-    bool known = false;
+  FaceOfSide face_of_side;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::vector<int>& face = faces[f];
+    for (std::size_t i = 0; i < face.size(); ++i) face_of_side[{face[i], face[(i + 1) % face.size()]}] = f;
+    of_face.push_back(normal_of(all, face));
+    const Vector3d& normal = of_face.back();
+    bool known = normal.isZero(0);
     for (const Vector3d& other : kept)
       known = known || (normal.cross(other).norm() < kParallel && normal.dot(other) > 0);
-    if (!known && normal.allFinite()) kept.push_back(normal);
+    if (!known) kept.push_back(normal);
   }
+  plates = plates_of(all, faces, of_face);
+  lend_normals(all, faces, face_of_side, of_face);
   normals.resize(3, static_cast<Eigen::Index>(kept.size()));
   offsets.resize(normals.cols());
   for (Eigen::Index f = 0; f < normals.cols(); ++f) {
@@ -44,10 +137,14 @@ HullFeatures::HullFeatures(const Eigen::Matrix3Xd& all, const std::vector<std::v
   whole = normals.cols() >= 4;
   for (const auto& [side, face] : face_of_side) {
     const auto back = face_of_side.find({side.second, side.first});
-    if (back == face_of_side.end()) whole = false;
-    if (back == face_of_side.end() || side.first > side.second) continue;
-    const Vector3d left = of_face[face], right = of_face[back->second];
-    if (!(left.cross(right).norm() > kParallel)) continue;  // inside a flat face
+    const bool both = back != face_of_side.end();
+    const Vector3d left = of_face[face], right = both ? of_face[back->second] : left;
+    if (!both || left.isZero(0) || right.isZero(0)) {
+      whole = false;
+      if (both && side.first > side.second) continue;
+    } else if (side.first > side.second || !(left.cross(right).norm() > kParallel)) {
+      continue;  // known, or inside a flat face
+    }
     edges.push_back({all.col(side.first), all.col(side.second) - all.col(side.first), left, right});
   }
 }
@@ -67,6 +164,8 @@ HullFeatures moved(const HullFeatures& b, const Eigen::Isometry3d& to) {
   there.corners = (turn * b.corners).colwise() + to.translation();
   there.normals = turn * b.normals;
   there.centre = to * b.centre;
+  there.size = b.size;
+  there.whole = b.whole;
   there.edges.reserve(b.edges.size());
   for (const HullFeatures::Edge& edge : b.edges)
     there.edges.push_back({to * edge.from, turn * edge.along, turn * edge.left, turn * edge.right});
@@ -80,10 +179,43 @@ bool arcs_cross(const HullFeatures::Edge& a, const HullFeatures::Edge& b) {
   if (c_ba * d_ba >= 0) return false;
   const double a_dc = a.left.dot(b.along), b_dc = a.right.dot(b.along);
   if (a_dc * b_dc >= 0) return false;
-  // The same hemisphere.
+  // The same hemisphere: c . (right x left) and right . (d x c) have one sign.
   const double side = a.left.cross(a.right).dot(a.along) * c.cross(d).dot(b.along);
-  return (side > 0 ? 1.0 : -1.0) * c_ba * b_dc > 0;
+  return (side > 0 ? 1.0 : -1.0) * c_ba * b_dc < 0;
 }
+
+/// Over pairs of edges. Of whole hulls only those that are sides of the Minkowski difference, else those that lie outermost along
+/// their axis.
+class EdgePairs {
+ public:
+  EdgePairs(const HullFeatures& a, const HullFeatures& b) : a_(a), b_(b), whole_(a.whole && b.whole) {}
+
+  /// @returns the best so far parts the two
+  bool try_pair(std::size_t i, std::size_t j, HullAxis& best) const {
+    const HullFeatures::Edge &ea = a_.edges[i], &eb = b_.edges[j];
+    if (whole_ && !arcs_cross(ea, eb)) return false;
+    Vector3d normal = ea.along.cross(eb.along);
+    const double length = normal.norm();
+    if (!(length > 1e-6 * ea.along.norm() * eb.along.norm())) return false;
+    normal /= length;
+    if (whole_) return take(normal.dot(ea.left + ea.right) < 0 ? normal : Vector3d(-normal), i, j, best);
+    return take(normal, i, j, best) || take(-normal, i, j, best);
+  }
+
+ private:
+  bool take(const Vector3d& normal, std::size_t i, std::size_t j, HullAxis& best) const {
+    const double low = lowest(a_.corners, normal), high = -lowest(b_.corners, -normal), gap = low - high;
+    if (!(gap > best.gap + kTie * (a_.size + b_.size))) return false;
+    constexpr double kOutermost = 1e-9;
+    if (normal.dot(a_.edges[i].from) > low + kOutermost * a_.size ||
+        normal.dot(b_.edges[j].from) < high - kOutermost * b_.size)
+      return false;
+    best = {normal, gap, std::array{i, j}};
+    return gap > 0;
+  }
+  const HullFeatures &a_, &b_;
+  bool whole_;
+};
 
 }  // namespace
 
@@ -92,27 +224,22 @@ HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Is
   HullAxis best;
   best.gap = -HUGE_VAL;
   const auto take = [&](const Vector3d& normal, double gap) {
-    if (gap > best.gap) best = {normal, gap};
+    if (gap > best.gap) best = {normal, gap, {}};
     return gap > 0;
   };
   for (Eigen::Index f = 0; f < a.normals.cols(); ++f) {
     const Vector3d normal = a.normals.col(f);
-    if (take(-normal, lowest(there.corners, normal) - a.offsets[f])) return best;
+    if (take(-normal, -a.offsets[f] + lowest(there.corners, normal))) return best;
   }
   for (Eigen::Index f = 0; f < there.normals.cols(); ++f) {
     const Vector3d normal = there.normals.col(f);
     const double offset = b.offsets[f] + normal.dot(b_to_a.translation());
     if (take(normal, lowest(a.corners, normal) - offset)) return best;
   }
-  const Vector3d from_b = a.centre - there.centre;
-  for (const HullFeatures::Edge& ea : a.edges) {
-    for (const HullFeatures::Edge& eb : there.edges) {
-      if (a.whole && b.whole && !arcs_cross(ea, eb)) continue;
-      Vector3d normal = ea.along.cross(eb.along);
-      const double length = normal.norm();
-      if (!(length > 1e-6 * ea.along.norm() * eb.along.norm())) continue;
-      normal *= (normal.dot(from_b) < 0 ? -1.0 : 1.0) / length;
-      if (take(normal, lowest(a.corners, normal) + lowest(there.corners, -normal))) return best;
+  const EdgePairs pairs(a, there);
+  for (std::size_t i = 0; i < a.edges.size(); ++i) {
+    for (std::size_t j = 0; j < there.edges.size(); ++j) {
+      if (pairs.try_pair(i, j, best)) return best;
     }
   }
   return best;

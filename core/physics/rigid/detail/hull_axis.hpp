@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -12,14 +13,23 @@ struct HullFeatures {
                     along = Eigen::Vector3d::Zero();  ///< a corner, and the way to the other
     Eigen::Vector3d left = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::Zero();  ///< normals of its two faces
   };
+  /// Faces that are one plane to the eye of contacts: corners in turn, seen from outside anticlockwise.
+  struct Plate {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    double offset = 0.0;  ///< normal . x
+    std::vector<int> corners;
+  };
   Eigen::Matrix3Xd corners;
   Eigen::Matrix3Xd normals;  ///< of faces, unit, out of it
   Eigen::VectorXd offsets;   ///< normal . x of the face's plane
   std::vector<Edge> edges;
+  std::vector<Plate> plates;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< mean of the corners
-  bool whole = false;                                ///< every edge has its two faces
+  double size = 0.0;                                 ///< of the farthest corner from the centre
+  bool whole = false;  ///< every edge has its two faces; else edges holds those with one, too
 
-  /// @param faces  corners of each face in turn; nearly coplanar triangles merged or not
+  /// @param faces  corners of each face in turn; nearly coplanar triangles merged or not. One whose corners lie on a line is no face:
+  ///               its neighbours along that line meet there.
   HullFeatures() = default;
   HullFeatures(const Eigen::Matrix3Xd& corners, const std::vector<std::vector<int>>& faces);
 };
@@ -28,6 +38,7 @@ struct HullFeatures {
 struct HullAxis {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, from b to a, in the frame of the call
   double gap = 0.0;                                   ///< along it; negative: overlap
+  std::optional<std::array<std::size_t, 2>> edges;    ///< of a and of b, where they cross; nothing: a face's normal
 };
 
 /// Distance of a's nearest corner over b's farthest along a unit normal that points from b to a.

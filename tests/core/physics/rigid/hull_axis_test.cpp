@@ -5,17 +5,12 @@
 
 #include "core/foundation/base/random.hpp"
 #include "core/physics/rigid/detail/hull_axis.hpp"
+#include "tests/core/physics/rigid/box_features.hpp"
 
 namespace {
 
 using namespace klang::rigid::detail;
 using Eigen::Vector3d;
-
-HullFeatures box(double x, double y, double z) {
-  Eigen::Matrix3Xd corners(3, 8);
-  for (int i = 0; i < 8; ++i) corners.col(i) = 0.5 * Vector3d(i & 1 ? x : -x, i & 2 ? y : -y, i & 4 ? z : -z);
-  return {corners, {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
-}
 
 /// Over faces and every pair of edges, without leaving any out.
 double gap_by_all_axes(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a) {
@@ -40,12 +35,20 @@ TEST(HullAxis, BoxHasSixFacesAndTwelveEdges) {
   EXPECT_TRUE(b.whole);
 }
 
+/// A box's opposite edges are parallel, these have none.
+HullFeatures tetrahedron(double size) {
+  Eigen::Matrix3Xd corners(3, 4);
+  corners << 1, -0.6, -0.5, 0.2, 0, 0.9, -0.8, 0.1, -0.3, -0.2, -0.4, 0.8;
+  return {size * corners, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+}
+
 TEST(HullAxis, OverlapIsTheLeastOfAllAxes) {
   klang::RandomStream random(7, 0);
   int n_overlap = 0, n_edges = 0;
   for (int k = 0; k < 2000; ++k) {
     const auto draw = [&] { return 2 * random.uniform() - 1; };
-    const HullFeatures a = box(1, 0.7, 0.4), b = box(0.5, 0.9, 0.6);
+    const HullFeatures a = k % 2 ? box(1, 0.7, 0.4) : tetrahedron(0.8),
+                       b = k % 4 < 2 ? box(0.5, 0.9, 0.6) : tetrahedron(0.6);
     Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
     place.linear() = Eigen::Quaterniond(draw(), draw(), draw(), draw()).normalized().toRotationMatrix();
     place.translation() = 0.9 * Vector3d(draw(), draw(), draw());
@@ -57,14 +60,71 @@ TEST(HullAxis, OverlapIsTheLeastOfAllAxes) {
     ++n_overlap;
     EXPECT_LE(std::abs(axis.gap - right), 1e-12) << k;
     bool face = false;
-    for (Eigen::Index f = 0; f < 6; ++f) {
+    for (Eigen::Index f = 0; f < a.normals.cols(); ++f)
       face = face || std::abs(std::abs(a.normals.col(f).dot(axis.normal)) - 1) < 1e-9;
+    for (Eigen::Index f = 0; f < b.normals.cols(); ++f)
       face = face || std::abs(std::abs((place.linear() * b.normals.col(f)).dot(axis.normal)) - 1) < 1e-9;
-    }
     if (!face) ++n_edges;
   }
   EXPECT_GT(n_overlap, 200);
   EXPECT_GT(n_edges, 20);
+}
+
+Eigen::Isometry3d drawn_place(klang::RandomStream& random, double reach) {
+  const auto draw = [&] { return 2 * random.uniform() - 1; };
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  place.linear() = Eigen::Quaterniond(draw(), draw(), draw(), draw()).normalized().toRotationMatrix();
+  place.translation() = reach * Vector3d(draw(), draw(), draw());
+  return place;
+}
+
+TEST(HullAxis, AFaceOnALineIsNone) {
+  // A corner in the middle of a side, and the face of no area that closes it.
+  Eigen::Matrix3Xd corners(3, 9);
+  corners << box_corners(1, 0.7, 0.4), Vector3d(0, -0.35, -0.2);
+  std::vector<std::vector<int>> faces = box_faces();
+  ASSERT_EQ(faces[2], (std::vector<int>{0, 1, 5, 4}));
+  faces[2] = {0, 8, 1, 5, 4};
+  faces.push_back({0, 1, 8});
+  const HullFeatures plain = box(1, 0.7, 0.4), other = box(0.5, 0.9, 0.6), split(corners, faces);
+  EXPECT_EQ(split.normals.cols(), 6);
+  EXPECT_EQ(split.edges.size(), 13U);
+  EXPECT_EQ(split.plates.size(), 6U);
+  EXPECT_TRUE(split.whole);
+  klang::RandomStream random(3, 0);
+  for (int k = 0; k < 500; ++k) {
+    const Eigen::Isometry3d place = drawn_place(random, 0.6);
+    const double right = hull_axis(plain, other, place).gap, gap = hull_axis(split, other, place).gap;
+    EXPECT_EQ(gap > 0, right > 0) << k;
+    if (right <= 0) {
+      EXPECT_LE(std::abs(gap - right), 1e-12) << k;
+    }
+  }
+}
+
+TEST(HullAxis, WithoutAFaceEveryEdgeIsTriedStill) {
+  const HullFeatures plain = box(1, 0.7, 0.4), other = box(0.5, 0.9, 0.6);
+  for (std::size_t missing = 0; missing < 6; ++missing) {
+    std::vector<std::vector<int>> faces = box_faces();
+    faces.erase(faces.begin() + static_cast<std::ptrdiff_t>(missing));
+    const HullFeatures open(plain.corners, faces);
+    EXPECT_FALSE(open.whole);
+    EXPECT_EQ(open.edges.size(), 12U);
+    klang::RandomStream random(5, missing);
+    int n_edges = 0;
+    for (int k = 0; k < 2000; ++k) {
+      const Eigen::Isometry3d place = drawn_place(random, 0.9);
+      const HullAxis right = hull_axis(plain, other, place);
+      if (!right.edges) continue;
+      ++n_edges;
+      const HullAxis axis = hull_axis(open, other, place);
+      EXPECT_EQ(axis.gap > 0, right.gap > 0) << missing << " " << k;
+      if (right.gap <= 0) {
+        EXPECT_LE(std::abs(axis.gap - right.gap), 1e-12) << missing << " " << k;
+      }
+    }
+    EXPECT_GT(n_edges, 20);
+  }
 }
 
 TEST(HullAxis, PointsFromTheSecondToTheFirst) {

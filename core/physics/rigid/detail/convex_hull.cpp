@@ -23,9 +23,9 @@ mesh::SurfaceMesh convex_hull(const Eigen::Matrix3Xd& corners_m) {
   if (triangles.size() < 4) throw InputError("convex part", "its corners span no volume");
   mesh::SurfaceMesh surface;
   surface.vertices_m.resize(hull.vertices.size(), 3);
-  for (int i = 0; i < hull.vertices.size(); ++i) {
-    surface.vertices_m.row(i) << hull.vertices[i].x(), hull.vertices[i].y(), hull.vertices[i].z();
-  }
+  // The computer's own vertices lie on its grid of integers, 1e-4 of the size apart.
+  for (int i = 0; i < hull.vertices.size(); ++i)
+    surface.vertices_m.row(i) = corners_m.col(hull.original_vertex_index[i]).transpose();
   surface.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     surface.triangles.row(static_cast<Eigen::Index>(t)) << triangles[t][0], triangles[t][1], triangles[t][2];

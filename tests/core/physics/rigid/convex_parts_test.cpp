@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/random.hpp"
 #include "core/geometry/shapes/shape.hpp"
+#include "core/physics/rigid/rigid_world.hpp"
 #include "tests/core/physics/rigid/bodies.hpp"
 
 namespace klang::rigid {
@@ -75,6 +77,59 @@ TEST(ConvexParts, OfAConvexMeshAreItsHullAndOfAnAngleJustTwo) {
   EXPECT_GE(parts.size(), 2u);
   EXPECT_LE(parts.size(), 4u);
   EXPECT_LE(std::abs(mass_of(parts) - 0.003), 1e-12);
+}
+
+TEST(ConvexParts, ABoxOfOneMetreRestsAsHighWhetherMeshOrShape) {
+  const mesh::ShapeSpec shape{"box", {{"length_m", 1.0}, {"width_m", 0.7}, {"height_m", 0.31}}, {}};
+  mesh::TetMesh mesh = mesh::to_linear(mesh::mesh_shape(shape));
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(0.9, 0.3, -0.2, 0.4).normalized();  // of the mesh's frame
+  mesh.nodes_m = mesh.nodes_m * turn.toRotationMatrix().transpose();
+  double height_m[2];
+  for (const bool meshed : {false, true}) {
+    RigidBodySpec body;
+    body.name = "box";
+    body.parts = meshed ? convex_parts_of(mesh, "box") : parts_of(shape);
+    set_mass_from_parts(body, 1000);
+    if (meshed) body.orientation = turn.conjugate();
+    body.position_m.z() = 0.155;
+    RigidWorldOptions options;
+    options.floor = skin(0.0, 0.5);
+    RigidWorld world(options);
+    world.add(body);
+    for (int i = 0; i < 200; ++i) world.step();
+    height_m[meshed ? 1 : 0] = world.centre_m(0).z();
+    EXPECT_LE(std::abs(body.mass_kg - 217), 1e-9);
+  }
+  EXPECT_LE(std::abs(height_m[1] - height_m[0]), 1e-9);
+}
+
+TEST(ConvexParts, OfATurnedMeshOverlapOthersAsDeepAsTheShape) {
+  const mesh::TetMesh straight =
+      mesh::to_linear(mesh::mesh_shape({"box", {{"length_m", 1.0}, {"width_m", 0.7}, {"height_m", 0.31}}, {}}));
+  RandomStream random(1, 0);
+  const auto draw = [&] { return 2 * random.uniform() - 1; };
+  const auto turn = [&] { return Eigen::Quaterniond(draw(), draw(), draw(), draw()).normalized(); };
+  int n_overlaps = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Eigen::Quaterniond of_mesh = turn(), of_body = turn();
+    mesh::TetMesh turned = straight;
+    turned.nodes_m = turned.nodes_m * of_mesh.toRotationMatrix().transpose();
+    RigidBodySpec body = cuboid("box", {1.0, 0.7, 0.31}, 1);
+    body.position_m = 0.6 * Eigen::Vector3d(draw(), draw(), draw());
+    double depth_m[2];
+    for (const bool meshed : {false, true}) {
+      if (meshed) body.parts = convex_parts_of(turned, "box");
+      body.orientation = meshed ? of_body * of_mesh.conjugate() : of_body;
+      RigidWorld world(RigidWorldOptions{});
+      world.add(cuboid("other", {0.5, 0.9, 0.6}, 1));
+      world.add(body);
+      const auto overlap = world.overlap(0.0);
+      depth_m[meshed ? 1 : 0] = overlap ? overlap->depth_m : 0.0;
+    }
+    n_overlaps += depth_m[0] > 0 ? 1 : 0;
+    EXPECT_LE(std::abs(depth_m[1] - depth_m[0]), 1e-9) << k;
+  }
+  EXPECT_GT(n_overlaps, 40);
 }
 
 TEST(ConvexParts, TooManyAreRefused) {

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <cerrno>
 #include <csignal>
 #include <exception>
+#include <fstream>
 #include <string_view>
 
 #include "core/foundation/base/errors.hpp"
@@ -29,7 +31,18 @@ void write_all(int fd, std::string_view bytes) {
   }
 }
 
-[[noreturn]] void be_the_child(const std::function<std::string()>& work, int fd, pid_t parent) {
+/// Address space of this process beside what it has now.
+void limit_memory(std::size_t more_bytes) {
+  std::size_t pages = 0;
+  rlimit limit{};
+  if (!(std::ifstream("/proc/self/statm") >> pages) || ::getrlimit(RLIMIT_AS, &limit) != 0) return;
+  const rlim_t wanted = pages * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) + more_bytes;
+  if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < wanted) return;
+  limit.rlim_cur = wanted;
+  ::setrlimit(RLIMIT_AS, &limit);
+}
+
+[[noreturn]] void be_the_child(const std::function<std::string()>& work, int fd, pid_t parent, std::size_t more_bytes) {
   // What the terminal sends to the whole group is the parent's to answer.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT}) std::signal(signal, SIG_DFL);
@@ -40,6 +53,7 @@ void write_all(int fd, std::string_view bytes) {
   ::dup2(nowhere, STDIN_FILENO);
   ::dup2(nowhere, STDOUT_FILENO);
   ::dup2(nowhere, STDERR_FILENO);
+  if (more_bytes > 0) limit_memory(more_bytes);
   int code = 0;
   std::string bytes;
   try {
@@ -65,7 +79,7 @@ ChildResult run_here(const std::function<std::string()>& work) {
 
 }  // namespace
 
-ChildResult run_in_child(const std::function<std::string()>& work, Monitor& monitor) {
+ChildResult run_in_child(const std::function<std::string()>& work, Monitor& monitor, std::size_t more_bytes) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return run_here(work);
   const pid_t parent = ::getpid(), child = ::fork();
@@ -74,7 +88,7 @@ ChildResult run_in_child(const std::function<std::string()>& work, Monitor& moni
     ::close(ends[1]);
     return run_here(work);
   }
-  if (child == 0) be_the_child(work, ends[1], parent);
+  if (child == 0) be_the_child(work, ends[1], parent, more_bytes);
   ::close(ends[1]);
   ChildResult result;
   std::string buffer(1 << 16, '\0');

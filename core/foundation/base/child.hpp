@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <functional>
 #include <string>
 
@@ -18,7 +19,10 @@ struct ChildResult {
 /// lost but for the bytes that work returns.
 /// Not while other threads of this process are in BLAS (its threads are put down by a fork). Where no process can be
 /// made, the work is done here.
+/// @param more_bytes that the child may take beside what this process holds (address space); what asks for more gets
+/// std::bad_alloc. 0: no limit
 /// @throws Interrupted when the monitor asks for a stop: the child is ended first
-ChildResult run_in_child(const std::function<std::string()>& work, Monitor& monitor = silent_monitor());
+ChildResult run_in_child(const std::function<std::string()>& work, Monitor& monitor = silent_monitor(),
+                         std::size_t more_bytes = 0);
 
 }  // namespace klang

@@ -1,7 +1,13 @@
 #include "core/physics/liquid_vdb/vdb_file.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <new>
+#include <string_view>
+#include <utility>
 
+#include "core/foundation/base/child.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 
@@ -23,10 +29,13 @@ auto guarded(const std::string& file, Function&& function) {
     return function();
   } catch (const InputError&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw InputError(file, "is no usable .vdb: it asks for more memory than a file of its size can fill");
   } catch (const std::exception& error) {
     std::string what = std::string(error.what()).substr(0, 200);  // it may quote the file
     for (char& c : what)
       if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = ' ';
+    what.resize(what.find_last_not_of(' ') + 1);
     throw InputError(file, "is no usable .vdb: " + what);
   }
 }
@@ -100,41 +109,126 @@ struct VdbFile::Grids {
   double scale = 1.0;  ///< of phi, to the file's unit
 };
 
+namespace {
+
+/// A file's memory is at most that of its nodes, and every node has its masks of voxels unpacked in the file: a leaf of
+/// vectors takes 6 KB for a mask of 64 bytes, and larger nodes less. The rest are tables and the packed blocks of one leaf.
+constexpr std::size_t kMemoryPerByte = 128, kMemoryAlways = std::size_t{256} << 20;
+
+/// The head of a file, value after value.
+class Head {
+ public:
+  Head(std::string_view bytes, std::string name) : bytes_(bytes), name_(std::move(name)) {}
+  template <class T>
+  T take() {
+    T value{};
+    std::memcpy(&value, skip(sizeof value), sizeof value);
+    return value;
+  }
+  const char* skip(std::size_t n) {
+    if (n > bytes_.size() - at_) cut_off();
+    at_ += n;
+    return bytes_.data() + at_ - n;
+  }
+  void skip_text() { skip(take<std::uint32_t>()); }
+  void go_to(std::int64_t at) {
+    if (at < static_cast<std::int64_t>(at_) || static_cast<std::size_t>(at) > bytes_.size()) cut_off();
+    at_ = static_cast<std::size_t>(at);
+  }
+
+ private:
+  [[noreturn]] void cut_off() const {
+    throw InputError(name_, "is no usable .vdb: it is cut off or its head is broken");
+  }
+  std::string_view bytes_;
+  std::string name_;
+  std::size_t at_ = 0;
+};
+
+/// Every grid ends within the file: the library takes what is missing as it finds it in memory.
+void check_ends(Head head) {
+  constexpr std::size_t kIdBytes = 36;
+  head.skip(sizeof(std::int64_t));
+  // Older heads have other parts.
+  if (head.take<std::uint32_t>() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) return;
+  head.skip(2 * sizeof(std::uint32_t));  // the library's version
+  const bool has_places = head.take<char>() != 0;
+  head.skip(kIdBytes);
+  if (!has_places) return;  // the library refuses it
+  for (auto n = head.take<std::int32_t>(); n > 0; --n)
+    for (int part = 0; part < 3; ++part) head.skip_text();  // name, type and value of what is said about the file
+  for (auto n = head.take<std::int32_t>(); n > 0; --n) {
+    for (int part = 0; part < 3; ++part) head.skip_text();  // name, type, and whose voxels it shares
+    head.skip(2 * sizeof(std::int64_t));
+    head.go_to(head.take<std::int64_t>());
+  }
+}
+
+/// @return the file's bytes. @throws InputError: it cannot be read, is none, or of a later version
+std::size_t check_head(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path, std::size_t{1} << 34);  // says what is wrong with a file that is none
+  std::int64_t magic = 0;
+  std::uint32_t version = 0;
+  if (bytes.size() >= sizeof magic) std::memcpy(&magic, bytes.data(), sizeof magic);
+  if (magic != openvdb::OPENVDB_MAGIC || bytes.size() < sizeof magic + sizeof version)
+    throw InputError(path.string(), "is no usable .vdb: it does not start as one");
+  std::memcpy(&version, bytes.data() + sizeof magic, sizeof version);
+  if (version > openvdb::OPENVDB_FILE_VERSION)
+    throw InputError(path.string(), "is no usable .vdb: its version is unknown", std::to_string(version),
+                     "up to " + std::to_string(static_cast<std::uint32_t>(openvdb::OPENVDB_FILE_VERSION)));
+  check_ends(Head(bytes, path.string()));
+  return bytes.size();
+}
+
+}  // namespace
+
+void VdbFile::read(const std::string& name, const std::string& grid, Grids& grids) {
+  openvdb::io::File file(name);
+  file.open(false);
+  std::string others;
+  for (auto it = file.beginName(); it != file.endName(); ++it) others += (others.empty() ? "" : ", ") + it.gridName();
+  if (!file.hasGrid(grid)) throw InputError(name, "has no grid " + grid, others, "a level set of this name");
+  grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(grid));
+  if (!grids.phi) throw InputError(name, "the grid " + grid + " holds no numbers (float)");
+  VdbExtent& extent = grids.extent;
+  read_transform(grids.phi->transform(), name, extent);
+  const openvdb::CoordBBox box = grids.phi->evalActiveVoxelBoundingBox();
+  if (box.empty()) throw InputError(name, "the grid " + grid + " is empty");
+  for (int a = 0; a < 3; ++a) {
+    extent.low[static_cast<std::size_t>(a)] = box.min()[a];
+    extent.high[static_cast<std::size_t>(a)] = box.max()[a];
+  }
+  for (auto it = grids.phi->cbeginValueOn(); it; ++it)
+    if (!std::isfinite(*it)) throw InputError(name, "the grid " + grid + " holds a value that is no number");
+  const double slope = slope_at_surface(*grids.phi, extent.voxel);
+  if (!(slope > 1e-9)) throw InputError(name, "the grid " + grid + " holds no distances: it is flat at its surface");
+  if (!(slope > 0.7 && slope < 1.4)) grids.scale = 1.0 / slope;
+  extent.band_voxels = grids.scale * band_voxels(*grids.phi, extent.voxel);
+  if (!(extent.band_voxels >= kLeastBand * (1.0 - 1e-5)))
+    throw InputError(name, "the band of distances is too thin", to_text(extent.band_voxels) + " voxels",
+                     "2 voxels or more on each side of the surface");
+  for (const char* const word : {"velocity", "vel"}) {
+    if (grids.velocity || !file.hasGrid(word)) continue;
+    grids.velocity = openvdb::gridPtrCast<openvdb::Vec3SGrid>(file.readGrid(word));
+    if (grids.velocity && grids.velocity->transform() != grids.phi->transform()) grids.velocity.reset();
+  }
+  grids.staggered = grids.velocity && grids.velocity->getGridClass() == openvdb::GRID_STAGGERED;
+}
+
 VdbFile::VdbFile(const std::filesystem::path& path, const std::string& grid) : grids_(std::make_unique<Grids>()) {
   const std::string name = path.string();
-  read_file(path, std::size_t{1} << 34);  // says what is wrong with a file that is none
-  guarded(name, [&] {
-    openvdb::io::File file(name);
-    file.open(false);
-    std::string others;
-    for (auto it = file.beginName(); it != file.endName(); ++it) others += (others.empty() ? "" : ", ") + it.gridName();
-    if (!file.hasGrid(grid)) throw InputError(name, "has no grid " + grid, others, "a level set of this name");
-    grids_->phi = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid(grid));
-    if (!grids_->phi) throw InputError(name, "the grid " + grid + " holds no numbers (float)");
-    VdbExtent& extent = grids_->extent;
-    read_transform(grids_->phi->transform(), name, extent);
-    const openvdb::CoordBBox box = grids_->phi->evalActiveVoxelBoundingBox();
-    if (box.empty()) throw InputError(name, "the grid " + grid + " is empty");
-    for (int a = 0; a < 3; ++a) {
-      extent.low[static_cast<std::size_t>(a)] = box.min()[a];
-      extent.high[static_cast<std::size_t>(a)] = box.max()[a];
-    }
-    for (auto it = grids_->phi->cbeginValueOn(); it; ++it)
-      if (!std::isfinite(*it)) throw InputError(name, "the grid " + grid + " holds a value that is no number");
-    const double slope = slope_at_surface(*grids_->phi, extent.voxel);
-    if (!(slope > 1e-9)) throw InputError(name, "the grid " + grid + " holds no distances: it is flat at its surface");
-    if (!(slope > 0.7 && slope < 1.4)) grids_->scale = 1.0 / slope;
-    extent.band_voxels = grids_->scale * band_voxels(*grids_->phi, extent.voxel);
-    if (!(extent.band_voxels >= kLeastBand * (1.0 - 1e-5)))
-      throw InputError(name, "the band of distances is too thin", to_text(extent.band_voxels) + " voxels",
-                       "2 voxels or more on each side of the surface");
-    for (const char* const word : {"velocity", "vel"}) {
-      if (grids_->velocity || !file.hasGrid(word)) continue;
-      grids_->velocity = openvdb::gridPtrCast<openvdb::Vec3SGrid>(file.readGrid(word));
-      if (grids_->velocity && grids_->velocity->transform() != grids_->phi->transform()) grids_->velocity.reset();
-    }
-    grids_->staggered = grids_->velocity && grids_->velocity->getGridClass() == openvdb::GRID_STAGGERED;
-  });
+  const std::size_t size = check_head(path);
+  const auto read_here = [&] { guarded(name, [&] { read(name, grid, *grids_); }); };
+  // In a child first: the library takes memory as a file claims it, prints, and may crash.
+  const ChildResult child = run_in_child(
+      [&] {
+        read_here();
+        return std::string();
+      },
+      silent_monitor(), kMemoryAlways + kMemoryPerByte * size);
+  if (!child.done && !child.bytes.empty()) throw InputError(child.bytes);
+  if (!child.done) throw InputError(name, "is no usable .vdb: OpenVDB ends at it");
+  read_here();
 }
 VdbFile::~VdbFile() = default;
 VdbFile::VdbFile(VdbFile&&) noexcept = default;

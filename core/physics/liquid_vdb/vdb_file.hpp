@@ -21,7 +21,7 @@ struct VdbExtent {
   double band_voxels = 0.0;                           ///< how far from the surface values are distances
 };
 
-/// One file, read whole.
+/// One file, read whole; first in a child process, whose memory is bounded by the file's size.
 class VdbFile {
  public:
   /// @throws InputError naming the file: no OpenVDB, no such grid of numbers, not cubic or turned voxels, an empty grid, a band under
@@ -38,6 +38,7 @@ class VdbFile {
 
  private:
   struct Grids;
+  static void read(const std::string& name, const std::string& grid, Grids& grids);
   std::unique_ptr<Grids> grids_;
 };
 

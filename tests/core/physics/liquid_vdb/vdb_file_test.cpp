@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/liquid_vdb/vdb_file.hpp"
@@ -97,6 +98,33 @@ TEST(VdbFile, RefusesWhatDoesNotCarryALiquid) {
   EXPECT_NE(complaint(scratch.write(openvdb::Int32Grid::create(1))).find("no numbers"), std::string::npos);
   std::ofstream(scratch.path / "c.vdb") << "not a vdb";
   EXPECT_NE(complaint(scratch.path / "c.vdb").find("no usable .vdb"), std::string::npos);
+}
+
+TEST(VdbFile, RefusesSizesThatTheFileCannotHold) {
+  const Scratch scratch;
+  const std::filesystem::path file = scratch.write(ball(3.0));
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  const std::string good = text.str();
+  const auto with = [&](std::size_t at, std::string_view bytes) {
+    std::string broken = good;
+    broken.replace(at, bytes.size(), bytes);
+    std::ofstream(file, std::ios::binary) << broken;
+    return complaint(file);
+  };
+  EXPECT_NE(with(0, "x").find("does not start as one"), std::string::npos);
+  EXPECT_NE(with(8, "\x7f\x7f\x7f\x7f").find("version is unknown"), std::string::npos);
+  // A string has its length before it: one of 3.7 GB.
+  const std::size_t name = good.find("Tree_float");
+  ASSERT_NE(name, std::string::npos);
+  EXPECT_NE(with(name - 4, "\xe0\xe0\xe0\xe0").find("cut off"), std::string::npos);
+  const std::size_t about = good.find("class", name);  // what is said about the grid is the library's to read
+  ASSERT_NE(about, std::string::npos);
+  EXPECT_NE(with(about - 4, "\xe0\xe0\xe0\xe0").find("more memory"), std::string::npos);
+  for (std::size_t cut = 1; cut < good.size(); cut += cut + 300 < good.size() ? good.size() / 40 : 1) {
+    std::ofstream(file, std::ios::binary) << good.substr(0, cut);
+    EXPECT_NE(complaint(file).find("no usable .vdb"), std::string::npos) << cut;
+  }
 }
 
 }  // namespace

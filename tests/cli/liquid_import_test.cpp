@@ -180,6 +180,30 @@ TEST(LiquidImport, AnOpenFoamCaseIsReadWhereHalfIsWater) {
   expect_refused(scratch, "scene import . --kind openfoam -o F", {"controlDict"});
 }
 
+TEST(LiquidImport, BrokenTextOfAnOpenFoamCaseIsRefusedBeforeItIsParsed) {
+  const Scratch scratch;
+  write_case(scratch, "case", {"0", "0.01"}, 0.07);
+  const auto refused_with = [&](const std::string& name, const std::string& text, const std::string& complaint) {
+    const std::filesystem::path file = scratch.path() / "case" / name;
+    const std::string before = read_text(file);
+    std::ofstream(file, std::ios::app) << text;
+    expect_refused(scratch, "scene import case --kind openfoam -o F", {file.filename().string(), complaint});
+    std::ofstream(file) << before;
+  };
+  std::string deep = "\n";
+  for (int k = 0; k < 200000; ++k) deep += "a{";
+  for (const char* const name : {"system/controlDict", "constant/polyMesh/boundary", "0.01/alpha.water"}) {
+    refused_with(name, deep, "nest too deep");
+    refused_with(name, "\nb " + std::string(200000, '('), "nest too deep");
+    refused_with(name, "\nb {", "do not close");
+    refused_with(name, "\nb }", "do not close");
+    refused_with(name, std::string("\nb \0;", 6), "no text");
+  }
+  // What stands in comments and quotes is no bracket.
+  std::ofstream(scratch.path() / "case/0.01/alpha.water", std::ios::app) << "// {\n/* ( */\nnote \"}\";\n";
+  EXPECT_EQ(run_klang("scene import case --kind openfoam -o E", scratch.path()).exit_code, 0);
+}
+
 TEST(SceneMatch, SetsRateAndRadiiAndSaysWhatIsPrediction) {
   const Scratch scratch;
   std::string drops =

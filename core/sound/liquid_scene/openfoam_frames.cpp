@@ -18,6 +18,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/physics/liquid/distance_grid.hpp"
+#include "core/sound/liquid_scene/foam_text.hpp"
 #include "core/sound/liquid_scene/foreign_frames.hpp"
 
 namespace klang::liquid_scene {
@@ -42,6 +43,7 @@ class OpenFoamFrames : public ForeignFrames {
     case_ = std::filesystem::is_directory(given) ? given : given.parent_path();
     const std::filesystem::path control = case_ / "system" / "controlDict";
     read_file(control, std::size_t{64} << 20);  // a case has one
+    check_foam_case(case_);
     files_ = {control};
     const Quiet quiet;
     reader_->SetFileName(control.c_str());

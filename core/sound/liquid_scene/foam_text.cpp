@@ -96,12 +96,13 @@ bool is_time(const std::string& name) {
 
 }  // namespace
 
-void check_foam_file(const std::filesystem::path& file) {
+std::size_t check_foam_file(const std::filesystem::path& file) {
   const std::unique_ptr<gzFile_s, CloseFile> opened(gzopen(file.c_str(), "rb"));  // reads what is not packed as it is
   if (!opened) throw InputError(file.string(), "cannot be read");
   std::string block(std::size_t{1} << 16, '\0');
   std::unique_ptr<Brackets> brackets;
   bool is_foam = false;
+  std::size_t size = 0;
   for (;;) {
     const int n = gzread(opened.get(), block.data(), static_cast<unsigned>(block.size()));
     if (n < 0) throw InputError(file.string(), "is damaged: it cannot be unpacked");
@@ -112,18 +113,20 @@ void check_foam_file(const std::filesystem::path& file) {
       is_foam = head.find("FoamFile") != std::string_view::npos;
       brackets = std::make_unique<Brackets>(file, is_foam && says_binary(head));
     }
+    size += bytes.size();
     for (const char c : bytes) brackets->take(c);
   }
   if (is_foam) brackets->end();  // other files in such folders are not read
+  return size;
 }
 
-void check_foam_case(const std::filesystem::path& folder) {
-  check_foam_file(folder / "system" / "controlDict");
+std::size_t check_foam_case(const std::filesystem::path& folder) {
+  std::size_t size = check_foam_file(folder / "system" / "controlDict");
   std::error_code error;
   const auto look_through = [&](const std::filesystem::path& top, const auto& wanted) {
     for (auto it = std::filesystem::recursive_directory_iterator(top, error);
          !error && it != std::filesystem::recursive_directory_iterator(); it.increment(error))
-      if (it->is_regular_file(error) && wanted(it->path())) check_foam_file(it->path());
+      if (it->is_regular_file(error) && wanted(it->path())) size += check_foam_file(it->path());
   };
   look_through(folder / "constant",
                [](const std::filesystem::path& file) { return file.parent_path().filename() == "polyMesh"; });
@@ -131,6 +134,7 @@ void check_foam_case(const std::filesystem::path& folder) {
        !error && it != std::filesystem::directory_iterator(); it.increment(error))
     if (it->is_directory(error) && is_time(it->path().filename().string()))
       look_through(it->path(), [](const std::filesystem::path&) { return true; });
+  return size;
 }
 
 }  // namespace klang::liquid_scene

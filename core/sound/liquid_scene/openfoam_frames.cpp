@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/foundation/base/child.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/physics/liquid/distance_grid.hpp"
@@ -25,6 +26,9 @@ namespace klang::liquid_scene {
 namespace {
 
 using Eigen::Vector3d;
+
+/// What VTK makes of a case's text: cells know their points and faces, fields are held in cells and points.
+constexpr std::size_t kMemoryPerByte = 64, kMemoryAlways = std::size_t{1} << 30;
 
 /// VTK's complaints go to the terminal; ours say what matters.
 class Quiet {
@@ -43,22 +47,9 @@ class OpenFoamFrames : public ForeignFrames {
     case_ = std::filesystem::is_directory(given) ? given : given.parent_path();
     const std::filesystem::path control = case_ / "system" / "controlDict";
     read_file(control, std::size_t{64} << 20);  // a case has one
-    check_foam_case(case_);
     files_ = {control};
-    const Quiet quiet;
-    reader_->SetFileName(control.c_str());
-    reader_->SkipZeroTimeOff();
-    reader_->UpdateInformation();
-    reader_->EnableAllCellArrays();
-    reader_->DisableAllPatchArrays();
-    reader_->EnableAllCellArrays();
-    reader_->SetPatchArrayStatus("internalMesh", 1);
-    vtkDoubleArray* const times = reader_->GetTimeValues();
-    for (vtkIdType k = 0; times != nullptr && k < times->GetNumberOfTuples(); ++k)
-      if (has_field(times->GetValue(k))) time_s_.push_back(times->GetValue(k));
-    if (time_s_.empty())
-      throw InputError(case_.string(), "is no OpenFOAM case with times that hold " + field_word(), "",
-                       "a folder with system/controlDict, constant/polyMesh and folders of times");
+    try_in_child(check_foam_case(case_), monitor);
+    open_case();
     frame_step_s_ = even_step_s(time_s_, case_.string());
     monitor.throw_if_stopped();
     vtkUnstructuredGrid* const mesh = grid_at(0);
@@ -116,6 +107,38 @@ class OpenFoamFrames : public ForeignFrames {
   }
 
  private:
+  /// @param size of the case's text
+  void try_in_child(std::size_t size, Monitor& monitor) {
+    // All of it: VTK's reader takes memory as files claim it and crashes on some that are broken.
+    const ChildResult child = run_in_child(
+        [&] {
+          open_case();
+          for (std::size_t k = 0; k < time_s_.size(); ++k) grid_at(k);
+          return std::string();
+        },
+        monitor, kMemoryAlways + kMemoryPerByte * size);
+    if (!child.done && (child.signal != 0 || child.bytes.empty()))
+      throw InputError(case_.string(), "is damaged: VTK's reader ends at it");
+    if (!child.done) throw InputError(child.bytes);
+  }
+
+  void open_case() {
+    const Quiet quiet;
+    reader_->SetFileName((case_ / "system" / "controlDict").c_str());
+    reader_->SkipZeroTimeOff();
+    reader_->UpdateInformation();
+    reader_->EnableAllCellArrays();
+    reader_->DisableAllPatchArrays();
+    reader_->EnableAllCellArrays();
+    reader_->SetPatchArrayStatus("internalMesh", 1);
+    vtkDoubleArray* const times = reader_->GetTimeValues();
+    for (vtkIdType k = 0; times != nullptr && k < times->GetNumberOfTuples(); ++k)
+      if (has_field(times->GetValue(k))) time_s_.push_back(times->GetValue(k));
+    if (time_s_.empty())
+      throw InputError(case_.string(), "is no OpenFOAM case with times that hold " + field_word(), "",
+                       "a folder with system/controlDict, constant/polyMesh and folders of times");
+  }
+
   Vector3d ours(const Vector3d& x) const {
     return options_.unit_m * (options_.y_up ? Vector3d(x.x(), -x.z(), x.y()) : x);
   }

@@ -1,7 +1,11 @@
-// Any bytes given as a result (JSON of every kind with a page), a reference spectrum, a partial table, a CSV, measured responses or
-// tracked bubbles are either read or refused with an InputError. The first byte picks the format (tools/lib/fuzz_seeds.py has the same numbers).
+// Any bytes given as a result (JSON of every kind with a page), a reference spectrum, a partial table, a CSV, measured responses,
+// tracked bubbles or liquids (.vdb, an OpenFOAM case) are either read or refused with an InputError. The first byte picks the format (tools/lib/fuzz_seeds.py has the same numbers).
+#include <unistd.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -11,7 +15,9 @@
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/bubble/time_series.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
+#include "core/physics/liquid_vdb/vdb_file.hpp"
 #include "core/physics/modal/modes_document.hpp"
+#include "core/sound/liquid_scene/foreign_frames.hpp"
 #include "core/sound/stage/listener_file.hpp"
 #include "fit/bubble/bubble_document.hpp"
 #include "fit/frf/response_set.hpp"
@@ -47,6 +53,25 @@ void read_csv(int format, std::string_view bytes) {
     const FuzzFile file(bytes, ".csv");
     klang::stage::read_listener(file.path(), {}, {0.0, 1.0, 0.0});
   }
+}
+
+/// An OpenFOAM case, its files one after the other with a byte 30 between them.
+void read_case(std::string_view bytes) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("klang-fuzz-case-" + std::to_string(::getpid()));
+  std::filesystem::remove_all(folder);
+  for (const char* const name :
+       {"system/controlDict", "constant/polyMesh/points", "constant/polyMesh/faces", "constant/polyMesh/owner",
+        "constant/polyMesh/neighbour", "constant/polyMesh/boundary", "0/alpha.water", "0.01/alpha.water"}) {
+    const std::size_t end = bytes.find('\x1e');
+    std::filesystem::create_directories((folder / name).parent_path());
+    std::ofstream(folder / name, std::ios::binary) << bytes.substr(0, end);
+    bytes = end == std::string_view::npos ? std::string_view() : bytes.substr(end + 1);
+  }
+  klang::liquid_scene::ForeignOptions options;
+  options.frames = folder.string();
+  const auto frames = klang::liquid_scene::openfoam_frames(options, klang::silent_monitor());
+  for (std::size_t k = 0; k < frames->n_frames(); ++k) frames->read(k);
 }
 
 void read_as(int format, std::string_view bytes) {
@@ -94,6 +119,13 @@ void read_as(int format, std::string_view bytes) {
       klang::entrainment::read_tracked_bubbles(file.path());
       return;
     }
+    case 19: {
+      const FuzzFile file(bytes, ".vdb");
+      const klang::liquid::VdbFile vdb(file.path());
+      return;
+    }
+    case 20:
+      return read_case(bytes);
     default:
       read_csv(format, bytes);
   }
@@ -104,7 +136,7 @@ void read_as(int format, std::string_view bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   try {
-    read_as(data[0] % 19, {reinterpret_cast<const char*>(data) + 1, size - 1});
+    read_as(data[0] % 21, {reinterpret_cast<const char*>(data) + 1, size - 1});
   } catch (const klang::InputError&) {
   }
   return 0;

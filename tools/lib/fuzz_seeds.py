@@ -13,6 +13,7 @@ import attack_files  # noqa: E402
 import attack_liquids  # noqa: E402
 
 MESH = {"stl": 0, "obj": 1, "ply": 2, "off": 3, "tetgen": 4, "profile": 5, ".msh": 6, ".vtu": 7}
+LIQUID = pathlib.Path(__file__).resolve().parents[2] / "tests/fuzz/seeds/liquid.vdb"  # a box of 4 x 3 x 4 cells from klang scene export
 TET = ('<VTKFile type="UnstructuredGrid" byte_order="LittleEndian"><UnstructuredGrid><FieldData>{fields}</FieldData><Piece NumberOfPoints='
        '"{n}" NumberOfCells="{cells}"><PointData>{data}</PointData><Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">'
        '{points}</DataArray></Points><Cells><DataArray type="Int64" Name="connectivity" format="ascii">{corners}</DataArray><DataArray '
@@ -99,8 +100,16 @@ def seeds():
     for number, value in documents():
         yield "table", number, str(number), value
     for number, name, value in ((15, "frf", universal(4)), (15, "decay", universal(1)), (16, "mat", matlab()),
-                                (17, "tracked", attack_liquids.TRACKED), (18, "tracked-xz", lzma.compress(attack_liquids.TRACKED.encode()))):
+                                (17, "tracked", attack_liquids.TRACKED), (18, "tracked-xz", lzma.compress(attack_liquids.TRACKED.encode())),
+                                (19, "vdb", LIQUID.read_bytes()), (20, "openfoam", foam_case())):
         yield "table", number, name, value
+
+
+def foam_case():
+    """The files of a case in the order of tests/fuzz/table_fuzz.cpp, a byte 30 between them."""
+    files = attack_liquids.openfoam_case()
+    mesh = [f"constant/polyMesh/{name}" for name in ("points", "faces", "owner", "neighbour", "boundary")]
+    return b"\x1e".join(files[name] for name in ("system/controlDict", *mesh, "0/alpha.water", "0.01/alpha.water"))
 
 
 def universal(kind, n=16):

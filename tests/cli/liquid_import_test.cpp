@@ -202,6 +202,9 @@ TEST(LiquidImport, BrokenTextOfAnOpenFoamCaseIsRefusedBeforeItIsParsed) {
   // What stands in comments and quotes is no bracket.
   std::ofstream(scratch.path() / "case/0.01/alpha.water", std::ios::app) << "// {\n/* ( */\nnote \"}\";\n";
   EXPECT_EQ(run_klang("scene import case --kind openfoam -o E", scratch.path()).exit_code, 0);
+  // A field where the boundary should be ends VTK's reader at a null pointer.
+  std::ofstream(scratch.path() / "case/constant/polyMesh/boundary") << read_text(scratch.path() / "case/0/alpha.water");
+  expect_refused(scratch, "scene import case --kind openfoam -o F", {"case", "is damaged"});
 }
 
 TEST(SceneMatch, SetsRateAndRadiiAndSaysWhatIsPrediction) {

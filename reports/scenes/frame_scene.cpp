@@ -1,7 +1,6 @@
 #include "reports/scenes/frame_scene.hpp"
 
 #include <vtkActor.h>
-#include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
@@ -97,13 +96,7 @@ std::optional<Drawing> draw_frame(const FramePictureRequest& request) {
   add_bodies(renderer, data);
   const Vector3d centre = 0.5 * (low + high);
   const Vector3d eye = centre + 5.0 * radius * Vector3d(0.45, -0.8, 0.4).normalized();
-  vtkCamera* camera = renderer->GetActiveCamera();
-  camera->ParallelProjectionOn();
-  camera->SetFocalPoint(centre.x(), centre.y(), centre.z());
-  camera->SetPosition(eye.x(), eye.y(), eye.z());
-  camera->SetViewUp(0, 0, 1);
-  camera->SetParallelScale(radius);
-  renderer->ResetCameraClippingRange();
+  look(renderer, {centre, eye, radius});
   const RgbaImage image = captured(renderer, kFramePixels * kFrameSupersampling, kFramePixels * kFrameSupersampling);
   if (image.pixels.empty()) return {};
   return Drawing{reduced(image, kFrameSupersampling), false, 0.0, 0.0};

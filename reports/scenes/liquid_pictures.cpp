@@ -1,7 +1,6 @@
 #include "reports/scenes/liquid_pictures.hpp"
 
 #include <vtkActor.h>
-#include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
@@ -134,13 +133,7 @@ std::optional<Drawing> draw_liquid(const LiquidPictureRequest& request) {
   actor->GetProperty()->SetSpecularPower(30);
   renderer->AddActor(actor);
   const Vector3d centre = 0.5 * size, eye = centre + 5.0 * size.norm() * Vector3d(0.45, -0.8, 0.4).normalized();
-  vtkCamera* const camera = renderer->GetActiveCamera();
-  camera->ParallelProjectionOn();
-  camera->SetFocalPoint(centre.x(), centre.y(), centre.z());
-  camera->SetPosition(eye.x(), eye.y(), eye.z());
-  camera->SetViewUp(0, 0, 1);
-  camera->SetParallelScale(0.5 * size.norm());
-  renderer->ResetCameraClippingRange();
+  look(renderer, {centre, eye, 0.5 * size.norm()});
   const RgbaImage image = captured(renderer, kPictureSize * kSupersampling, kPictureSize * kSupersampling);
   if (image.pixels.empty()) return std::nullopt;
   return Drawing{trimmed(reduced(image, kSupersampling), 2), false, 0.0, 0.0};

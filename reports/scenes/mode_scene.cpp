@@ -1,7 +1,6 @@
 #include "reports/scenes/mode_scene.hpp"
 
 #include <vtkActor.h>
-#include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkContourFilter.h>
 #include <vtkDataArraySelection.h>
@@ -283,14 +282,7 @@ Eigen::Vector2d aim_camera(vtkRenderer* renderer, const MovedSurface& moved, dou
   const Vector3d centre =
       0.5 * (low.x() + high.x()) * right + 0.5 * (low.y() + high.y()) * up +
       view.towards_camera * view.towards_camera.dot(Vector3d(b[0] + b[1], b[2] + b[3], b[4] + b[5]) / 2);
-  vtkCamera* camera = renderer->GetActiveCamera();
-  camera->ParallelProjectionOn();
-  camera->SetFocalPoint(centre.x(), centre.y(), centre.z());
-  const Vector3d eye = centre + 4 * moved.diagonal * view.towards_camera;
-  camera->SetPosition(eye.x(), eye.y(), eye.z());
-  camera->SetViewUp(up.x(), up.y(), up.z());
-  camera->SetParallelScale(extent.y() / 2);
-  renderer->ResetCameraClippingRange();
+  look(renderer, {centre, centre + 4 * moved.diagonal * view.towards_camera, extent.y() / 2, up});
   return {width, height};
 }
 

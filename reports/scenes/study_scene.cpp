@@ -1,7 +1,6 @@
 #include "reports/scenes/study_scene.hpp"
 
 #include <vtkActor.h>
-#include <vtkCamera.h>
 #include <vtkCellArray.h>
 #include <vtkDataArray.h>
 #include <vtkMapper.h>
@@ -111,13 +110,7 @@ std::optional<FieldImage> draw_field(const std::filesystem::path& file, FieldKin
   }
   const Vector3d towards = Vector3d(0.55, -0.75, 0.42).normalized();
   const Vector3d eye = centre + 5 * radius * towards;
-  vtkCamera* camera = renderer->GetActiveCamera();
-  camera->ParallelProjectionOn();
-  camera->SetFocalPoint(centre.x(), centre.y(), centre.z());
-  camera->SetPosition(eye.x(), eye.y(), eye.z());
-  camera->SetViewUp(0, 0, 1);
-  camera->SetParallelScale(radius);
-  renderer->ResetCameraClippingRange();
+  look(renderer, {centre, eye, radius});
   const RgbaImage image = captured(renderer, kPictureSize * kSupersampling, kPictureSize * kSupersampling);
   if (image.pixels.empty()) return {};
   result.image = trimmed(reduced(image, kSupersampling), 2);

@@ -1,5 +1,6 @@
 #include "reports/scenes/vtk_capture.hpp"
 
+#include <vtkCamera.h>
 #include <vtkLightKit.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
@@ -8,6 +9,16 @@
 #include <algorithm>
 
 namespace klang::reports::detail {
+
+void look(vtkRenderer* renderer, const View& view) {
+  vtkCamera* const camera = renderer->GetActiveCamera();
+  camera->ParallelProjectionOn();
+  camera->SetFocalPoint(view.centre_m.data());
+  camera->SetPosition(view.eye_m.data());
+  camera->SetViewUp(view.up.data());
+  camera->SetParallelScale(view.half_height_m);
+  renderer->ResetCameraClippingRange();
+}
 
 RgbaImage captured(vtkRenderer* renderer, int columns, int rows) {
   vtkNew<vtkLightKit> light;

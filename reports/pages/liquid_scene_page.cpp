@@ -25,7 +25,7 @@ using liquid_scene::RunDocument;
 using liquid_scene::StageRecord;
 
 constexpr std::size_t kCurvePoints = 1200, kPictures = 8, kMostRidges = 400, kMostRows = 20, kMostCurves = 6;
-constexpr double kHeight = 320, kLeft = 76, kTop = 40, kRight = 24, kRidge_s = 0.04;
+constexpr double kHeight = 320, kRidge_s = 0.04;
 
 using Columns = std::map<std::string, std::vector<double>>;
 
@@ -69,12 +69,9 @@ std::optional<Svg> curves_figure(const std::string& words, const std::string& y_
   }
   if (all.size() < 2 || !(last > 0.0)) return {};
   Svg svg(kPageWidth, kHeight, words);
-  legend(svg, kLeft, 16, names);
   AxisSpec y = axis_around(y_label, scale, all);
   if (from_zero) y.low = 0.0;
-  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 48},
-              {"Time [s]", Scale::kLinear, 0.0, last}, y);
-  frame.draw_axes(9, 6);
+  Frame frame = axes_under_legend(svg, kHeight, names, {"Time [s]", Scale::kLinear, 0.0, last}, y);
   for (std::size_t i = 0; i < curves.size(); ++i) frame.curve(curves[i].second, series_class("s", i) + " mid");
   return svg;
 }
@@ -134,12 +131,9 @@ std::optional<Svg> radii_figure(ReportFolder& folder) {
   Svg svg(kPageWidth, kHeight, "Share of bubbles by radius: asked, made, recorded.");
   std::vector<std::string> names;
   for (const auto& [name, points] : curves) names.push_back(name);
-  legend(svg, kLeft, 16, names);
   AxisSpec y = axis_around("Share per third of an octave [%]", Scale::kLinear, shares);
   y.low = 0.0;
-  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 48},
-              axis_around("Radius [mm]", Scale::kLog, places), y);
-  frame.draw_axes(9, 6);
+  Frame frame = axes_under_legend(svg, kHeight, names, axis_around("Radius [mm]", Scale::kLog, places), y);
   for (std::size_t i = 0; i < curves.size(); ++i) {
     frame.curve(curves[i].second, series_class("s", i) + " mid");
     for (const PlotPoint& p : curves[i].second)
@@ -199,11 +193,8 @@ std::optional<Svg> transfer_figure(const RunDocument& data, ReportFolder& folder
   }
   if (all.size() < 2) return {};
   Svg svg(kPageWidth, kHeight, "Modulus of the transfer of the longest-lived bubbles over time.");
-  legend(svg, kLeft, 16, names);
-  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 48},
-              axis_around("Time [s]", Scale::kLinear, times),
-              axis_around("|P| [Pa per m of the bubble's wall]", Scale::kLog, all));
-  frame.draw_axes(9, 6);
+  Frame frame = axes_under_legend(svg, kHeight, names, axis_around("Time [s]", Scale::kLinear, times),
+                                  axis_around("|P| [Pa per m of the bubble's wall]", Scale::kLog, all));
   for (std::size_t c = 0; c < longest.size(); ++c) {
     const Curve& curve = longest[c].second;
     frame.curve(curve.points, series_class("s", c) + " mid");

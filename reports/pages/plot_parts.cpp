@@ -25,4 +25,13 @@ void legend(Svg& svg, double left, double top, const std::vector<std::string>& n
   }
 }
 
+Frame axes_under_legend(Svg& svg, double height, const std::vector<std::string>& names, const AxisSpec& x,
+                        const AxisSpec& y) {
+  constexpr double kLeft = 76, kTop = 40, kRight = 24, kBelow = 48;
+  legend(svg, kLeft, 16, names);
+  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, height - kTop - kBelow}, x, y);
+  frame.draw_axes(9, 6);
+  return frame;
+}
+
 }  // namespace klang::reports::detail

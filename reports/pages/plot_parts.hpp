@@ -26,4 +26,8 @@ std::string series_class(std::string_view prefix, std::size_t index);
 /// Markers with names in a row, as many as there is room for.
 void legend(Svg& svg, double left, double top, const std::vector<std::string>& names);
 
+/// Axes as wide as the page under a legend of the curves' names.
+Frame axes_under_legend(Svg& svg, double height, const std::vector<std::string>& names, const AxisSpec& x,
+                        const AxisSpec& y);
+
 }  // namespace klang::reports::detail

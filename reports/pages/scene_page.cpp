@@ -70,16 +70,13 @@ std::optional<Svg> energy_figure(const SceneDocument& data, ReportFolder& folder
     curves.emplace_back(words, std::move(points));
   }
   if (curves.empty()) return {};
-  constexpr double kHeight = 340, kLeft = 76, kTop = 40, kRight = 24;
+  constexpr double kHeight = 340;
   Svg svg(kPageWidth, kHeight, "Energies of the scene over time.");
   std::vector<std::string> names;
   for (const auto& [words, points] : curves) names.push_back(words);
-  legend(svg, kLeft, 16, names);
   AxisSpec y = axis_around("Energy [J]", Scale::kLinear, all);
   y.low = 0.0;
-  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 48},
-              {"Time [s]", Scale::kLinear, t.front(), t.back()}, y);
-  frame.draw_axes(9, 6);
+  Frame frame = axes_under_legend(svg, kHeight, names, {"Time [s]", Scale::kLinear, t.front(), t.back()}, y);
   for (std::size_t i = 0; i < curves.size(); ++i) frame.curve(curves[i].second, series_class("s", i) + " mid");
   return svg;
 }
@@ -90,7 +87,7 @@ std::optional<Svg> impact_figure(const SceneDocument& data) {
   if (impacts.empty()) return {};
   std::vector<double> sizes;
   for (const scene::ImpactRecord& impact : impacts) sizes.push_back(impact.impulse_n_s);
-  constexpr double kHeight = 340, kLeft = 76, kTop = 40, kRight = 24;
+  constexpr double kHeight = 340;
   Svg svg(kPageWidth, kHeight, "Impulse of each impact over time on a logarithmic axis.");
   std::vector<std::string> names;
   std::map<std::string, int> number;
@@ -99,11 +96,10 @@ std::optional<Svg> impact_figure(const SceneDocument& data) {
     number.emplace(body.name, static_cast<int>(number.size()) % kSeriesCount);
     names.push_back(body.name);
   }
-  if (names.size() <= kSeriesCount) legend(svg, kLeft, 16, names);
+  if (names.size() > kSeriesCount) names.clear();  // more than there are colours for
   const double end_s = data.end_s > 0.0 ? data.end_s : 1.0;
-  Frame frame(svg, {kLeft, kTop, kPageWidth - kLeft - kRight, kHeight - kTop - 48},
-              {"Time [s]", Scale::kLinear, 0.0, end_s}, axis_around("Impulse [N s]", Scale::kLog, sizes));
-  frame.draw_axes(9, 6);
+  Frame frame = axes_under_legend(svg, kHeight, names, {"Time [s]", Scale::kLinear, 0.0, end_s},
+                                  axis_around("Impulse [N s]", Scale::kLog, sizes));
   for (const scene::ImpactRecord& impact : impacts) {
     if (!frame.shows(impact.time_s, impact.impulse_n_s)) continue;
     svg.marker(number[impact.body], frame.x(impact.time_s), frame.y(impact.impulse_n_s), 4,

@@ -54,13 +54,20 @@ struct Permuted {
   }
 };
 
-// C := C - A B^T, of which only what lies on and below the diagonal of the first `n_columns` rows is wanted.
-void subtract_lower(int n_rows, int n_columns, int depth, const double* a, int lda, const double* b, int ldb, double* c,
-                    int ldc) {
+// A block of columns, `stride` apart.
+struct Block {
+  double* at;
+  int stride;
+  double* column(int j) const { return at + static_cast<std::size_t>(j) * stride; }
+};
+
+// C := C - A B^T with `depth` columns in A and B, of which only what lies on and below the diagonal of the first `n_columns`
+// rows is wanted.
+void subtract_lower(int n_rows, int n_columns, int depth, const Block& a, const Block& b, const Block& c) {
   for (int j = 0; j < n_columns; j += kStripe) {
     const int width = std::min(kStripe, n_columns - j);
-    gemm('N', 'T', n_rows - j, width, depth, -1.0, a + j, lda, b + j, ldb, 1.0,
-         c + static_cast<std::size_t>(j) * ldc + j, ldc);
+    gemm('N', 'T', n_rows - j, width, depth, -1.0, a.at + j, a.stride, b.at + j, b.stride, 1.0, c.column(j) + j,
+         c.stride);
   }
 }
 
@@ -159,9 +166,9 @@ class Elimination {
       if (rest > 0) dtrsm_("R", "L", "T", "U", &rest, &width, &one, block, &n, panel, &n);
       double* scaled = scaled_.data() + static_cast<std::size_t>(first) * n + first + width;
       book(tree_.rows(s) + first, width, {block, scaled, n, rest});
-      subtract_lower(rest, inside, width, panel, n, scaled, n, panel + static_cast<std::size_t>(width) * n, n);
+      subtract_lower(rest, inside, width, {panel, n}, {scaled, n}, {Block{panel, n}.column(width), n});
     }
-    subtract_lower(below, below, m, columns.get() + m, n, scaled_.data() + m, n, update_[s].get(), below);
+    subtract_lower(below, below, m, {columns.get() + m, n}, {scaled_.data() + m, n}, {update_[s].get(), below});
     return true;
   }
 
@@ -234,7 +241,8 @@ std::optional<PivotSigns> eliminate_all(const Permuted& a, const Tree& tree) {
   std::vector<char> inside(static_cast<std::size_t>(tree.n_supernodes), 0);
   std::atomic<bool> vanished = false;
   for (const int root : subtrees) std::fill(inside.begin() + tree.first_of_subtree(root), inside.begin() + root + 1, 1);
-  for_each_job(subtrees.size(), [&](std::size_t i) {
+  // Not for_each_job, which sets BLAS' threads for the whole process: a Cholesky factor may be at work beside this.
+  parallel_for(subtrees.size(), 1, [&](std::size_t i, std::size_t) {
     Elimination one(a, tree, update);
     for (int s = tree.first_of_subtree(subtrees[i]); s <= subtrees[i] && !vanished; ++s) {
       if (!one.eliminate(s)) vanished = true;

@@ -21,23 +21,20 @@ bool is_held(const events::Impulse& impulse) {
   return impulse.shape == events::PulseShape::kHeld && impulse.duration_s > 0.0;
 }
 
-/// Whom a contact is with, and how long its steps are: a polygon of its own each, since bodies that are moved in smaller steps
-/// have corners where others have none.
-using Contact = std::pair<int, double>;
-
-/// Points of one contact that begin at the same time are one force.
-std::map<Contact, std::vector<Step>> steps_of(const events::EventLog& log, int body, const ModalPush& push,
-                                              const PushedModes& modes) {
-  std::map<Contact, std::map<double, VectorXd>> forces;
+/// What each other body does: a polygon of its own, since bodies that are moved in smaller steps have corners where others have
+/// none. Points of a step that begin at the same time and last as long are one force.
+std::map<int, std::vector<Step>> steps_of(const events::EventLog& log, int body, const ModalPush& push,
+                                          const PushedModes& modes) {
+  std::map<int, std::map<std::pair<double, double>, VectorXd>> forces;
   for (const events::Impulse& impulse : log.impulses) {
     if (impulse.body != body || !is_held(impulse)) continue;
     const VectorXd force = push(impulse.point_m, impulse.impulse_n_s)(modes.numbers) / impulse.duration_s;
-    const auto [entry, is_first] = forces[{impulse.other, impulse.duration_s}].try_emplace(impulse.time_s, force);
+    const auto [entry, is_first] = forces[impulse.other].try_emplace({impulse.time_s, impulse.duration_s}, force);
     if (!is_first) entry->second += force;
   }
-  std::map<Contact, std::vector<Step>> steps;
-  for (auto& [contact, its] : forces)
-    for (auto& [time_s, force] : its) steps[contact].push_back({time_s, contact.second, std::move(force)});
+  std::map<int, std::vector<Step>> steps;
+  for (auto& [other, its] : forces)
+    for (auto& [time, force] : its) steps[other].push_back({time.first, time.second, std::move(force)});
   return steps;
 }
 
@@ -93,7 +90,7 @@ std::vector<ModalImpulse> held_impulses(const events::EventLog& log, int body, c
                                         const PushedModes& modes) {
   const double end_s = last_held_s(log);
   std::vector<ModalImpulse> impulses;
-  for (const auto& [contact, steps] : steps_of(log, body, push, modes)) add_contact(steps, end_s, modes, impulses);
+  for (const auto& [other, steps] : steps_of(log, body, push, modes)) add_contact(steps, end_s, modes, impulses);
   std::stable_sort(impulses.begin(), impulses.end(),
                    [](const ModalImpulse& x, const ModalImpulse& y) { return x.time_s < y.time_s; });
   return impulses;

@@ -152,5 +152,24 @@ TEST(HeldForce, ContactsInStepsOfDifferentLengthsDoNotShareAPolygon) {
   EXPECT_TRUE(held_impulses(log, 0, unit_push, mode(3000.0, 10.0)).empty());
 }
 
+TEST(HeldForce, AConstantForceInStepsOfChangingLengthIsSilent) {
+  events::EventLog log;
+  log.bodies = {{"body", -1}, {"other", -1}};
+  double time_s = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    events::Impulse impulse = held([](double) { return 1.0; }, 0.0, 0.001).impulses.front();
+    impulse.other = 1;
+    impulse.time_s = time_s;
+    impulse.duration_s = i % 2 == 0 ? 1e-3 : 2e-3;
+    impulse.impulse_n_s = {0.0, 0.0, 9.81 * impulse.duration_s};
+    time_s += impulse.duration_s;
+    log.impulses.push_back(impulse);
+  }
+  // Scaled as -(change of slope) / w^2 they stand beside what one step of the force alone would make.
+  const double omega = 2.0 * kPi * 3000.0, bound = 1e-9 * (9.81 / 1e-3) / (omega * omega);
+  for (const ModalImpulse& impulse : held_impulses(log, 0, unit_push, mode(3000.0, 10.0)))
+    EXPECT_LE(std::abs(impulse.impulse[0]), bound);
+}
+
 }  // namespace
 }  // namespace klang::stage

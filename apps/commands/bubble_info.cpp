@@ -1,11 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "apps/commands/bubble_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/field_options.hpp"
 #include "apps/kit/thermal_option.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 
 namespace klang::apps {
@@ -41,16 +43,17 @@ int run_info(const InfoOptions& options, const CommonOptions& common) {
                                {"static_pressure_pa", options.medium.static_pressure_pa},
                                {"heat_capacity_ratio", options.medium.heat_capacity_ratio},
                                {"gas_diffusivity_m2_s", options.medium.gas_diffusivity_m2_s}};
-  nlohmann::json json = result_header("bubble_info", "done", common, used, {});
-  json.update({{"radius_m", options.radius_m},
-               {"undamped_frequency_hz", found.undamped_frequency_hz},
-               {"damped_frequency_hz", found.damped_frequency_hz},
-               {"decay_per_s", found.decay_per_s},
-               {"delta_radiation", found.delta_radiation},
-               {"delta_viscous", found.delta_viscous},
-               {"delta_thermal", found.delta_thermal},
-               {"polytropic_index", found.polytropic_index}});
-  write_json(common, json);
+  BubbleInfoDocument document;
+  document.header = make_header("bubble_info", "done", common, used, {});
+  document.radius_m = options.radius_m;
+  document.undamped_frequency_hz = found.undamped_frequency_hz;
+  document.damped_frequency_hz = found.damped_frequency_hz;
+  document.decay_per_s = found.decay_per_s;
+  document.delta_radiation = found.delta_radiation;
+  document.delta_viscous = found.delta_viscous;
+  document.delta_thermal = found.delta_thermal;
+  document.polytropic_index = found.polytropic_index;
+  write_json(common, json_of(document));
   say(common, "radius %g mm: %.6g Hz undamped, %.6g Hz heard, decay %.5g per s (-60 dB in %.3g ms)\n",
       1e3 * options.radius_m, found.undamped_frequency_hz, found.damped_frequency_hz, found.decay_per_s,
       6907.755 / found.decay_per_s);
@@ -78,7 +81,9 @@ Subcommand add_bubble_info(CLI::App& group, CommonOptions& common) {
               {"heat_capacity_ratio"},
               {"gas_diffusivity_m2_s"}});
   app->footer("Example:\n  klang bubble info --radius-m 0.001 --json b.json");
-  return {app, [options, &common] { return run_info(*options, common); }};
+  return {app,
+          [options, &common] { return run_info(*options, common); },
+          {result_kind<BubbleInfoDocument>("bubble_info", "the result of `klang bubble info`")}};
 }
 
 }  // namespace klang::apps

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <memory>
 
+#include "apps/commands/synth_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/stage/bubble_scene.hpp"
 
@@ -46,29 +48,32 @@ int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
   const bool unit = scene.transfer == stage::SceneTransfer::kUnit;
   const nlohmann::json used = {{"unit_transfer", unit},
                                {"constant_pitch", scene.pitch.kind == bubble::PitchKind::kConstant}};
-  nlohmann::json json = result_header("bubble_synth", "done", common, used, {options.scene});
-  json["n_bubbles"] = scene.bubbles.size();
-  json["n_too_high"] = result.n_too_high;
-  json["n_channels"] = result.sound.n_channels();
-  json["duration_s"] = result.sound.duration_s();
-  json["sample_rate_hz"] = result.sound.sample_rate_hz;
-  json["gain"] = gain;
-  json[unit ? "peak_displacement_m" : "peak_pressure_pa"] = peak;
-  if (!unit) json["peak_level_db_re_20upa"] = 20.0 * std::log10(peak / (std::sqrt(2.0) * kReferencePressurePa));
-  json["wall_time_s"] = {{"synthesis", result.wall_time_s}};
-  json["bubbles"] = nlohmann::json::array();
-  json["n_bubbles_listed"] = std::min(scene.bubbles.size(), kMostListed);
+  BubbleSynthDocument document;
+  document.header = make_header("bubble_synth", "done", common, used, {options.scene});
+  document.header.wall_time_s = {{"synthesis", result.wall_time_s}};
+  document.n_bubbles = static_cast<std::int64_t>(scene.bubbles.size());
+  document.n_bubbles_listed = static_cast<std::int64_t>(std::min(scene.bubbles.size(), kMostListed));
+  document.n_too_high = static_cast<int>(result.n_too_high);
+  document.n_channels = static_cast<int>(result.sound.n_channels());
+  document.duration_s = result.sound.duration_s();
+  document.sample_rate_hz = result.sound.sample_rate_hz;
+  document.gain = gain;
+  (unit ? document.peak_displacement_m : document.peak_pressure_pa) = peak;
+  if (!unit) document.peak_level_db_re_20upa = 20.0 * std::log10(peak / (std::sqrt(2.0) * kReferencePressurePa));
   for (std::size_t i = 0; i < std::min(scene.bubbles.size(), kMostListed); ++i) {
     const stage::SoundedBubble& b = result.bubbles[i];
-    json["bubbles"].push_back({{"radius_m", scene.bubbles[i].radius_m},
-                               {"birth_s", scene.bubbles[i].birth_s},
-                               {"frequency_start_hz", b.frequency_start_hz},
-                               {"frequency_end_hz", b.frequency_end_hz},
-                               {"decay_per_s", b.decay_start_per_s},
-                               {"amplitude_m", b.amplitude_m},
-                               {unit ? "peak_displacement_m" : "peak_pressure_pa", b.peak}});
+    HeardBubbleRecord& bubble = document.bubbles.emplace_back();
+    bubble = {scene.bubbles[i].radius_m,
+              scene.bubbles[i].birth_s,
+              b.frequency_start_hz,
+              b.frequency_end_hz,
+              b.decay_start_per_s,
+              b.amplitude_m,
+              std::nullopt,
+              std::nullopt};
+    (unit ? bubble.peak_displacement_m : bubble.peak_pressure_pa) = b.peak;
   }
-  write_json(common, json);
+  write_json(common, json_of(document));
   say(common, "%s: %.2f s, %zu bubbles, made in %.2f s\n", options.output.c_str(), result.sound.duration_s(),
       scene.bubbles.size(), result.wall_time_s);
   return kDone;
@@ -87,7 +92,9 @@ Subcommand add_bubble_synth(CLI::App& group, CommonOptions& common) {
       "Examples:\n"
       "  klang bubble synth datasets-synthetic/scenes/pouring.toml -o pouring.wav --seed 7\n"
       "  klang bubble synth scene.toml -o flat.wav --constant-pitch");
-  return {app, [options, &common] { return run_bubble_synth(*options, common); }};
+  return {app,
+          [options, &common] { return run_bubble_synth(*options, common); },
+          {result_kind<BubbleSynthDocument>("bubble_synth", "the result of `klang bubble synth`")}};
 }
 
 }  // namespace klang::apps

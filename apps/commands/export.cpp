@@ -1,9 +1,11 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "apps/commands/tool_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/note.hpp"
 #include "core/sound/instrument/instrument_files.hpp"
 #include "fit/instrument/banks.hpp"
@@ -55,10 +57,11 @@ int run_export(const ExportOptions& options, const CommonOptions& given) {
     write_table(options.output, text);
   }
   const nlohmann::json used = {{"specimen", options.specimen}, {"a4_hz", options.a4_hz}, {"rate_hz", options.rate_hz}};
-  nlohmann::json json = result_header("export", "done", common, used, {options.result});
+  ExportDocument document;
+  document.header = make_header("export", "done", common, used, {options.result});
   for (const instrument::ModalBank& bank : banks)
-    json["banks"].push_back({{"name", bank.name}, {"n_partials", bank.partials.size()}});
-  write_json(common, json);
+    document.banks.push_back({bank.name, static_cast<std::int64_t>(bank.partials.size())});
+  write_json(common, json_of(document));
   say(common, "%s: %zu thing(s), %zu partials\n", options.sfz.empty() ? options.output.c_str() : options.sfz.c_str(),
       banks.size(), n_partials);
   return kDone;
@@ -85,7 +88,9 @@ Subcommand add_export(CLI::App& program, CommonOptions& common) {
       "  klang export tap.json --faust -o tap.dsp\n"
       "  klang export chimes/fit.json --sfz chimes-sfz\n"
       "  klang export chimes/fit.json --specimen D5 --pd -o d5.pd");
-  return {app, [options, &common] { return run_export(*options, common); }};
+  return {app,
+          [options, &common] { return run_export(*options, common); },
+          {result_kind<ExportDocument>("export", "the result of `klang export`")}};
 }
 
 }  // namespace klang::apps

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "apps/commands/mesh_document.hpp"
 #include "apps/kit/body_options.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -19,22 +20,6 @@ struct MeshOptions {
   double density_kg_m3 = 0.0;
 };
 
-nlohmann::json quality_json(const mesh::MeshQuality& quality) {
-  return {{"n_nodes", quality.n_nodes},
-          {"n_elements", quality.n_elements},
-          {"element", quality.order == 2 ? "p2" : "p1"},
-          {"min_dihedral_deg", quality.min_dihedral_deg},
-          {"max_dihedral_deg", quality.max_dihedral_deg},
-          {"radius_ratio_min", quality.radius_ratio_min},
-          {"radius_ratio_mean", quality.radius_ratio_mean},
-          {"worst_element", quality.worst_element},
-          {"min_scaled_jacobian", quality.min_scaled_jacobian},
-          {"volume_m3", quality.volume_m3},
-          {"surface_area_m2", quality.surface_area_m2},
-          {"shortest_edge_m", quality.shortest_edge_m},
-          {"longest_edge_m", quality.longest_edge_m}};
-}
-
 int run_mesh(MeshOptions options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   const auto& kinds = mesh::shape_kinds();
@@ -45,20 +30,22 @@ int run_mesh(MeshOptions options, const CommonOptions& common) {
   std::vector<std::string> warnings;
   const mesh::TetMesh mesh = options.body.build_and_tell(common, notes, warnings, monitor);
   const mesh::MeshQuality quality = mesh::mesh_quality(mesh);
-  nlohmann::json json = result_header("mesh", "done", common,
-                                      {{"element", options.body.element},
-                                       {"max_edge_m", options.body.max_edge_m},
-                                       {"max_triangles", options.body.max_triangles},
-                                       {"unit_m", options.body.unit_m}},
-                                      options.body.inputs({}));
-  json.update(quality_json(quality));
-  json["warnings"] = warnings;
-  if (notes.repairs) json["repairs"] = json_of(*notes.repairs);
-  if (notes.decimation) json["decimation"] = json_of(*notes.decimation);
-  if (notes.n_expected_elements) json["n_expected_elements"] = *notes.n_expected_elements;
-  if (options.density_kg_m3 > 0.0) json["mass_kg"] = quality.mass_kg(options.density_kg_m3);
+  MeshDocument document;
+  document.header = make_header("mesh", "done", common,
+                                {{"element", options.body.element},
+                                 {"max_edge_m", options.body.max_edge_m},
+                                 {"max_triangles", options.body.max_triangles},
+                                 {"unit_m", options.body.unit_m}},
+                                options.body.inputs({}));
+  document.header.warnings = warnings;
+  document.quality = quality;
+  document.element = quality.order == 2 ? "p2" : "p1";
+  document.repairs = notes.repairs;
+  document.decimation = notes.decimation;
+  document.n_expected_elements = notes.n_expected_elements;
+  if (options.density_kg_m3 > 0.0) document.mass_kg = quality.mass_kg(options.density_kg_m3);
   if (!options.output.empty()) mesh::write_tet_mesh(options.output, mesh);
-  write_json(common, json);
+  write_json(common, json_of(document));
   say(common, "%d nodes, %d %s tetrahedra\n", mesh.n_nodes(), mesh.n_elements(),
       mesh.order() == 2 ? "quadratic" : "linear");
   say(common, "volume_m3 %.9g   surface_area_m2 %.9g\n", quality.volume_m3, quality.surface_area_m2);
@@ -82,7 +69,9 @@ Subcommand add_mesh(CLI::App& program, CommonOptions& common) {
       "Examples:\n"
       "  klang mesh tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 -o tube.vtu\n"
       "  klang mesh bell.stl --max-edge-m 0.004 -o bell.vtu --json quality.json");
-  return {app, [options, &common] { return run_mesh(*options, common); }};
+  return {app,
+          [options, &common] { return run_mesh(*options, common); },
+          {result_kind<MeshDocument>("mesh", "the result of `klang mesh`")}};
 }
 
 }  // namespace klang::apps

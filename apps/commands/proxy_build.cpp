@@ -3,11 +3,13 @@
 #include <filesystem>
 #include <memory>
 
+#include "apps/commands/proxy_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
 
 namespace klang::apps {
@@ -62,16 +64,17 @@ int run_proxy_build(ProxyBuildOptions o, const CommonOptions& common) {
       [&](const soundbank::BuildProgress& p) { soundbank::write_build_progress(partial, p, key); });
   if (result.status != soundbank::BuildStatus::kDone)
     throw NumericalError(result.message + ": reached " + to_text(result.bank.max_interpolation_error));
-  nlohmann::json json = result_header("proxy_build", "done", common, used, {});
-  result.bank.provenance_json = json["provenance"].dump();
+  ProxyBuildDocument document;
+  document.header = make_header("proxy_build", "done", common, used, {});
+  result.bank.provenance_json = json_of(document.header.provenance).dump();
   soundbank::write_soundbank(o.output, result.bank);
   std::error_code ignored;
   std::filesystem::remove(partial, ignored);
-  json["n_cells"] = result.bank.cells.size();
-  json["n_nodes"] = result.bank.nodes.size();
-  json["max_interpolation_error"] = result.bank.max_interpolation_error;
-  json["bytes"] = std::filesystem::file_size(o.output);
-  write_json(common, json);
+  document.n_cells = result.bank.cells.size();
+  document.n_nodes = result.bank.nodes.size();
+  document.max_interpolation_error = result.bank.max_interpolation_error;
+  document.bytes = std::filesystem::file_size(o.output);
+  write_json(common, json_of(document));
   say(common,
       "%s: %zu cells with sound, %zu shapes with frequencies; first %d frequencies within %.3g %% at %d unseen "
       "shapes\n",
@@ -108,7 +111,9 @@ Subcommand add_proxy_build(CLI::App& group, CommonOptions& common) {
       "  klang proxy build --poissons-ratio 0.2 --tolerance 0.01 -o glass.bank --json b.json\n"
       "  klang proxy build --no-radiation --thinnest 0.2 --tolerance 0.05 -o quick.bank\n"
       "A run that was stopped goes on where it stopped when it is started again with the same options.");
-  return {app, [options, &common] { return run_proxy_build(*options, common); }};
+  return {app,
+          [options, &common] { return run_proxy_build(*options, common); },
+          {result_kind<ProxyBuildDocument>("proxy_build", "the result of `klang proxy build`")}};
 }
 
 }  // namespace klang::apps

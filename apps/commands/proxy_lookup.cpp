@@ -3,19 +3,19 @@
 #include <memory>
 #include <optional>
 
+#include "apps/commands/proxy_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/number_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/soundbank/proxy.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
 
 namespace klang::apps {
 namespace {
 
-nlohmann::json list(const Eigen::Ref<const Eigen::VectorXd>& values) {
-  return std::vector<double>(values.begin(), values.end());
-}
+std::vector<double> list(const Eigen::Ref<const Eigen::VectorXd>& values) { return {values.begin(), values.end()}; }
 
 struct LookupOptions {
   std::string bank, inertia;
@@ -52,24 +52,24 @@ int run_proxy_lookup(const LookupOptions& o, const CommonOptions& common) {
     warn("the body is thinner than the bank's thinnest shape, 1:" + to_text(1.0 / bank.thinnest) + ", which is taken");
   const Eigen::VectorXd hz = soundbank::proxy_frequencies_hz(bank, proxy, o.modes, speed);
 
-  nlohmann::json json = result_header("proxy_lookup", "done", common,
-                                      {{"inertia", numbers},
-                                       {"lowest_frequency_hz", o.lowest_frequency_hz},
-                                       {"youngs_modulus_pa", material.youngs_modulus_pa()},
-                                       {"poissons_ratio", bank.poissons_ratio},
-                                       {"density_kg_m3", material.density_kg_m3}},
-                                      {o.bank});
-  json["axes"] = list(proxy.axes);
-  json["scale"] = proxy.scale;
-  json["axes_m"] = list(proxy.scale * proxy.axes);
-  json["frequencies_hz"] = list(hz);
-  json["clamped"] = proxy.clamped;
+  ProxyLookupDocument document;
+  document.header = make_header("proxy_lookup", "done", common,
+                                {{"inertia", numbers},
+                                 {"lowest_frequency_hz", o.lowest_frequency_hz},
+                                 {"youngs_modulus_pa", material.youngs_modulus_pa()},
+                                 {"poissons_ratio", bank.poissons_ratio},
+                                 {"density_kg_m3", material.density_kg_m3}},
+                                {o.bank});
+  document.axes = list(proxy.axes);
+  document.scale = proxy.scale;
+  document.axes_m = list(proxy.scale * proxy.axes);
+  document.frequencies_hz = list(hz);
+  document.clamped = proxy.clamped;
   const Eigen::Matrix3d by_rows = frame.rotation.transpose();
-  json["rotation_rows"] = list(by_rows.reshaped());
+  document.rotation_rows = list(by_rows.reshaped());
   const soundbank::Cell& cell = bank.cells[static_cast<std::size_t>(proxy.cell)];
-  json["cell"] = {
-      {"index", proxy.cell}, {"axes", list(soundbank::unit_axes(cell.shape))}, {"distance", proxy.cell_distance}};
-  write_json(common, json);
+  document.cell = {static_cast<int>(proxy.cell), list(soundbank::unit_axes(cell.shape)), proxy.cell_distance};
+  write_json(common, json_of(document));
   say(common, "axes %.4g : %.4g : %.4g, scale %.4g m (semi-axes %.4g, %.4g, %.4g m)\n", proxy.axes[0], proxy.axes[1],
       proxy.axes[2], proxy.scale, proxy.scale * proxy.axes[0], proxy.scale * proxy.axes[1],
       proxy.scale * proxy.axes[2]);
@@ -96,7 +96,9 @@ Subcommand add_proxy_lookup(CLI::App& group, CommonOptions& common) {
   app->add_option("--modes", options->modes, "Frequencies to list")->capture_default_str();
   app->footer(
       "Example:\n  klang proxy lookup glass.bank --inertia 1.64,1.36,1.0 --lowest-frequency-hz 5200 --json l.json");
-  return {app, [options, &common] { return run_proxy_lookup(*options, common); }};
+  return {app,
+          [options, &common] { return run_proxy_lookup(*options, common); },
+          {result_kind<ProxyLookupDocument>("proxy_lookup", "the result of `klang proxy lookup`")}};
 }
 
 }  // namespace klang::apps

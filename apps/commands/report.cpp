@@ -1,8 +1,10 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "apps/commands/tool_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
 
 namespace klang::apps {
@@ -19,11 +21,12 @@ int run_report(const ReportCommand& options, const CommonOptions& common) {
   report_options.pictures = !options.no_pictures;
   const auto report = reports::write_report(options.result, report_options, monitor);
   for (const std::string& warning : report.warnings) warn(warning);
-  nlohmann::json json = result_header("report", "done", common, nlohmann::json::object(), {options.result});
-  json["page"] = report.page.string();
-  for (const auto& file : report.files) json["files"].push_back(file.string());
-  json["warnings"] = report.warnings;
-  write_json(common, json);
+  ReportDocument document;
+  document.header = make_header("report", "done", common, nlohmann::json::object(), {options.result});
+  document.page = report.page.string();
+  for (const auto& file : report.files) document.files.push_back(file.string());
+  document.header.warnings = report.warnings;
+  write_json(common, json_of(document));
   say(common, "%s\n", report.page.c_str());
   return kDone;
 }
@@ -36,7 +39,9 @@ Subcommand add_report(CLI::App& program, CommonOptions& common) {
   app->add_option("result", options->result, "fit.json or analysis.json in its folder")->required();
   app->add_flag("--no-pictures", options->no_pictures, "Leave out the pictures of mode shapes");
   app->footer("Example:\n  klang report chimes/fit.json");
-  return {app, [options, &common] { return run_report(*options, common); }};
+  return {app,
+          [options, &common] { return run_report(*options, common); },
+          {result_kind<ReportDocument>("report", "the result of `klang report`")}};
 }
 
 }  // namespace klang::apps

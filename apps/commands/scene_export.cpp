@@ -1,10 +1,12 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "apps/commands/tool_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/physics/liquid_vdb/vdb_file.hpp"
 #include "core/sound/liquid_scene/liquid_scene.hpp"
@@ -47,11 +49,10 @@ int run_scene_export(const ExportOptions& options, const CommonOptions& common) 
   if (!options.vdb.empty()) {
     TerminalMonitor monitor(common.quiet);
     const std::size_t n_frames = export_vdb(folder, run, options.vdb, monitor);
-    nlohmann::json json =
-        result_header("scene_export", "done", common, {{"vdb", options.vdb}}, {folder.file("scene.toml")});
-    json["n_frames"] = n_frames;
-    json["n_bubbles"] = 0;
-    write_json(common, json);
+    SceneExportDocument document;
+    document.header = make_header("scene_export", "done", common, {{"vdb", options.vdb}}, {folder.file("scene.toml")});
+    document.n_frames = static_cast<std::int64_t>(n_frames);
+    write_json(common, json_of(document));
     say(common, "%s: f_0000.vdb and following, %zu frames\n", options.vdb.c_str(), n_frames);
     return kDone;
   }
@@ -60,9 +61,10 @@ int run_scene_export(const ExportOptions& options, const CommonOptions& common) 
   std::vector<entrainment::BubblePath> paths;
   if (run.n_bubbles > 0) paths = entrainment::read_tracked_bubbles(file).paths;
   entrainment::write_tracked_bubbles(options.tracked, paths);
-  nlohmann::json json = result_header("scene_export", "done", common, {{"tracked", options.tracked}}, {file});
-  json["n_bubbles"] = paths.size();
-  write_json(common, json);
+  SceneExportDocument document;
+  document.header = make_header("scene_export", "done", common, {{"tracked", options.tracked}}, {file});
+  document.n_bubbles = static_cast<std::int64_t>(paths.size());
+  write_json(common, json_of(document));
   say(common, "%s: %zu bubbles\n", options.tracked.c_str(), paths.size());
   return kDone;
 }
@@ -78,7 +80,9 @@ Subcommand add_scene_export(CLI::App& group, CommonOptions& common) {
   app->footer(
       "Examples:\n  klang scene export pouring --tracked bubbles.txt.xz\n  klang scene export pouring --vdb "
       "frames_vdb");
-  return {app, [options, &common] { return run_scene_export(*options, common); }};
+  return {app,
+          [options, &common] { return run_scene_export(*options, common); },
+          {result_kind<SceneExportDocument>("scene_export", "the result of `klang scene export`")}};
 }
 
 }  // namespace klang::apps

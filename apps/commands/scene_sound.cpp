@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "apps/commands/scene_folder.hpp"
+#include "apps/commands/tool_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -102,10 +103,11 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
 
   std::vector<std::filesystem::path> inputs = scene.inputs();
   inputs.push_back(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));
-  nlohmann::json json = result_header("scene_sound", "done", common, {{"duration_s", duration_s}}, inputs);
-  json["sound"] = json_of(record);
-  json["warnings"] = warnings;
-  write_json(common, json);
+  SceneSoundDocument document;
+  document.header = make_header("scene_sound", "done", common, {{"duration_s", duration_s}}, inputs);
+  document.sound = record;
+  document.header.warnings = warnings;
+  write_json(common, json_of(document));
   say(common, "%s: %.2f s, %zu bodies, peak %.4g Pa at the listener\n", options.output.c_str(), record.duration_s,
       heard.size(), record.peak_pressure_pa);
   return kDone;
@@ -138,7 +140,9 @@ Subcommand add_scene_sound(CLI::App& group, CommonOptions& common) {
       "Examples:\n"
       "  klang scene sound chimes -o near.wav --listener 0,-0.3,0.3 --stereo\n"
       "  klang scene sound engine.h5 --scene scene.toml -o engine.wav");
-  return {app, [options, &common] { return run_scene_sound(*options, common); }};
+  return {app,
+          [options, &common] { return run_scene_sound(*options, common); },
+          {result_kind<SceneSoundDocument>("scene_sound", "the result of `klang scene sound`")}};
 }
 
 }  // namespace klang::apps

@@ -4,12 +4,14 @@
 #include <memory>
 #include <optional>
 
+#include "apps/commands/synth_documents.hpp"
 #include "apps/kit/body_options.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/strike_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/parse_json.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/instrument/modal_bank.hpp"
 #include "core/sound/stage/listener_file.hpp"
@@ -94,7 +96,7 @@ audio::Signal analysed_sound(const SynthOptions& options, std::vector<std::strin
 /// What --transfer adds to the result.
 struct EarSound {
   audio::Signal sound_pa;
-  nlohmann::json json;
+  EarRecord record;
 };
 
 EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& model,
@@ -121,19 +123,20 @@ EarSound sound_at_ears(const SynthOptions& options, const modal::ModalModel& mod
   if (report.n_modes_without_transfer > 0) {
     warn(std::to_string(report.n_modes_without_transfer) + " mode(s) of the model have no transfer and are silent");
   }
-  EarSound sound{result.sound_pa, nlohmann::json::object()};
+  EarSound sound{result.sound_pa, {}};
   const Eigen::Vector3d start = listener.centre_m(0.0);
-  sound.json = {{"file", options.transfer},
-                {"device", report.device_name},
-                {"delay", options.delay},
-                {"unit_transfer", options.unit_transfer},
-                {"n_ears", listener.stereo() ? 2 : 1},
-                {"listener_moves", listener.moves()},
-                {"listener_at_start_m", {start.x(), start.y(), start.z()}},
-                {"n_modes_heard", report.n_modes_heard},
-                {"n_modes_without_transfer", report.n_modes_without_transfer},
-                {"n_modes_too_high", report.n_modes_too_high}};
-  if (!options.unit_transfer) sound.json["peak_pressure_pa"] = result.sound_pa.samples.cwiseAbs().maxCoeff();
+  EarRecord& record = sound.record;
+  record.file = options.transfer;
+  record.device = report.device_name;
+  record.delay = options.delay;
+  record.unit_transfer = options.unit_transfer;
+  record.n_ears = listener.stereo() ? 2 : 1;
+  record.listener_moves = listener.moves();
+  record.listener_at_start_m = {start.x(), start.y(), start.z()};
+  record.n_modes_heard = report.n_modes_heard;
+  record.n_modes_without_transfer = report.n_modes_without_transfer;
+  record.n_modes_too_high = report.n_modes_too_high;
+  if (!options.unit_transfer) record.peak_pressure_pa = result.sound_pa.samples.cwiseAbs().maxCoeff();
   return sound;
 }
 
@@ -168,10 +171,11 @@ int write_analysed(const SynthOptions& options, const CommonOptions& common) {
   audio::Signal sound = analysed_sound(options, warnings);
   const double gain = write_scaled(options, sound);
   const nlohmann::json used = {{"duration_s", options.duration_s}, {"sample_rate_hz", options.sample_rate_hz}};
-  nlohmann::json json = result_header("synth", "done", common, used, {options.model});
-  json["warnings"] = warnings;
-  json["gain"] = gain;
-  write_json(common, json);
+  SynthDocument document;
+  document.header = make_header("synth", "done", common, used, {options.model});
+  document.header.warnings = warnings;
+  document.gain = gain;
+  write_json(common, json_of(document));
   for (const std::string& warning : warnings) warn(warning);
   say(common, "%s: %.2f s of the partials that were measured\n", options.output.c_str(), options.duration_s);
   return kDone;
@@ -214,20 +218,21 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
                          {"sample_rate_hz", options.sample_rate_hz},
                          {"radiation_damping", options.radiation_damping}};
   options.damping.write(used);
-  nlohmann::json json = result_header("synth", "done", common, used, inputs);
-  json["gain"] = gain;
+  SynthDocument document;
+  document.header = make_header("synth", "done", common, used, inputs);
+  document.gain = gain;
   if (!(decays.array() > 0.0).any()) {
     const std::string text =
         "no damping is given and none was fitted: the modes ring on (" + damping_option_names() + ")";
     warn(text);
-    json["warnings"].push_back(text);
+    document.header.warnings.push_back(text);
   }
-  if (!options.transfer.empty()) json["transfer"] = at_ears.json;
+  if (!options.transfer.empty()) document.transfer = at_ears.record;
   const Eigen::VectorXd frequency_hz = model.frequency_hz();
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {
-    json["modes"].push_back({{"index", i}, {"frequency_hz", frequency_hz[i]}, {"decay_per_s", decays[i]}});
+    document.modes.push_back({static_cast<int>(i), frequency_hz[i], decays[i]});
   }
-  write_json(common, json);
+  write_json(common, json_of(document));
   say(common, "%s: %.2f s, %zu strike(s), %td modes\n", options.output.c_str(), options.duration_s, strikes.size(),
       model.n_modes());
   return kDone;
@@ -284,7 +289,9 @@ Subcommand add_synth(CLI::App& program, CommonOptions& common) {
       "  klang synth tap.json -o tap-again.wav\n"
       "  klang synth tube.vtu -o tube.wav --rayleigh-stiffness-s 1e-7 --rayleigh-mass-per-s 1 \\\n"
       "    --strike time_s=0,x_m=0.0125,z_m=0.2,fx_n_s=0.01,contact_s=5e-5 --strike time_s=1,x_m=0.0125,fx_n_s=0.02");
-  return {app, [options, &common] { return run_synth(*options, common); }};
+  return {app,
+          [options, &common] { return run_synth(*options, common); },
+          {result_kind<SynthDocument>("synth", "the result of `klang synth`")}};
 }
 
 }  // namespace klang::apps

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "apps/commands/transfer_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/field_options.hpp"
 #include "apps/kit/number_table.hpp"
@@ -12,6 +13,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/provenance.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
 #include "core/sound/bem/sphere_radiation.hpp"
@@ -49,12 +51,8 @@ BemOptions bem_options(const TransferOptions& options) {
   return bem;
 }
 
-void add_solution(nlohmann::json& json, const BemResult& bem) {
-  json["frequency_hz"] = bem.frequency_hz;
-  json["bem_elements"] = bem.n_elements;
-  json["bem_unknowns"] = bem.n_unknowns;
-  json["residual"] = json_number(bem.relative_residual);
-  json["elements_per_wavelength"] = bem.elements_per_wavelength;
+SolutionRecord solution_of(const BemResult& bem) {
+  return {bem.frequency_hz, bem.n_elements, bem.n_unknowns, bem.relative_residual, bem.elements_per_wavelength};
 }
 
 void warn_coarse(const BemResult& bem, const BemOptions& options) {
@@ -80,20 +78,21 @@ int run_sphere(const TransferOptions& options, const CommonOptions& common) {
   nlohmann::json used = options_json(options);
   used.update(
       {{"sphere", options.sphere}, {"radius_m", options.radius_m}, {"ka", options.ka}, {"elements", options.elements}});
-  nlohmann::json json = result_header("transfer-sphere", "done", common, used, {});
-  add_solution(json, result.bem);
-  json["surface_pressure_relative_error"] = result.surface_pressure_relative_error;
-  json["element_size_m"] = result.element_size_m;
-  json["radiated_power_w"] = acoustics::radiated_power_w(result.multipole, options.radiate.medium);
-  json["exact_radiated_power_w"] = acoustics::sphere_radiated_power_w(sphere, options.radiate.medium);
+  SphereTransferDocument document;
+  document.header = make_header("transfer-sphere", "done", common, used, {});
+  document.solution = solution_of(result.bem);
+  document.surface_pressure_relative_error = result.surface_pressure_relative_error;
+  document.element_size_m = result.element_size_m;
+  document.radiated_power_w = acoustics::radiated_power_w(result.multipole, options.radiate.medium);
+  document.exact_radiated_power_w = acoustics::sphere_radiated_power_w(sphere, options.radiate.medium);
   const Complex exact = acoustics::sphere_coefficient_pa(sphere, options.radiate.medium);
-  json["exact_multipole"] = {{"n", sphere.degree}, {"m", 0}, {"re", exact.real()}, {"im", exact.imag()}};
+  document.exact_multipole = {sphere.degree, 0, exact.real(), exact.imag()};
   for (int n = 0; n <= result.multipole.order; ++n)
     for (int m = -n; m <= n; ++m) {
       const Complex value = result.multipole.coefficients_pa[n * (n + 1) + m];
-      json["multipoles"].push_back({{"n", n}, {"m", m}, {"re", value.real()}, {"im", value.imag()}});
+      document.multipoles.push_back({n, m, value.real(), value.imag()});
     }
-  write_json(common, json);
+  write_json(common, json_of(document));
   say(common, "%s sphere, ka %g: %d elements, surface pressure within %.3g %% of the exact one\n",
       options.sphere.c_str(), options.ka, result.bem.n_elements, 100.0 * result.surface_pressure_relative_error);
   return kDone;
@@ -134,12 +133,13 @@ int run_surface(const TransferOptions& options, const CommonOptions& common) {
 
   nlohmann::json used = options_json(options);
   used.update({{"frequency_hz", options.frequency_hz}, {"unit_m", options.unit_m}});
-  nlohmann::json json = result_header("transfer-surface", "done", common, used,
-                                      {options.surface, options.velocity_csv, options.points_csv});
-  add_solution(json, result);
-  json["radiated_power_w"] = result.radiated_power_w[0];
-  for (const Complex& p : pressure) json["pressure"].push_back({{"re", p.real()}, {"im", p.imag()}});
-  write_json(common, json);
+  SurfaceTransferDocument document;
+  document.header = make_header("transfer-surface", "done", common, used,
+                                {options.surface, options.velocity_csv, options.points_csv});
+  document.solution = solution_of(result);
+  document.radiated_power_w = result.radiated_power_w[0];
+  for (const Complex& p : pressure) document.pressure.push_back({p.real(), p.imag()});
+  write_json(common, json_of(document));
   say(common, "%s: %d elements at %g Hz, pressure at %td points\n", options.surface.c_str(), result.n_elements,
       options.frequency_hz, points.cols());
   return kDone;
@@ -174,21 +174,17 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
     throw NumericalError(result.message);
   }
 
-  nlohmann::json json = result_header("transfer", "done", common, used, {options.model});
-  acoustics::write_transfer_model(options.output, result.transfer, json["provenance"].dump());
+  TransferDocument document;
+  document.header = make_header("transfer", "done", common, used, {options.model});
+  acoustics::write_transfer_model(options.output, result.transfer, json_of(document.header.provenance).dump());
   int highest = 0;
   for (const acoustics::ModeTransfer& mode : result.transfer.modes) {
     highest = std::max(highest, mode.multipole.order);
-    json["modes"].push_back({{"index", mode.mode},
-                             {"frequency_hz", mode.frequency_hz},
-                             {"order", mode.multipole.order},
-                             {"radiated_power_w", mode.radiated_power_w},
-                             {"decay_radiation_per_s", mode.decay_radiation_per_s},
-                             {"kept_power_fraction", mode.kept_power_fraction},
-                             {"bem_elements", mode.n_bem_elements},
-                             {"residual", json_number(mode.residual)}});
+    document.modes.push_back({mode.mode, mode.frequency_hz, mode.multipole.order, mode.radiated_power_w,
+                              mode.decay_radiation_per_s, mode.kept_power_fraction, mode.n_bem_elements,
+                              mode.residual});
   }
-  write_json(common, json);
+  write_json(common, json_of(document));
   progress.remove();
   say(common, "%s: %zu modes, multipoles to order %d\n", options.output.c_str(), result.transfer.modes.size(), highest);
   return kDone;
@@ -240,7 +236,11 @@ Subcommand add_transfer(CLI::App& program, CommonOptions& common) {
       "  klang transfer --sphere dipole --radius-m 0.1 --ka 5 --json s.json\n"
       "  klang transfer --surface body.stl --velocity-csv vn.csv --frequency-hz 1000 --points pts.csv --json p.json\n"
       "A run that was stopped goes on where it stopped when it is started again with the same options.");
-  return {app, [options, &common] { return run_transfer(*options, common); }};
+  return {app,
+          [options, &common] { return run_transfer(*options, common); },
+          {result_kind<TransferDocument>("transfer", "the result of `klang transfer MODEL`"),
+           result_kind<SphereTransferDocument>("transfer-sphere", "the result of `klang transfer --sphere`"),
+           result_kind<SurfaceTransferDocument>("transfer-surface", "the result of `klang transfer --surface`")}};
 }
 
 }  // namespace klang::apps

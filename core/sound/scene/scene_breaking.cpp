@@ -120,6 +120,9 @@ struct Breaking::State {
   std::vector<std::string> warnings;
   double contact_before_j = 0.0;
   std::int64_t n_solves = 0;
+  /// Impulses of this step's contacts, by their number, before a breakage took back their rebounds: the body on the other side is
+  /// asked for its stress by what struck it.
+  std::map<std::size_t, Vector3d> with_rebound;
 
   std::vector<fracture::ContactLoad> loads_on(const rigid::RigidWorld& world, const rigid::StepRecord& step,
                                               int body) const;
@@ -135,14 +138,17 @@ struct Breaking::State {
 std::vector<fracture::ContactLoad> Breaking::State::loads_on(const rigid::RigidWorld& world,
                                                              const rigid::StepRecord& step, int body) const {
   std::vector<fracture::ContactLoad> loads;
-  for (const rigid::ContactImpulse& contact : step.contacts) {
+  for (std::size_t i = 0; i < step.contacts.size(); ++i) {
+    const rigid::ContactImpulse& contact = step.contacts[i];
     if ((contact.a != body && contact.b != body) || !(contact.duration_s > 0.0))
       continue;  // 0: touches without approach
+    const auto whole = with_rebound.find(i);
+    const Vector3d& impulse_n_s = whole == with_rebound.end() ? contact.impulse_n_s : whole->second;
     // As the body lay when it was touched: at the step's end it has turned on, by what depends on the step.
     const Eigen::Quaterniond turn = contact.a == body ? contact.turn_a : contact.turn_b;
     const double sign = contact.a == body ? 1.0 : -1.0;
     events::Impulse impulse = rigid::impulse_on(contact, body, world.pose(body));
-    impulse.impulse_n_s = turn.conjugate() * (sign * contact.impulse_n_s);
+    impulse.impulse_n_s = turn.conjugate() * (sign * impulse_n_s);
     loads.push_back(fracture::contact_load(impulse, turn.conjugate() * (sign * contact.normal), contact.approach_m_s,
                                            pair_restitution(world, scene, contact)));
   }
@@ -162,8 +168,10 @@ std::map<int, Speed> Breaking::State::without_rebound(const rigid::RigidWorld& w
     const Vector3d arm = place_m - world.centre_m(number);
     speed.spin_rad_s += turn * world.spec(number).inertia_kg_m2.inverse() * turn.transpose() * arm.cross(impulse_n_s);
   };
-  for (const rigid::ContactImpulse& contact : step.contacts) {
+  for (std::size_t i = 0; i < step.contacts.size(); ++i) {
+    const rigid::ContactImpulse& contact = step.contacts[i];
     if (contact.kind != events::ImpulseKind::kImpact || (contact.a != body && contact.b != body)) continue;
+    if (with_rebound.count(i) != 0) continue;  // taken back already
     const double e = pair_restitution(world, scene, contact);
     const Vector3d back = -e / (1.0 + e) * contact.impulse_n_s;
     push(contact.a, contact.place_m, back);
@@ -179,8 +187,10 @@ void Breaking::State::take_back_rebound(rigid::RigidWorld& world, rigid::StepRec
     world.set_velocity(number, speed.velocity_m_s, speed.spin_rad_s);
     world.book(&rigid::EnergyLedger::contact_j, before_j - world.ledger().work_j);
   }
-  for (rigid::ContactImpulse& contact : step.contacts) {
+  for (std::size_t i = 0; i < step.contacts.size(); ++i) {
+    rigid::ContactImpulse& contact = step.contacts[i];
     if (contact.kind != events::ImpulseKind::kImpact || (contact.a != body && contact.b != body)) continue;
+    if (!with_rebound.emplace(i, contact.impulse_n_s).second) continue;
     contact.impulse_n_s /= 1.0 + pair_restitution(world, scene, contact);
   }
 }
@@ -321,6 +331,7 @@ const std::vector<std::string>& Breaking::warnings() const { return state_->warn
 std::vector<rigid::Breakage> Breaking::after_step(rigid::RigidWorld& world, rigid::StepRecord& step) {
   std::vector<rigid::Breakage> broken;
   std::vector<int> struck;
+  state_->with_rebound.clear();
   for (const rigid::ContactImpulse& contact : step.contacts) {
     if (contact.kind != events::ImpulseKind::kImpact) continue;
     for (const int body : {contact.a, contact.b})

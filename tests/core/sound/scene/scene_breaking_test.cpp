@@ -121,6 +121,48 @@ TEST(SceneBreaking, MomentumIsThatOfTheImpulsesWithPieces) {
   EXPECT_LE((pushed - expected).norm(), 1e-9 * taken);
 }
 
+/// Two tiles in free space, one flying into the other's face corner first.
+Scene tiles_that_meet(bool still_one_first) {
+  const std::string material = R"([world]
+gravity_m_s2 = [0, 0, 0]
+[[material]]
+name = "ceramic"
+youngs_modulus_pa = 7.2e10
+poissons_ratio = 0.19
+density_kg_m3 = 2700
+restitution = 0.5
+friction = 0.4
+tensile_strength_pa = 2e6
+fracture_energy_j_m2 = 20
+damping = { model = "rayleigh", rayleigh_stiffness_s = 3e-8, rayleigh_mass_per_s = 8 }
+[sound]
+band_hz = [20, 8000]
+listener = { position_m = [0, -1, 1], mode = "mono" }
+)";
+  const std::string common = R"(shape = { kind = "box", length_m = 0.1, width_m = 0.1, height_m = 0.008 }
+material = "ceramic"
+model = "breakable"
+stress_edge_m = 0.01
+)";
+  const std::string still = "[[body]]\nname = \"still\"\n" + common;
+  const std::string flying = "[[body]]\nname = \"flying\"\n" + common +
+                             "position_m = [0.01, 0.02, 0.1]\nrotation_deg = [8, 25, 0]\nvelocity_m_s = [0, 0, -5]\n";
+  return parse_scene("duration_s = 0.05\n" + material + (still_one_first ? still + flying : flying + still),
+                     "meeting.toml");
+}
+
+TEST(SceneBreaking, TwoBodiesThatBreakOnEachOtherKeepEnergyAndMomentumWhicheverIsFirst) {
+  for (const bool still_one_first : {true, false}) {
+    const SceneMotion motion = move(tiles_that_meet(still_one_first), 0.05);
+    ASSERT_EQ(motion.breaks.size(), 2u);
+    EXPECT_LE(motion.residual_relative, 1e-9);
+    Eigen::Vector3d carried = Eigen::Vector3d::Zero();
+    for (std::size_t i = 2; i < motion.mass_kg.size(); ++i) carried += motion.mass_kg[i] * motion.final[i].velocity_m_s;
+    const double momentum = 5.0 * motion.mass_kg[0];
+    EXPECT_LE((carried - Eigen::Vector3d(0, 0, -momentum)).norm(), 1e-9 * momentum);
+  }
+}
+
 TEST(SceneBreaking, SameSeedSameBitsAndAStrongTileStaysWhole) {
   const Scene scene = read_scene(kScenes / "slab.toml");
   const SceneMotion one = move(scene, 0.46, 7), two = move(scene, 0.46, 7), other = move(scene, 0.46, 8);

@@ -28,6 +28,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// What VTK makes of a case's text: cells know their points and faces, fields are held in cells and points.
+constexpr double kMostCellsPerOwn = 100, kCellsAlways = 1e5;  // of the box around a case, where their size is not given
 constexpr std::size_t kMemoryPerByte = 64, kMemoryAlways = std::size_t{1} << 30;
 
 /// VTK's complaints go to the terminal; ours say what matters.
@@ -66,6 +67,11 @@ class OpenFoamFrames : public ForeignFrames {
     if (size.minCoeff() < 1.5 * cell)
       throw InputError(case_.string(), "is thinner than 2 cells: sound needs three dimensions",
                        to_text(size.minCoeff()) + " m of cells of " + to_text(cell) + " m");
+    const double n_cells = size.prod() / (cell * cell * cell), n_own = static_cast<double>(mesh->GetNumberOfCells());
+    if (!options.cell_m && n_cells > kMostCellsPerOwn * n_own + kCellsAlways)
+      throw InputError(case_.string(), "fills a small part of the box around it: a stray point?",
+                       to_text(std::round(n_cells)) + " cells for its " + to_text(n_own),
+                       "or a size of cells (--cell-m)");
     set_box(from, from + size, cell);
     const double off = (shape_.size_m() - size).cwiseAbs().maxCoeff();
     if (off > 0.01 * cell)
@@ -261,32 +267,54 @@ class OpenFoamFrames : public ForeignFrames {
     return result;
   }
 
-  /// Cells outside the case's mesh go on as their neighbours do, so that a wall is no surface.
+  /// Visits the up to 6 neighbours of a cell.
+  template <class Visit>
+  void each_neighbour(const Eigen::Vector3i& cell, Visit&& visit) const {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int step : {-1, 1}) {
+        Eigen::Vector3i next = cell;
+        next[axis] += step;
+        if (next[axis] >= 0 && next[axis] < Eigen::Vector3i(shape_.nx, shape_.ny, shape_.nz)[axis]) visit(next);
+      }
+  }
+
+  /// Cells outside the case's mesh go on as their neighbours do, layer after layer, so that a wall is no surface.
   void continue_into_closed(liquid::Field& phi) const {
-    for (bool changed = true; changed;) {
-      changed = false;
-      const liquid::Field before = phi;
-      for (int k = 0; k < shape_.nz; ++k)
-        for (int j = 0; j < shape_.ny; ++j)
-          for (int i = 0; i < shape_.nx; ++i) {
-            if (std::isfinite(before(i, j, k))) continue;
-            double sum = 0.0;
-            int count = 0;
-            for (int side = 0; side < 6; ++side) {
-              const int step = side < 3 ? -1 : 1, axis = side % 3;
-              const double value =
-                  before.clamped(i + (axis == 0 ? step : 0), j + (axis == 1 ? step : 0), k + (axis == 2 ? step : 0));
-              if (!std::isfinite(value)) continue;
-              sum += value;
-              ++count;
-            }
-            if (count == 0) continue;
-            phi(i, j, k) = sum / count;
-            changed = true;
-          }
+    const auto value = [&](const Eigen::Vector3i& c) -> double& { return phi(c.x(), c.y(), c.z()); };
+    std::vector<Eigen::Vector3i> known, front;
+    for (int k = 0; k < shape_.nz; ++k)
+      for (int j = 0; j < shape_.ny; ++j)
+        for (int i = 0; i < shape_.nx; ++i)
+          if (std::isfinite(phi(i, j, k))) known.emplace_back(i, j, k);
+    liquid::Field listed(shape_.nx, shape_.ny, shape_.nz);
+    const auto next_layer = [&](const std::vector<Eigen::Vector3i>& of) {
+      front.clear();
+      for (const Eigen::Vector3i& cell : of)
+        each_neighbour(cell, [&](const Eigen::Vector3i& c) {
+          double& mark = listed(c.x(), c.y(), c.z());
+          if (mark != 0.0 || std::isfinite(value(c))) return;
+          mark = 1.0;
+          front.push_back(c);
+        });
+    };
+    std::vector<double> values;
+    for (next_layer(known); !front.empty(); next_layer(known)) {
+      values.clear();
+      for (const Eigen::Vector3i& cell : front) {
+        double sum = 0.0;
+        int count = 0;
+        each_neighbour(cell, [&](const Eigen::Vector3i& c) {
+          if (!std::isfinite(value(c))) return;
+          sum += value(c);
+          ++count;
+        });
+        values.push_back(sum / count);
+      }
+      for (std::size_t i = 0; i < front.size(); ++i) value(front[i]) = values[i];
+      known = front;
     }
-    for (double& value : phi.data())
-      if (!std::isfinite(value)) value = shape_.cell_m;  // nothing inside at all
+    for (double& left : phi.data())
+      if (!std::isfinite(left)) left = shape_.cell_m;  // nothing inside at all
   }
 
   const ForeignOptions options_;

@@ -29,8 +29,9 @@ fs::path fresh_folder(const std::string& name) {
 }  // namespace
 
 TEST(BlasKernels, AreNotOfSse3WhereTheProcessorHasMore) {
-  if (klang::best_blas_kernels().empty() || std::getenv("OPENBLAS_CORETYPE") != nullptr) GTEST_SKIP();
-  EXPECT_NE(klang::blas_kernels(), "Prescott");
+  const bool chosen_by_hand = std::getenv("OPENBLAS_CORETYPE") != nullptr,
+             has_more = !klang::best_blas_kernels().empty();
+  EXPECT_TRUE(chosen_by_hand || !has_more || klang::blas_kernels() != "Prescott") << klang::blas_kernels();
 }
 
 TEST(InputError, MessageIsOneLineWithPlaceValueAndRange) {

@@ -114,6 +114,17 @@ function(klang_batch target folder size)
   target_include_directories(${target} PRIVATE ${root})
 endfunction()
 
+# klang_kernels(bem core/sound/bem/detail/far_kernels.cl kFarKernelsSource acoustics): the OpenCL source goes into the room as a
+# string, klang::acoustics::kFarKernelsSource of "far_kernels_cl.hpp".
+function(klang_kernels name file symbol space)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${file})
+  file(READ ${PROJECT_SOURCE_DIR}/${file} kernels)
+  cmake_path(GET file STEM stem)
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/generated/${stem}_cl.hpp @ONLY CONTENT
+    "#pragma once\nnamespace klang::@space@ {\ninline constexpr const char* @symbol@ = R\"klang(@kernels@)klang\";\n}\n")
+  target_include_directories(klang_${name} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/generated)
+endfunction()
+
 # klang_wing_target(name core fit): a target that builds the libraries of these top folders.
 function(klang_wing_target name)
   add_custom_target(${name})

@@ -10,7 +10,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields_json.hpp"
-#include "core/sound/transfer/opencl_devices.hpp"
+#include "core/foundation/opencl/devices.hpp"
 
 namespace klang::apps {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 int run_doctor(const CommonOptions& common) {
   const char* display = std::getenv("DISPLAY");
   const auto libraries = library_versions();
-  const auto devices = acoustics::opencl_devices();
+  const auto devices = opencl::devices();
   const bool has_xvfb = program_in_path("Xvfb");
   DoctorDocument document;
   document.header = make_header("doctor", "done", common, nlohmann::json::object(), {});
@@ -33,7 +33,7 @@ int run_doctor(const CommonOptions& common) {
   }
   say(common, "\nOpenCL devices\n");
   for (std::size_t i = 0; i < devices.size(); ++i) {
-    const acoustics::OpenClDevice& d = devices[i];
+    const opencl::Device& d = devices[i];
     document.devices.push_back(
         {static_cast<int>(i), d.platform, d.name, d.kind, d.compute_units, d.memory_bytes, d.double_precision});
     say(common, "  %zu: %s: %s (%s, %u compute units, %.1f GB, %s)\n", i, d.platform.c_str(), d.name.c_str(),

@@ -79,7 +79,7 @@ void BM_Transfer_opencl(benchmark::State& state) {
       benchmark::DoNotOptimize(p.data());
     }
     state.SetLabel(device.device().name);
-  } catch (const OpenClError& error) {
+  } catch (const opencl::Error& error) {
     state.SkipWithError(error.what());
   }
   const double n = static_cast<double>(state.iterations()) * static_cast<double>(state.range(1));

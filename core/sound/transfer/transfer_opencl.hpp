@@ -1,15 +1,14 @@
 #pragma once
 #include <Eigen/Core>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
-#include "core/sound/transfer/opencl_devices.hpp"
+#include "core/foundation/opencl/session.hpp"
 #include "core/sound/transfer/transfer_evaluation.hpp"
 
 namespace klang::acoustics {
 
-enum class Precision { kSingle, kDouble };
+using opencl::Precision;
 
 /// p_i(x) of all modes at many listeners on an OpenCL device, in the passes of SB section 4: Hankel functions by recurrence, Y_m^m,
 /// Y_n^m by recurrence, reduction. Kernels are compiled once a device and precision in the process. May be called from
@@ -17,7 +16,7 @@ enum class Precision { kSingle, kDouble };
 class OpenClTransfer {
  public:
   /// @param choice  as chosen_device
-  /// @throws InputError when no device fits the choice; OpenClError when the device cannot do it
+  /// @throws InputError when no device fits the choice; opencl::Error when the device cannot do it
   OpenClTransfer(const TransferModel& model, const std::string& choice, Precision precision);
   ~OpenClTransfer();
   OpenClTransfer(const OpenClTransfer&) = delete;
@@ -25,31 +24,18 @@ class OpenClTransfer {
 
   /// As TransferEvaluator::evaluate; 1e-12 (double) or 1e-5 (single) of it, relative to the largest |p| of the mode on a sphere.
   void evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& listeners_m, Eigen::MatrixXcd& pressures_pa);
-  const OpenClDevice& device() const;
+  const opencl::Device& device() const;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-/// The device, its driver or its compiler failed; the message is one line.
-class OpenClError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// Where transfer is evaluated.
-struct TransferDeviceOptions {
-  bool opencl = false;      ///< false: TransferEvaluator
-  std::string device = {};  ///< chosen_device
-  Precision precision = Precision::kDouble;
-};
-
-/// Either of the two. Without an OpenCL device, or where the device cannot do what is asked, it is the processor's, and
+/// On the processor (TransferEvaluator) or on a device. Without an OpenCL device, or where the device cannot do what is asked, it is the processor's, and
 /// message() says why in one line.
 class AnyTransferEvaluator {
  public:
-  AnyTransferEvaluator(const TransferModel& model, const TransferDeviceOptions& options);
+  AnyTransferEvaluator(const TransferModel& model, const opencl::DeviceChoice& where);
   void evaluate(const Eigen::Ref<const Eigen::Matrix3Xd>& listeners_m, Eigen::MatrixXcd& pressures_pa);
   const std::string& message() const { return message_; }          ///< empty: as asked
   const std::string& device_name() const { return device_name_; }  ///< "processor" or the device's name

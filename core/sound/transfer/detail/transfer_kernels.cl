@@ -1,13 +1,5 @@
-// All-mode acoustic transfer in the passes of SB section 4. REAL is float or double, GROUP the size of a reduction.
+// All-mode acoustic transfer in the passes of SB section 4. REAL is float or double, GROUP the size of a reduction (Session).
 // Listeners are the last dimension of every pass; a "slot" is one pair of centre and listener.
-#ifdef KLANG_DOUBLE
-#pragma OPENCL EXTENSION cl_khr_fp64 : enable
-typedef double REAL;
-typedef double2 REAL2;
-#else
-typedef float REAL;
-typedef float2 REAL2;
-#endif
 
 // Numbers in two parts, high + low: single precision alone would lose the phase at large kr, and powers and recurrences of
 // high order would magnify the rounding of their factor.

@@ -211,7 +211,7 @@ TEST(TransferSynthesis, SameBitsOnOneAndOnTwoThreadsAndCloseOnOpenCl) {
   const Eigen::MatrixXd two = render(body, path, options).sound_pa.samples;
   set_thread_count(0);
   EXPECT_EQ((one - two).cwiseAbs().maxCoeff(), 0.0);
-  options.voice.device.opencl = true;
+  options.voice.device.used = true;
   const TransferSynthesisResult device = render(body, path, options);
   EXPECT_NE(device.heard.device_name, "processor");
   EXPECT_LE((device.sound_pa.samples - one).cwiseAbs().maxCoeff(), 1e-11 * one.cwiseAbs().maxCoeff());

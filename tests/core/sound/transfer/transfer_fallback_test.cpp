@@ -11,9 +11,9 @@ namespace {
 
 TEST(AnyTransferEvaluator, FallsBackToTheProcessorWithOneLineWhereNoDeviceIsInstalled) {
   ASSERT_EQ(setenv("OCL_ICD_VENDORS", testing::TempDir().c_str(), 1), 0);  // a folder without drivers
-  ASSERT_TRUE(opencl_devices().empty());
+  ASSERT_TRUE(opencl::devices().empty());
   const TransferModel model = random_transfer({4, 9}, 71);
-  AnyTransferEvaluator evaluator(model, {.opencl = true});
+  AnyTransferEvaluator evaluator(model, {.used = true});
   EXPECT_EQ(evaluator.device_name(), "processor");
   EXPECT_NE(evaluator.message(), "");
   EXPECT_EQ(evaluator.message().find('\n'), std::string::npos);

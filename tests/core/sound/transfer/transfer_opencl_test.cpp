@@ -98,25 +98,9 @@ TEST(OpenClTransfer, UnknownDeviceIsBadInputThatNamesTheKnown) {
     OpenClTransfer device(model, "no such device", Precision::kDouble);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find(opencl_devices()[0].name), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find(opencl::devices()[0].name), std::string::npos) << error.what();
   }
   EXPECT_THROW(OpenClTransfer(model, "4711", Precision::kDouble), InputError);
-}
-
-TEST(OpenClDevices, AutoIsAGpuWithDoublePrecisionAndElseTheProcessor) {
-  const std::vector<OpenClDevice> devices = {{"A", "Small GPU", "gpu", 8, 1, false},
-                                             {"B", "Vendor CPU", "cpu", 8, 1, true},
-                                             {"Portable Computing Language", "pthread-cpu", "cpu", 8, 1, true},
-                                             {"C", "Quick GPU", "gpu", 99, 1, true}};
-  for (const char* choice : {"", "auto", "quick", "3"}) EXPECT_EQ(chosen_device(devices, choice), 3u) << choice;
-  EXPECT_EQ(chosen_device({devices.begin(), devices.begin() + 3}, "auto"), 2u);
-  EXPECT_EQ(chosen_device({devices[0], devices[1]}, "auto"), 1u);
-  EXPECT_EQ(chosen_device({devices[0]}, "auto"), 0u);
-  EXPECT_EQ(chosen_device(devices, "cpu"), 2u);
-  EXPECT_EQ(chosen_device({devices[0], devices[1]}, "cpu"), 1u);
-  EXPECT_EQ(chosen_device(devices, "0"), 0u);
-  EXPECT_THROW(chosen_device(devices, "4"), InputError);
-  EXPECT_THROW(chosen_device({devices[0]}, "cpu"), InputError);
 }
 
 TEST(AnyTransferEvaluator, OnTheProcessorUnlessAsked) {
@@ -124,8 +108,8 @@ TEST(AnyTransferEvaluator, OnTheProcessorUnlessAsked) {
   AnyTransferEvaluator plain(model, {});
   EXPECT_EQ(plain.device_name(), "processor");
   EXPECT_EQ(plain.message(), "");
-  AnyTransferEvaluator device(model, {.opencl = true});
-  EXPECT_EQ(device.device_name(), opencl_devices()[chosen_device(opencl_devices(), "")].name);
+  AnyTransferEvaluator device(model, {.used = true});
+  EXPECT_EQ(device.device_name(), opencl::devices()[opencl::chosen_device(opencl::devices(), "")].name);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/sound/transfer/opencl_devices.hpp"
+#include "core/foundation/opencl/devices.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -6,9 +6,9 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/config/fields.hpp"
-#include "core/sound/transfer/detail/opencl_handles.hpp"
+#include "core/foundation/opencl/detail/handles.hpp"
 
-namespace klang::acoustics {
+namespace klang::opencl {
 namespace {
 
 std::string device_text(cl_device_id device, cl_device_info what) {
@@ -44,7 +44,7 @@ std::string lower(std::string text) {
 
 }  // namespace
 
-std::vector<cl_device_id> detail::opencl_device_ids() {
+std::vector<cl_device_id> detail::device_ids() {
   cl_uint n_platforms = 0;
   if (clGetPlatformIDs(0, nullptr, &n_platforms) != CL_SUCCESS) return {};
   std::vector<cl_platform_id> platforms(n_platforms);
@@ -60,35 +60,35 @@ std::vector<cl_device_id> detail::opencl_device_ids() {
   return found;
 }
 
-std::vector<OpenClDevice> opencl_devices() {
-  std::vector<OpenClDevice> found;
-  for (cl_device_id device : detail::opencl_device_ids()) {
-    OpenClDevice d;
+std::vector<Device> devices() {
+  std::vector<Device> found;
+  for (cl_device_id device : detail::device_ids()) {
+    Device d;
     d.platform = platform_name(device_value<cl_platform_id>(device, CL_DEVICE_PLATFORM));
     d.name = device_text(device, CL_DEVICE_NAME);
     const auto type = device_value<cl_device_type>(device, CL_DEVICE_TYPE);
     d.kind = (type & CL_DEVICE_TYPE_GPU) != 0 ? "gpu" : (type & CL_DEVICE_TYPE_CPU) != 0 ? "cpu" : "other";
     d.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
     d.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
+    d.largest_buffer_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
     d.double_precision = device_text(device, CL_DEVICE_EXTENSIONS).find("cl_khr_fp64") != std::string::npos;
     found.push_back(std::move(d));
   }
   return found;
 }
 
-std::size_t chosen_device(const std::vector<OpenClDevice>& devices, const std::string& choice) {
+std::size_t chosen_device(const std::vector<Device>& devices, const std::string& choice) {
   KLANG_CHECK(!devices.empty(), "there is a device to choose");
   const auto first = [&](auto&& fits) {
     const auto found = std::find_if(devices.begin(), devices.end(), fits);
     return found == devices.end() ? std::optional<std::size_t>() : static_cast<std::size_t>(found - devices.begin());
   };
-  const auto pocl = first([](const OpenClDevice& d) {
+  const auto pocl = first([](const Device& d) {
     return d.kind == "cpu" && lower(d.platform).find("portable computing language") != std::string::npos;
   });
-  const auto processor = pocl ? pocl : first([](const OpenClDevice& d) { return d.kind == "cpu"; });
+  const auto processor = pocl ? pocl : first([](const Device& d) { return d.kind == "cpu"; });
   if (choice.empty() || choice == "auto")
-    return first([](const OpenClDevice& d) { return d.kind == "gpu" && d.double_precision; })
-        .value_or(processor.value_or(0));
+    return first([](const Device& d) { return d.kind == "gpu" && d.double_precision; }).value_or(processor.value_or(0));
   if (choice == "cpu" && processor) return *processor;
   const bool number = std::all_of(choice.begin(), choice.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
   if (number && choice.size() < 6 && std::stoul(choice) < devices.size()) return std::stoul(choice);
@@ -100,4 +100,4 @@ std::size_t chosen_device(const std::vector<OpenClDevice>& devices, const std::s
   throw OptionsError("", {{"device", "fits no OpenCL device", choice, names}});
 }
 
-}  // namespace klang::acoustics
+}  // namespace klang::opencl

@@ -5,7 +5,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace klang::acoustics::detail {
+namespace klang::opencl::detail {
 
 template <auto release>
 struct Release {
@@ -21,9 +21,10 @@ using OwnedContext = Owned<cl_context, clReleaseContext>;
 using OwnedQueue = Owned<cl_command_queue, clReleaseCommandQueue>;
 using OwnedProgram = Owned<cl_program, clReleaseProgram>;
 using OwnedKernel = Owned<cl_kernel, clReleaseKernel>;
-using OwnedBuffer = Owned<cl_mem, clReleaseMemObject>;
 
-/// In the order of opencl_devices().
-std::vector<cl_device_id> opencl_device_ids();
+struct Compiled;
 
-}  // namespace klang::acoustics::detail
+/// In the order of devices().
+std::vector<cl_device_id> device_ids();
+
+}  // namespace klang::opencl::detail

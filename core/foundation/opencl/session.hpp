@@ -55,6 +55,8 @@ class Session {
   const Device& device() const;
   Precision precision() const;
   std::size_t group() const;  ///< GROUP
+  /// n up to the next multiple of group(): for ranges whose kernels leave out what is beyond n.
+  std::size_t padded(std::size_t n) const { return (n + group() - 1) / group() * group(); }
 
   /// To be called before anything large is allocated: drivers promise memory that they do not have.
   /// @param limit_bytes  what may be used of the device's memory; 0: all

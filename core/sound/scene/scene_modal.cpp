@@ -15,6 +15,8 @@ using detail::PressedBody;
 
 namespace {
 
+constexpr double kMostGiven = 1e-9;  ///< of the energy: what touches may give unsaid
+
 /// Joints of the scene between places of its modal bodies: of the first its nearest corner, of the other what lies there.
 std::vector<detail::JointPlace> joints_of(const Scene& scene, const std::vector<ModalBody>& bodies) {
   std::vector<detail::JointPlace> joints;
@@ -53,6 +55,7 @@ std::vector<detail::JointPlace> joints_of(const Scene& scene, const std::vector<
 
 struct ModalBodies::State {
   const Scene& scene;
+  const SceneNotes& notes;
   std::vector<ModalBody> bodies;
   std::vector<rigid::EnergyLedger> rows;
   std::unique_ptr<detail::ModalContacts> contacts;
@@ -79,7 +82,7 @@ struct ModalBodies::State {
 };
 
 ModalBodies::ModalBodies(const Scene& scene, rigid::RigidWorld& world, const SceneNotes& notes, Monitor& monitor)
-    : state_(std::make_unique<State>(State{scene, {}, {}, {}, {}})) {
+    : state_(std::make_unique<State>(State{scene, notes, {}, {}, {}, {}})) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     if (scene.bodies[i].model != BodyModel::kModal) continue;
     const int row = static_cast<int>(i);
@@ -143,10 +146,20 @@ void ModalBodies::after_step(rigid::RigidWorld& world) {
   s.add_row(world.time_s());
 }
 
+void ModalBodies::warn_of_gain() const {
+  const double given_j = state_->contacts->given_j();
+  double most_j = 0.0;
+  for (const rigid::EnergyLedger& row : state_->rows) most_j = std::max(most_j, row.kinetic_j + row.strain_j);
+  if (state_->notes.warning && given_j > kMostGiven * most_j)
+    state_->notes.warning("touches of modal bodies push bodies that part and give them " + to_text(given_j) +
+                          " J (erratum 71: what contact = \"lp\" does)");
+}
+
 void ModalBodies::add_to(SceneMotion& motion) const {
   add_ledger(motion, state_->rows);
   motion.contact_residual = 0.0;
   motion.joint_error_m = state_->contacts->joint_error_m();
+  warn_of_gain();
   for (const ModalBody& body : state_->bodies) {
     motion.contact_residual = std::max(*motion.contact_residual, body.residual);
     FinalState& end = motion.final[static_cast<std::size_t>(body.row)];

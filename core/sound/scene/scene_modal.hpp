@@ -24,6 +24,7 @@ class ModalBodies {
   void add_to(SceneMotion& motion) const;
 
  private:
+  void warn_of_gain() const;
   struct State;
   std::unique_ptr<State> state_;
 };

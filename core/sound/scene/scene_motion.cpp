@@ -24,6 +24,7 @@ void judge_ledger(SceneMotion& motion) {
       most_j = std::max({most_j, row.strain_j, std::abs(row.work_j - start.work_j)});
     motion.energy_scale_j += most_j;
   }
+  if (motion.cracks && worst_j <= motion.cracks->round_off_j) worst_j = 0.0;  // bodies at rest
   motion.residual_relative = worst_j > 0.0 ? worst_j / motion.energy_scale_j : 0.0;
 }
 

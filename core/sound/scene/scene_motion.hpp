@@ -24,6 +24,7 @@ struct FinalState {
 struct CrackSummary {
   int n_splits = 0, n_elements_start = 0, n_elements_end = 0;
   double dissipation_j = 0.0, max_strain = 0.0;  ///< by plastic flow; Green's measure
+  double round_off_j = 0.0;                      ///< elastic energy that round-off of places makes: less is none
   std::vector<fracture::PartedFace> faces;       ///< of all bodies, in their rest shapes
   /// Steps with splits, body by body and in time.
   struct Split {

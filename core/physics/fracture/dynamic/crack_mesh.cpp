@@ -3,11 +3,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/hanging_nodes.hpp"
 #include "core/physics/fracture/dynamic/detail/at.hpp"
 
 namespace klang::fracture {
@@ -25,51 +25,11 @@ Matrix3d edges_of(const std::vector<Vector3d>& places, const std::array<int, 4>&
   return edges;
 }
 
-/// A node that lies on an edge which it is not an end of: the neighbours there do not share faces, cracks would be in the mesh already.
-void refuse_hanging_nodes(const mesh::TetMesh& mesh) {
-  std::map<std::array<int, 3>, int> faces;
-  for (int e = 0; e < mesh.n_elements(); ++e)
-    for (const auto& face : mesh::kTetFaces) {
-      std::array<int, 3> key = {mesh.elements(e, face[0]), mesh.elements(e, face[1]), mesh.elements(e, face[2])};
-      std::sort(key.begin(), key.end());
-      ++faces[key];
-    }
-  std::map<std::array<int, 2>, bool> edges;  // of the surface
-  std::vector<bool> on_surface(at(mesh.n_nodes()), false);
-  for (const auto& [face, count] : faces) {
-    if (count > 2) throw InputError("mesh", "has a face that more than two elements share", std::to_string(face[0]));
-    if (count == 2) continue;
-    for (int k = 0; k < 3; ++k) {
-      on_surface[at(face[at(k)])] = true;
-      edges[{std::min(face[at(k)], face[at((k + 1) % 3)]), std::max(face[at(k)], face[at((k + 1) % 3)])}] = true;
-    }
-  }
-  std::vector<std::pair<double, int>> along;  // surface nodes by x
-  for (int i = 0; i < mesh.n_nodes(); ++i)
-    if (on_surface[at(i)]) along.push_back({mesh.nodes_m(i, 0), i});
-  std::sort(along.begin(), along.end());
-  for (const auto& [edge, unused] : edges) {
-    const Vector3d a = mesh.nodes_m.row(edge[0]).transpose(), b = mesh.nodes_m.row(edge[1]).transpose();
-    const double length = (b - a).norm(), slack = 1e-7 * length;
-    auto first = std::lower_bound(along.begin(), along.end(), std::pair{std::min(a.x(), b.x()) - slack, -1});
-    for (; first != along.end() && first->first <= std::max(a.x(), b.x()) + slack; ++first) {
-      const int node = first->second;
-      if (node == edge[0] || node == edge[1]) continue;
-      const Vector3d p = mesh.nodes_m.row(node).transpose();
-      const double s = (p - a).dot(b - a) / (length * length);
-      if (s > 1e-6 && s < 1.0 - 1e-6 && (a + s * (b - a) - p).norm() <= slack)
-        throw InputError("mesh", "has a hanging node", std::to_string(node),
-                         "a conforming mesh: it lies on the edge of nodes " + std::to_string(edge[0]) + " and " +
-                             std::to_string(edge[1]));
-    }
-  }
-}
-
 }  // namespace
 
 CrackMesh::CrackMesh(const mesh::TetMesh& mesh, double density_kg_m3) : density_kg_m3_(density_kg_m3) {
   if (mesh.n_elements() == 0) throw InputError("mesh", "has no tetrahedra");
-  refuse_hanging_nodes(mesh);
+  mesh::refuse_hanging_nodes(mesh);
   for (int i = 0; i < mesh.n_nodes(); ++i) rest_m.push_back(mesh.nodes_m.row(i).transpose());
   place_m = rest_m;
   velocity_m_s.assign(rest_m.size(), Vector3d::Zero());

@@ -6,8 +6,8 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/hanging_nodes.hpp"
 #include "core/geometry/mesh/surface_point.hpp"
-#include "core/physics/fracture/quasistatic/free_body_solver.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/rigid/convex_parts.hpp"
 #include "core/physics/solid/support.hpp"
@@ -19,35 +19,12 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kMostSubsteps = 500;
-constexpr std::size_t kMostFlexiblePlaces = 700;
 
 ModalPlace place_of(const modal::ModalModel& model, Eigen::Index n_modes, int node, const Vector3d& centre_m) {
   ModalPlace place;
   place.rest_m = model.mesh.nodes_m.row(node).transpose() - centre_m;
   place.shape = model.shapes.block(3 * node, 0, 3, n_modes);
   return place;
-}
-
-/// Flexibility of all elastic modes between the surface's corners, from statics of the free body, less that of the kept ones.
-Eigen::MatrixXd residual_flexibility(const ModalBody& body, const std::vector<int>& nodes, const mesh::TetMesh& mesh,
-                                     const solid::Material& material) {
-  if (nodes.size() > kMostFlexiblePlaces)
-    throw InputError("residual_flexibility", "has too many corners of the surface", std::to_string(nodes.size()),
-                     "up to " + std::to_string(kMostFlexiblePlaces) + ": a larger max_edge_m");
-  fracture::FreeBodySolver solver(mesh, material);
-  if (!solver.usable()) throw NumericalError("residual flexibility: " + solver.message());
-  const Eigen::Index n = static_cast<Eigen::Index>(3 * nodes.size());
-  Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * mesh.n_nodes(), n);
-  std::vector<Eigen::Index> rows;
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (int axis = 0; axis < 3; ++axis) {
-      loads(3 * nodes[i] + axis, static_cast<Eigen::Index>(3 * i) + axis) = 1.0;
-      rows.push_back(3 * nodes[i] + axis);
-    }
-  Eigen::MatrixXd flexible = solver.solve(loads).displacement_m(rows, Eigen::all);
-  if (body.modes.z.size() > 0)
-    flexible -= body.corner_shapes * body.modes.lambda().cwiseInverse().asDiagonal() * body.corner_shapes.transpose();
-  return 0.5 * (flexible + flexible.transpose());
 }
 
 modal::ModalModel modes_for(const Scene& scene, const SceneBody& body, const SceneNotes& notes, Monitor& monitor) {
@@ -68,26 +45,22 @@ modal::ModalModel modes_for(const Scene& scene, const SceneBody& body, const Sce
   return std::move(found.model);
 }
 
-void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::RigidBodySpec& spec,
-                 std::vector<int>& corners) {
+void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::RigidBodySpec& spec) {
   const Eigen::Index n_modes = made.modes.z.size();
   made.surface = mesh::boundary_surface(model.mesh);
   made.surface.vertices_m.rowwise() -= spec.centre_m.transpose();
   made.surface_shapes = model.shapes.leftCols(n_modes);
-  made.corner_of_vertex.assign(static_cast<std::size_t>(model.mesh.n_nodes()), -1);
+  std::vector<bool> is_corner(static_cast<std::size_t>(model.mesh.n_nodes()), false);
   for (Eigen::Index t = 0; t < made.surface.triangles.rows(); ++t)
-    for (int c = 0; c < 3; ++c) made.corner_of_vertex[static_cast<std::size_t>(made.surface.triangles(t, c))] = 0;
+    for (int c = 0; c < 3; ++c) is_corner[static_cast<std::size_t>(made.surface.triangles(t, c))] = true;
   for (int i = 0; i < model.mesh.n_nodes(); ++i) {
-    int& corner = made.corner_of_vertex[static_cast<std::size_t>(i)];
-    if (corner < 0) continue;
-    corner = static_cast<int>(made.places.size());
+    if (!is_corner[static_cast<std::size_t>(i)]) continue;
     made.places.push_back(place_of(model, n_modes, i, spec.centre_m));
-    made.places.back().corners = {{made.places.size() - 1, 1.0}};
-    corners.push_back(i);
+    made.places.back().nodes = {{i, 1.0}};
   }
-  made.corner_shapes.resize(static_cast<Eigen::Index>(3 * corners.size()), n_modes);
+  made.corner_shapes.resize(static_cast<Eigen::Index>(3 * made.places.size()), n_modes);
   made.low_m = made.high_m = made.places.front().rest_m;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
+  for (std::size_t i = 0; i < made.places.size(); ++i) {
     made.corner_shapes.middleRows(static_cast<Eigen::Index>(3 * i), 3) = made.places[i].shape;
     made.low_m = made.low_m.cwiseMin(made.places[i].rest_m);
     made.high_m = made.high_m.cwiseMax(made.places[i].rest_m);
@@ -202,12 +175,13 @@ ModalPlace ModalBody::nearest(const Vector3d& own, const mesh::SurfaceMesh& amon
   std::array<Vector3d, 3> corner;
   for (std::size_t k = 0; k < found.nodes.size(); ++k) {
     const int node = found.nodes[k];
-    place.shape += found.weights[static_cast<Eigen::Index>(k)] * surface_shapes.middleRows(3 * node, 3);
+    const double weight = found.weights[static_cast<Eigen::Index>(k)];
+    place.shape += weight * surface_shapes.middleRows(3 * node, 3);
+    if (weight != 0.0) place.nodes.emplace_back(node, weight);
     if (k >= 3) continue;
     corner[k] = surface.vertices_m.row(node).transpose();
     const double hat = found.barycentric[static_cast<Eigen::Index>(k)];
     place.rest_m += hat * corner[k];
-    place.corners.emplace_back(static_cast<std::size_t>(corner_of_vertex[static_cast<std::size_t>(node)]), hat);
   }
   normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
   return place;
@@ -237,15 +211,11 @@ std::optional<ModalDepth> ModalBody::depth_of(const Vector3d& x) const {
 
 double ModalBody::discarded_m_per_n(const ModalPlace& a, const Vector3d& u, const ModalPlace& b,
                                     const Vector3d& w) const {
-  if (residual_m_per_n.size() == 0) return 0.0;
+  if (!discarded) return 0.0;
   const Vector3d own_u = turn.conjugate() * u, own_w = turn.conjugate() * w;
   double sum = 0.0;
-  for (const auto& [i, weight_i] : a.corners)
-    for (const auto& [j, weight_j] : b.corners)
-      sum +=
-          weight_i * weight_j *
-          own_u.dot(residual_m_per_n.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j)) *
-                    own_w);
+  for (const auto& [i, weight_i] : a.nodes)
+    for (const auto& [j, weight_j] : b.nodes) sum += weight_i * weight_j * own_u.dot(discarded->between(i, j) * own_w);
   return sum;
 }
 
@@ -264,6 +234,11 @@ ModalBody modal_body_of(const Scene& scene, int row, const rigid::RigidBodySpec&
   const SceneMaterial& material = scene.material_of(body);
   ModalBody made;
   made.row = row;
+  if (!body.shape)
+    located(body.place, [&] {
+      mesh::refuse_hanging_nodes(mesh_of(body, notes, monitor));
+      return 0;
+    });
   const modal::ModalModel model = modes_for(scene, body, notes, monitor);
   const Eigen::Index n_modes = body.modal.n_modes;
   Eigen::VectorXd lambda(n_modes), damping(n_modes);
@@ -285,11 +260,10 @@ ModalBody modal_body_of(const Scene& scene, int row, const rigid::RigidBodySpec&
   const Matrix3d r = spec.orientation.toRotationMatrix();
   made.angular_momentum = r * spec.inertia_kg_m2 * r.transpose() * spec.angular_velocity_rad_s;
   made.linear_program = body.modal.linear_program;
-  std::vector<int> corners;
-  add_surface(made, model, spec, corners);
+  add_surface(made, model, spec);
   if (body.modal.residual_flexibility)
-    made.residual_m_per_n =
-        located(body.place, [&] { return residual_flexibility(made, corners, model.mesh, material.elastic); });
+    made.discarded =
+        located(body.place, [&] { return std::make_shared<ResidualFlexibility>(model, n_modes, material.elastic); });
   add_holds(made, scene, model, spec.centre_m);
   const double highest_hz = n_modes > 0 ? std::sqrt(lambda.maxCoeff()) / (2.0 * kPi) : 0.0;
   const double step_s = 1.0 / scene.solver.rate_hz;

@@ -1,10 +1,12 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/geometry/mesh/tet_mesh.hpp"
 #include "core/physics/modal/constraints/modal_step.hpp"
+#include "core/sound/scene/detail/residual_flexibility.hpp"
 #include "core/sound/scene/scene_bodies.hpp"
 
 namespace klang::scene::detail {
@@ -13,7 +15,7 @@ namespace klang::scene::detail {
 struct ModalPlace {
   Eigen::Vector3d rest_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3Xd shape;
-  std::vector<std::pair<std::size_t, double>> corners;  ///< of the surface, with weights: for the residual flexibility
+  std::vector<std::pair<int, double>> nodes;  ///< of the surface, with weights: for the residual flexibility
 };
 
 struct HeldPlace {
@@ -48,14 +50,13 @@ struct ModalBody {
   Eigen::Matrix3d inertia;
   Eigen::Quaterniond turn;
   modal::ModalState modes{Eigen::VectorXd(), Eigen::VectorXd()};
-  std::vector<ModalPlace> places;    ///< corners of the surface
-  Eigen::MatrixXd corner_shapes;     ///< of all places, three rows each
-  Eigen::MatrixXd residual_m_per_n;  ///< of the discarded modes between places, body's frame; empty: they are stiff
-  double spring_j = 0.0;             ///< in the discarded modes at the floor and other bodies
+  std::vector<ModalPlace> places;                  ///< corners of the surface
+  Eigen::MatrixXd corner_shapes;                   ///< of all places, three rows each
+  std::shared_ptr<ResidualFlexibility> discarded;  ///< null: discarded modes are stiff
+  double spring_j = 0.0;                           ///< in the discarded modes at the floor and other bodies
   std::vector<HeldPlace> held;
   mesh::SurfaceMesh surface;                        ///< at rest, about the centre of mass
   Eigen::MatrixXd surface_shapes;                   ///< of its vertices, three rows each
-  std::vector<int> corner_of_vertex;                ///< row of places, or -1
   std::vector<std::vector<Eigen::Vector4d>> parts;  ///< convex ones: outward planes n, offset, about the centre of mass
   Eigen::Vector3d low_m, high_m;                    ///< box at rest, about the centre of mass
   double reach_m = 0.0;                             ///< farthest corner

@@ -133,6 +133,7 @@ void ModalContacts::solve(std::vector<PressedBody>& others, double dt_s) {
     ModalIsland island({bodies_, others, scene_.solver.gravity_m_s2, dt_s}, members, std::move(own), joints_);
     island.solve();
     island.note_held();
+    given_j_ += island.given_j();
     joint_error_m_ = std::max(joint_error_m_, island.missed_m());
     for (std::size_t k = 0; k < island.impulses_n_s().size(); ++k)
       if (island.impulses_n_s()[k].squaredNorm() > 0.0) apply(island.touches()[k], island.impulses_n_s()[k], others);

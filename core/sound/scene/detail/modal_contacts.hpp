@@ -22,6 +22,7 @@ class ModalContacts {
   void press_balls(std::vector<PressedBody>& others, double half_dt_s, bool at_end);
   double ball_springs_j() const;
   double joint_error_m() const { return joint_error_m_; }  ///< farthest that held places and joints were off
+  double given_j() const { return given_j_; }              ///< by touches, of which none should
   const std::vector<events::Impulse>& on_rigid() const { return on_rigid_; }
   /// Impulses of everything else, at the end of a small step.
   void solve(std::vector<PressedBody>& others, double dt_s);
@@ -52,7 +53,7 @@ class ModalContacts {
   std::vector<ModalBody>& bodies_;
   std::vector<JointPlace> joints_;
   std::set<Key> was_down_;
-  double joint_error_m_ = 0.0;
+  double joint_error_m_ = 0.0, given_j_ = 0.0;
   std::vector<events::Impulse> on_rigid_;  ///< rows of rigid bodies that were pushed
   std::map<std::pair<std::size_t, int>, Ball> balls_;
 };

@@ -41,7 +41,7 @@ ModalIsland::ModalIsland(const World& world, std::vector<int> members, std::vect
     ModalBody& body = world_.bodies[number(member)];
     n_unknowns_ += body.modes.z.size();
     linear_program_ = linear_program_ || body.linear_program;
-    flexible_ = flexible_ || body.residual_m_per_n.size() > 0;
+    flexible_ = flexible_ || body.discarded != nullptr;
     for (const HeldPlace& hold : body.held) holds_.emplace_back(member, &hold);
     for (const JointPlace& joint : joints)
       if (joint.body == member) joints_.push_back(&joint);
@@ -108,7 +108,6 @@ void ModalIsland::set_mobile() {
       mobile_.middleRows(from, 3) /= body.mass_kg;
       mobile_.middleRows(from + 3, 3) = body.inverse_inertia() * mobile_.middleRows(from + 3, 3).eval();
       speed.segment(from, 6 + body.modes.z.size()) << body.velocity_m_s, body.spin(), body.modes.v;
-      start_j_ += body.moving_j();
     } else {
       const PressedBody& body = world_.others[number(member) - world_.bodies.size()];
       mobile_.middleRows(from, 3) *= body.inverse_mass_per_kg();
@@ -207,6 +206,8 @@ void ModalIsland::find_impulses() {
         : per_ == 3     ? modal::solve_friction(inner, right, friction, kMostSweeps, kSweepTolerance)
                         : modal::solve_lcp(inner, right);
     impulses_.tail(n_down_) = solved.forces;
+    const VectorXd apart = inner * solved.forces + right;
+    for (Index i = 0; i < n_down_; i += per_) given_j_ += std::max(0.0, solved.forces[i] * apart[i]);
     for (const int member : members_)
       if (is_modal(member))
         world_.bodies[number(member)].residual = std::max(world_.bodies[number(member)].residual, solved.residual);
@@ -244,13 +245,40 @@ void ModalIsland::hit_held_places() {
   }
 }
 
-void ModalIsland::book() {
-  double end_j = 0.0, sliding_j = 0.0;
-  for (const int member : members_)
-    if (is_modal(member)) end_j += world_.bodies[number(member)].moving_j();
-  const VectorXd mean = before_m_s_ + 0.5 * a_ * impulses_;
+/// Of a place of a modal body now, as its state has it; of rigid ones and the floor nothing: what those get is booked by the world.
+Vector3d ModalIsland::speed_of(const TouchSide& side) const {
+  if (side.member < 0 || !is_modal(side.member)) return Vector3d::Zero();
+  const ModalBody& body = world_.bodies[number(side.member)];
+  return body.velocity_m_s + body.spin().cross(side.x - body.centre_m) + body.turn * (side.place.shape * body.modes.v);
+}
+
+/// Speeds of all rows by the modal bodies' states.
+VectorXd ModalIsland::speeds() const {
+  VectorXd speed(n_held_ + n_down_);
+  Index row = 0;
+  for (const auto& [member, hold] : holds_) {
+    speed.segment<3>(row) = speed_of(side_of(member, hold->place));
+    row += 3;
+  }
+  for (const JointPlace* joint : joints_) {
+    speed.segment<3>(row) = speed_of(side_of(joint->body, joint->place));
+    if (joint->other >= 0) speed.segment<3>(row) -= speed_of(side_of(joint->other, joint->other_place));
+    row += 3;
+  }
+  for (std::size_t k = 0; k < touches_.size(); ++k, row += per_)
+    speed.segment(row, per_) =
+        frames_[k].leftCols(per_).transpose() * (speed_of(touches_[k].a) - speed_of(touches_[k].b));
+  return speed;
+}
+
+/// What impulses did by the speeds that they found and left, not by the energy that is missing: an impulse that is not the one that the
+/// bodies got, or a speed that does not follow from it, leaves a residual in the ledger. What touches give
+/// instead of taking, by the step's size or a wrong impulse, is no contact's.
+void ModalIsland::book(const VectorXd& speeds_before_m_s) {
+  const VectorXd mean = before_m_s_ + 0.5 * a_ * impulses_, own = 0.5 * (speeds_before_m_s + speeds());
   const auto n_moved = static_cast<Index>(3 * holds_.size());
-  const double held_j = impulses_.head(n_moved).dot(mean.head(n_moved));
+  const double held_j = impulses_.head(n_moved).dot(own.head(n_moved));
+  double sliding_j = 0.0;
   VectorXd normal(static_cast<Index>(touches_.size()));
   for (std::size_t k = 0; k < touches_.size(); ++k) {
     const Index first = n_held_ + per_ * static_cast<Index>(k);
@@ -260,9 +288,12 @@ void ModalIsland::book() {
   }
   ModalBody& books = world_.bodies[number(members_.front())];
   if (flexible_) books.spring_j = 0.5 * normal.dot(springs_ * normal);
+  const double taken_j = released_j_ - impulses_.tail(n_down_).dot(mean.tail(n_down_)) - sliding_j - books.spring_j;
+  const double too_much_j = std::max(0.0, -taken_j);
   books.ledger.work_j += held_j;
   books.ledger.friction_j += sliding_j;
-  books.ledger.contact_j += start_j_ + held_j - sliding_j - end_j - books.spring_j;
+  books.ledger.correction_j -= too_much_j;
+  books.ledger.contact_j += held_j - impulses_.dot(own) - sliding_j - books.spring_j + too_much_j;
 }
 
 void ModalIsland::note_held() {
@@ -287,15 +318,17 @@ void ModalIsland::solve() {
     if (is_modal(member)) {
       ModalBody& body = world_.bodies[number(member)];
       body.ledger.contact_j += body.spring_j;
+      released_j_ += body.spring_j;
       body.spring_j = 0.0;
     }
   if (n_held_ + n_down_ == 0) return;
   set_rows();
   set_mobile();
   find_impulses();
+  const VectorXd before = speeds();
   give(mobile_, rows_, impulses_);
   hit_held_places();
-  book();
+  book(before);
 }
 
 }  // namespace klang::scene::detail

@@ -48,6 +48,8 @@ class ModalIsland {
   double missed_m() const {
     return missed_m_;
   }  ///< that held places and joints will be off by at the end of the next small step
+  /// What touches gave by pushing bodies that part: none by Signorini's law, some by the linear program (erratum 71).
+  double given_j() const { return given_j_; }
   const std::vector<ModalTouching>& touches() const { return touches_; }
   /// On a of each touch, in the world.
   const std::vector<Eigen::Vector3d>& impulses_n_s() const { return on_touches_; }
@@ -63,7 +65,9 @@ class ModalIsland {
   void find_impulses();
   void give(const Eigen::MatrixXd& mobile, const Eigen::MatrixXd& rows, const Eigen::VectorXd& impulses);
   void hit_held_places();
-  void book();
+  Eigen::Vector3d speed_of(const TouchSide& side) const;
+  Eigen::VectorXd speeds() const;
+  void book(const Eigen::VectorXd& speeds_before_m_s);
 
   World world_;
   std::vector<int> members_;
@@ -73,7 +77,7 @@ class ModalIsland {
   std::map<int, Eigen::Index> offset_;
   bool linear_program_ = false, flexible_ = false;
   Eigen::Index n_unknowns_ = 0, n_held_ = 0, per_ = 1, n_down_ = 0;
-  double start_j_ = 0.0, missed_m_ = 0.0;
+  double released_j_ = 0.0, given_j_ = 0.0, missed_m_ = 0.0;  ///< released: by springs of the last small step
   Eigen::MatrixXd rows_, mobile_, a_, springs_;  ///< J; M^-1 J^T; J M^-1 J^T; of the discarded modes over dt^2
   Eigen::VectorXd before_m_s_, impulses_;
   std::vector<Eigen::Matrix3d> frames_;  ///< of touches: columns out, then along

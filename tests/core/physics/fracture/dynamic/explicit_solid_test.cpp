@@ -202,6 +202,12 @@ TEST(CrackMesh, HangingNodesAndInvertedElementsAreRefused) {
   two.elements.resize(2, 4);
   two.elements << 0, 1, 2, 3, 4, 5, 7, 6;
   EXPECT_THROW(CrackMesh(two, 1.0), InputError);
+  mesh::TetMesh face;  // the upper element is cut from a node within its lower face, the lower one is not
+  face.nodes_m.resize(6, 3);
+  face.nodes_m << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0.3, 0.3, 0;
+  face.elements.resize(4, 4);
+  face.elements << 0, 1, 5, 3, 1, 2, 5, 3, 2, 0, 5, 3, 1, 0, 2, 4;
+  EXPECT_THROW(CrackMesh(face, 1.0), InputError);
   mesh::TetMesh one = test::lattice({1, 1, 1}, {1, 1, 1});
   std::swap(one.elements(0, 0), one.elements(0, 1));
   EXPECT_THROW(CrackMesh(one, 1.0), InputError);

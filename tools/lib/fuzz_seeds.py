@@ -13,6 +13,7 @@ import attack_files  # noqa: E402
 import attack_liquids  # noqa: E402
 
 MESH = {"stl": 0, "obj": 1, "ply": 2, "off": 3, "tetgen": 4, "profile": 5, ".msh": 6, ".vtu": 7}
+TRACKED = pathlib.Path(__file__).resolve().parents[2] / "tests/fuzz/seeds/tracked"
 LIQUID = pathlib.Path(__file__).resolve().parents[2] / "tests/fuzz/seeds/liquid.vdb"  # a box of 4 x 3 x 4 cells from klang scene export
 TET = ('<VTKFile type="UnstructuredGrid" byte_order="LittleEndian"><UnstructuredGrid><FieldData>{fields}</FieldData><Piece NumberOfPoints='
        '"{n}" NumberOfCells="{cells}"><PointData>{data}</PointData><Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">'
@@ -103,6 +104,9 @@ def seeds():
                                 (17, "tracked", attack_liquids.TRACKED), (18, "tracked-xz", lzma.compress(attack_liquids.TRACKED.encode())),
                                 (19, "vdb", LIQUID.read_bytes()), (20, "openfoam", foam_case())):
         yield "table", number, name, value
+    for file in sorted(TRACKED.glob("*.trk")):  # plain, and as .xz
+        yield "table", 17, file.stem, file.read_bytes()
+        yield "table", 18, file.stem, lzma.compress(file.read_bytes())
 
 
 def foam_case():

@@ -40,10 +40,12 @@ struct Quadric {
 
 class Collapser {
  public:
-  Collapser(const SurfaceMesh& surface, const CoarseningOptions& options) : options_(options) {
+  Collapser(const SurfaceMesh& surface, const CoarseningOptions& options, const std::vector<int>& planes_of_vertex)
+      : options_(options), planes_(planes_of_vertex) {
     const auto n = static_cast<int>(surface.triangles.rows());
     origin_ = surface.vertices_m.row(surface.triangles(0, 0));
     points_.resize(static_cast<std::size_t>(surface.vertices_m.rows()));
+    planes_.resize(points_.size(), 0);
     for (std::size_t v = 0; v < points_.size(); ++v)
       points_[v] = surface.vertices_m.row(static_cast<Eigen::Index>(v)).transpose() - origin_;
     quadrics_.resize(points_.size());
@@ -133,9 +135,12 @@ class Collapser {
     const std::vector<int> of_a = neighbours(a), of_b = neighbours(b);
     std::vector<int> common;
     std::set_intersection(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(), std::back_inserter(common));
-    if (common.size() != 2) return;  // would pinch the surface
+    // Along the open edge there is one triangle; elsewhere two vertices of it must not meet.
+    const int on_both = planes_[a] & planes_[b], on_one = planes_[a] | planes_[b];
+    if (on_one != planes_[a] && on_one != planes_[b]) return;
+    if (common.size() != (on_both != 0 ? 1U : 2U)) return;  // would pinch the surface
     for (const int w : common)
-      if (of_vertex_[w].size() <= 3) return;  // would leave two triangles on the same three corners
+      if (of_vertex_[w].size() <= (planes_[w] != 0 ? 1U : 3U)) return;  // would leave triangles on the same corners
     const Quadric sum = quadrics_[a] + quadrics_[b];
     // The best point on the planes; in the directions that they leave free, the middle.
     const Vector3d middle = 0.5 * (points_[a] + points_[b]);
@@ -147,6 +152,8 @@ class Collapser {
       if (stiffness > 1e-3 * eigen.eigenvalues()[2])
         best -= eigen.eigenvectors().col(i) * (eigen.eigenvectors().col(i).dot(slope) / stiffness);
     }
+    for (int axis = 0; axis < 3; ++axis)
+      if ((on_both >> axis & 1) != 0) best[axis] = points_[a][axis];
     if ((best - middle).norm() > (points_[a] - points_[b]).norm()) best = middle;
     std::array<std::pair<double, Vector3d>, 4> choices{{{sum.mean_sq(best), best},
                                                         {sum.mean_sq(middle), middle},
@@ -155,6 +162,7 @@ class Collapser {
     std::stable_sort(choices.begin() + 1, choices.end(),
                      [](const auto& x, const auto& y) { return x.first < y.first; });
     for (const auto& [error_sq, x] : choices) {
+      if (planes_[a] != planes_[b] && x != points_[planes_[a] == on_one ? a : b]) continue;
       if (!(error_sq <= options_.tolerance_m * options_.tolerance_m)) continue;
       if (!stays_sound(a, b, x) || !stays_sound(b, a, x)) continue;
       collapse(a, b, x, sum);
@@ -164,6 +172,7 @@ class Collapser {
 
   void collapse(int a, int b, const Vector3d& x, const Quadric& sum) {
     points_[a] = x;
+    planes_[a] |= planes_[b];
     quadrics_[a] = sum;
     ++stamp_[a];
     ++stamp_[b];
@@ -207,6 +216,8 @@ class Collapser {
   CoarseningOptions options_;
   Vector3d origin_;
   std::vector<Vector3d> points_;
+  std::vector<int>
+      planes_;  ///< by vertex, bits: normals of the planes at which the surface is open and on which it lies
   std::vector<Quadric> quadrics_;
   std::vector<std::array<int, 3>> triangles_;
   std::vector<bool> alive_;
@@ -223,9 +234,10 @@ void CoarseningOptions::validate() const {
   checked("coarsening", "tolerance_m", tolerance_m, 0.0, 1e9);
 }
 
-SurfaceMesh coarsened(const SurfaceMesh& surface, const CoarseningOptions& options) {
+SurfaceMesh coarsened(const SurfaceMesh& surface, const CoarseningOptions& options,
+                      const std::vector<int>& planes_of_vertex) {
   options.validate();
-  return Collapser(surface, options).run();
+  return Collapser(surface, options, planes_of_vertex).run();
 }
 
 SurfaceMesh checked_coarsened(const SurfaceMesh& surface, CoarseningOptions options) {

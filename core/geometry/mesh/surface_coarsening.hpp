@@ -1,4 +1,6 @@
 #pragma once
+#include <vector>
+
 #include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::mesh {
@@ -15,7 +17,10 @@ struct CoarseningOptions {
 /// or becomes a sliver. Edges and corners of the body stay where they are to the tolerance; the result has straight
 /// triangles and no unused vertices. Deterministic. Not checked for parts that come to cut each other: a tolerance of a
 /// tenth of the wall keeps them apart, and checked_coarsened() makes sure.
-SurfaceMesh coarsened(const SurfaceMesh& surface, const CoarseningOptions& options);
+/// @param planes_of_vertex  for a surface that is open at planes across x, y or z, one for each axis: bit 0, 1 or 2 of each
+///                          vertex that lies on one; vertices stay on their planes
+SurfaceMesh coarsened(const SurfaceMesh& surface, const CoarseningOptions& options,
+                      const std::vector<int>& planes_of_vertex = {});
 
 /// As coarsened; where the result cuts itself the tolerance is cut to a quarter and the work done again, up to three times,
 /// then the surface as given (with straight triangles) is returned.

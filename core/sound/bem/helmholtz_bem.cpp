@@ -2,6 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <memory>
+#include <mutex>
+#include <utility>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/conventions.hpp"
@@ -51,6 +54,21 @@ double check_resolution(const RadiatingSurface& surface, double frequency_hz, co
 struct HelmholtzBem::Data {
   explicit Data(RadiatingSurface radiating) : geometry(std::move(radiating)) {}
   detail::BemGeometry geometry;
+
+  /// Without mirrors: devices know none.
+  const detail::BemGeometry& whole() const {
+    if (geometry.surface.mirrors.planes.axes.empty()) return geometry;
+    std::call_once(made_whole, [&] {
+      RadiatingSurface surface = geometry.surface;
+      surface.mirrors = {};
+      without_mirrors = std::make_unique<const detail::BemGeometry>(std::move(surface));
+    });
+    return *without_mirrors;
+  }
+
+ private:
+  mutable std::once_flag made_whole;
+  mutable std::unique_ptr<const detail::BemGeometry> without_mirrors;
 };
 
 HelmholtzBem::HelmholtzBem(RadiatingSurface surface) : data_(std::make_unique<const Data>(std::move(surface))) {}
@@ -97,14 +115,17 @@ BemResult HelmholtzBem::solve(double frequency_hz, const Eigen::MatrixXcd& veloc
   const Eigen::MatrixXcd derivative =
       (-kI * (k * options.medium.sound_speed_m_s * options.medium.density_kg_m3)) * velocity_m_s;
 
-  const detail::Assembly assembly(data_->geometry, k, derivative);
   const Eigen::Index n_columns = velocity_m_s.cols();
-  const detail::BemSystem system{assembly, s.n_vertices(), n_columns, options, monitor};
   detail::BemSolution solution;
-  if (options.device.used) solution = detail::solve_on_device(system);
+  if (options.device.used) {
+    const detail::Assembly assembly(data_->whole(), k, derivative);
+    solution = detail::solve_on_device({data_->whole(), assembly, n_columns, options, monitor});
+  }
   if (!solution.done) {
     const std::string message = solution.message;
-    solution = detail::solve_on_processor(system);
+    const detail::MirrorClasses::Parts parts = data_->geometry.classes.split(derivative);
+    const detail::Assembly assembly(data_->geometry, k, parts.at_corner);
+    solution = detail::solve_on_processor({data_->geometry, assembly, n_columns, options, monitor}, parts.list);
     solution.message = message;
   }
   result.relative_residual = solution.relative_residual;
@@ -122,8 +143,7 @@ BemResult HelmholtzBem::solve(double frequency_hz, const Eigen::MatrixXcd& veloc
                      to_text(solution.relative_residual.value_or(NAN));
     return result;
   }
-  result.pressure_pa.resize(s.n_vertices(), n_columns);
-  for (int v = 0; v < s.n_vertices(); ++v) result.pressure_pa.row(v) = solution.x.row(data_->geometry.row_of_vertex[v]);
+  result.pressure_pa = std::move(solution.x);
   result.radiated_power_w = Eigen::VectorXd::Zero(n_columns);
   result.power_scale_w = Eigen::VectorXd::Zero(n_columns);
   for (int t = 0; t < s.n_triangles(); ++t)

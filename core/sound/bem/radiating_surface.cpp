@@ -60,6 +60,31 @@ RadiatingSurface radiating_surface(const mesh::SurfaceMesh& surface, std::vector
   return result;
 }
 
+RadiatingSurface radiating_surface(const mesh::MirroredSurface& mirrored) {
+  RadiatingSurface result = radiating_surface(mirrored.surface);
+  KLANG_CHECK(result.n_vertices() == mirrored.surface.vertices_m.rows(), "every vertex is used");
+  result.mirrors = {mirrored.planes, mirrored.n_own_vertices, mirrored.vertex_image};
+  return result;
+}
+
+RadiatingSurface moved(const RadiatingSurface& surface, const Eigen::Matrix3Xd& vertices_m) {
+  KLANG_CHECK(vertices_m.cols() == surface.n_vertices(), "a place for each vertex");
+  const SurfaceMirrors& mirrors = surface.mirrors;
+  mesh::SurfaceMesh mesh{vertices_m.transpose(), surface.triangles.transpose()};
+  const int n_images = mirrors.planes.n_images();
+  if (n_images > 1)
+    for (int v = 0; v < mirrors.n_own_vertices; ++v) {
+      Vector3d mean = Vector3d::Zero();
+      for (int g = 0; g < n_images; ++g)
+        mean += mirrors.planes.reflected(vertices_m.col(mirrors.vertex_image[g][v]), g) / n_images;
+      for (int g = 0; g < n_images; ++g)
+        mesh.vertices_m.row(mirrors.vertex_image[g][v]) = mirrors.planes.reflected(mean, g).transpose();
+    }
+  RadiatingSurface result = radiating_surface(mesh);
+  result.mirrors = mirrors;
+  return result;
+}
+
 RadiatingSurface checked_radiating_surface(const mesh::SurfaceMesh& surface, const std::string& name) {
   mesh::check_closed_surface(surface, name);
   return radiating_surface(surface);

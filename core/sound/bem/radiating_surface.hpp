@@ -3,9 +3,17 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/mesh/mirrored_surface.hpp"
 #include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::acoustics {
+
+/// How a surface is made of images of its first vertices and triangles, as mesh::MirroredSurface says; no planes: of itself.
+struct SurfaceMirrors {
+  mesh::MirrorPlanes planes;
+  int n_own_vertices = 0;
+  std::vector<std::vector<int>> vertex_image;
+};
 
 /// Flat triangles of a closed surface, counter-clockwise seen from the fluid, with what every frequency needs.
 struct RadiatingSurface {
@@ -17,6 +25,7 @@ struct RadiatingSurface {
   Eigen::VectorXd radii_m;       ///< n_triangles: centroid to the farthest corner
   double largest_edge_m = 0.0;   ///< the element size that decides about resolution, see element_size_m
   double radius_m = 0.0;         ///< of the ball around the middle of the bounding box
+  SurfaceMirrors mirrors;
 
   int n_vertices() const { return static_cast<int>(vertices_m.cols()); }
   int n_triangles() const { return static_cast<int>(triangles.cols()); }
@@ -30,6 +39,12 @@ double element_size_m(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const 
 /// Geometry of corner triangles that are known to close (mid-nodes are left out, unused vertices dropped).
 /// @param vertex_of  when given: the index in the given surface of each vertex that was kept
 RadiatingSurface radiating_surface(const mesh::SurfaceMesh& surface, std::vector<int>* vertex_of = nullptr);
+
+/// A surface with its mirrors: boundary elements then take a fraction 1 / n_images of the time or less.
+RadiatingSurface radiating_surface(const mesh::MirroredSurface& mirrored);
+
+/// The surface with other places of its vertices (3 x n_vertices); where it has mirrors, with the means of what the images say.
+RadiatingSurface moved(const RadiatingSurface& surface, const Eigen::Matrix3Xd& vertices_m);
 
 /// As radiating_surface, after mesh::check_closed_surface.
 /// @param name  the file, for the message

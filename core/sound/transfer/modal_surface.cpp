@@ -10,6 +10,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/math/triangle_rules.hpp"
+#include "core/geometry/mesh/triangle_distance.hpp"
 
 namespace klang::acoustics {
 
@@ -47,28 +48,6 @@ Eigen::Matrix<double, 6, 2> shape_slopes(const Vector3d& at, bool quadratic) {
   slopes.col(0) = by.col(1) - by.col(0);
   slopes.col(1) = by.col(2) - by.col(0);
   return slopes;
-}
-
-double distance_sq(const Vector3d& p, const std::array<Vector3d, 3>& t) {
-  // Ericson, Real-Time Collision Detection (2005), 5.1.5
-  const Vector3d ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return ap.squaredNorm();
-  const Vector3d bp = p - t[1];
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return bp.squaredNorm();
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return (ap - ab * (d1 / (d1 - d3))).squaredNorm();
-  const Vector3d cp = p - t[2];
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return cp.squaredNorm();
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return (ap - ac * (d2 / (d2 - d6))).squaredNorm();
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0)
-    return (bp - (t[2] - t[1]) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)))).squaredNorm();
-  const double scale = 1.0 / (va + vb + vc);
-  return (ap - ab * (vb * scale) - ac * (vc * scale)).squaredNorm();
 }
 
 /// Lists of elements by cubic cell.
@@ -246,7 +225,7 @@ ModalSurface::Carrier ModalSurface::carrier(const RadiatingSurface& elements) co
       double best_sq = HUGE_VAL;
       const auto look = [&](int t) {
         const double facing = elements.normals.col(t).dot(sample.area_m2) / sample.area_m2.norm();
-        double d = distance_sq(sample.at_m, corners[t]);
+        double d = mesh::distance_sq(sample.at_m, corners[t]);
         if (facing < 0.3) d += 1e6 * cell_m * cell_m * (1.0 - facing);
         if (d < best_sq || (d == best_sq && t < best)) best_sq = d, best = t;
       };
@@ -307,12 +286,9 @@ RadiatingSurface ModalSurface::settled(const RadiatingSurface& elements) const {
       move.col(v) += elements.areas_m2[t] * now.height_of_element_m[t] * elements.normals.col(t);
       weight[v] += elements.areas_m2[t];
     }
-  mesh::SurfaceMesh moved;
-  moved.vertices_m.resize(elements.n_vertices(), 3);
-  for (int v = 0; v < elements.n_vertices(); ++v)
-    moved.vertices_m.row(v) = (elements.vertices_m.col(v) + move.col(v) / weight[v]).transpose();
-  moved.triangles = elements.triangles.transpose();
-  return radiating_surface(moved);
+  Eigen::Matrix3Xd places_m = elements.vertices_m;
+  for (int v = 0; v < elements.n_vertices(); ++v) places_m.col(v) += move.col(v) / weight[v];
+  return moved(elements, places_m);
 }
 
 Eigen::VectorXd ModalSurface::corner_velocity_m_s(int mode, const Carrier& carrier,

@@ -10,7 +10,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/shared_jobs.hpp"
 #include "core/foundation/base/stopwatch.hpp"
-#include "core/geometry/mesh/surface_coarsening.hpp"
+#include "core/geometry/mesh/mirrored_surface.hpp"
 #include "core/sound/transfer/modal_surface.hpp"
 
 namespace klang::acoustics {
@@ -55,6 +55,17 @@ ModeTransfer unpacked(std::string_view bytes) {
   mode.n_bem_elements = from.take<int>();
   mode.residual = from.take<std::optional<double>>();
   return mode;
+}
+
+/// Two images of a body may differ by this share of the tolerance of its wall, a fortieth of the wall.
+constexpr double kMirrorTolerance = 0.25;
+
+/// Mirror planes of the body are planes of its elements, where they can be.
+RadiatingSurface elements_of(const ModalSurface& surface, const mesh::MirrorPlanes& planes,
+                             const mesh::CoarseningOptions& options) {
+  const std::optional<mesh::MirroredSurface> mirrored = mesh::mirrored_coarsened(surface.triangles(), options, planes);
+  return surface.settled(mirrored ? radiating_surface(*mirrored)
+                                  : radiating_surface(mesh::checked_coarsened(surface.triangles(), options)));
 }
 
 class Radiation {
@@ -196,6 +207,7 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
   // Enough pieces for the finest mesh, and no more than the samples need.
   const ModalSurface surface(model_, finest_m, std::min(4 * options_.max_elements, 200000));
   const double wall_m = mesh::wall_tolerance_m(surface.triangles());
+  const mesh::MirrorPlanes planes = mesh::mirror_planes(surface.triangles(), kMirrorTolerance * wall_m);
   result_.wall_time_s["surface"] = total.seconds();
   // All meshes first: a frequency that none resolves is refused before any time goes into the others.
   std::vector<Level> list = levels(surface, is_known);
@@ -205,8 +217,7 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
   options.allow_coarse = options_.allow_coarse;
   for (Level& level : list) {
     monitor_.throw_if_stopped();
-    level.elements = surface.settled(radiating_surface(
-        mesh::checked_coarsened(surface.triangles(), {level.edge_m, std::min(0.05 * level.edge_m, wall_m)})));
+    level.elements = elements_of(surface, planes, {level.edge_m, std::min(0.05 * level.edge_m, wall_m)});
     for (const int mode : level.modes) check_resolution(level.elements, model_.frequency_hz()[mode], options);
   }
   result_.wall_time_s["coarsen"] = watch.seconds();

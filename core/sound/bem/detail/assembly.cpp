@@ -2,14 +2,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdint>
 #include <memory>
-#include <numeric>
+#include <utility>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/math/triangle_rules.hpp"
+#include "core/sound/bem/detail/spatial_order.hpp"
 #include "core/sound/bem/detail/static_integrals.hpp"
 
 namespace klang::acoustics::detail {
@@ -21,37 +21,31 @@ using Eigen::Vector3d;
 constexpr Complex kI{0.0, 1.0};
 constexpr std::size_t kNearRowsAtOnce = 48;
 
-/// Vertices in the order of a space-filling curve (Morton): neighbours in space are neighbours in the matrix.
-std::vector<int> spatial_order(const Eigen::Matrix3Xd& points) {
-  const Vector3d low = points.rowwise().minCoeff();
-  const double size = std::max((points.rowwise().maxCoeff() - low).maxCoeff(), 1e-300);
-  std::vector<std::uint64_t> key(static_cast<std::size_t>(points.cols()), 0);
-  for (Eigen::Index v = 0; v < points.cols(); ++v)
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto cell = static_cast<std::uint64_t>((points(axis, v) - low[axis]) / size * 1023.0);
-      for (int bit = 0; bit < 10; ++bit) key[static_cast<std::size_t>(v)] |= (cell >> bit & 1) << (3 * bit + axis);
-    }
-  std::vector<int> order(key.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return key[a] < key[b]; });
-  return order;
-}
-
 }  // namespace
 
-BemGeometry::BemGeometry(RadiatingSurface radiating) : surface(std::move(radiating)) {
+BemGeometry::BemGeometry(RadiatingSurface radiating) : surface(std::move(radiating)), classes(surface) {
   const RadiatingSurface& s = surface;
   const auto n = static_cast<std::size_t>(s.n_triangles());
   KLANG_CHECK(n > 0, "a surface without triangles");
   const std::vector<int> order = spatial_order(s.vertices_m);
-  row_of_vertex.resize(order.size());
-  for (std::size_t row = 0; row < order.size(); ++row) row_of_vertex[order[row]] = static_cast<int>(row);
-  triangles_of_row.resize(order.size());
+  row_of_vertex.assign(order.size(), -1);
+  column_of_vertex.resize(order.size());
+  int n_rows = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    column_of_vertex[order[i]] = static_cast<int>(i);
+    if (order[i] < classes.n_own_vertices()) row_of_vertex[order[i]] = n_rows++;
+  }
+  triangles_of_row.resize(static_cast<std::size_t>(n_rows));
   corner_rows.resize(3, s.n_triangles());
+  corner_columns.resize(3, s.n_triangles());
+  std::vector<char> tested(n, 0);
   for (int t = 0; t < s.n_triangles(); ++t)
     for (int c = 0; c < 3; ++c) {
+      corner_columns(c, t) = column_of_vertex[s.triangles(c, t)];
       corner_rows(c, t) = row_of_vertex[s.triangles(c, t)];
+      if (corner_rows(c, t) < 0) continue;
       triangles_of_row[corner_rows(c, t)].push_back(t);
+      tested[t] = 1;
     }
 
   columns.n_padded = (n + simd::kLanes - 1) / simd::kLanes * simd::kLanes;
@@ -77,7 +71,7 @@ BemGeometry::BemGeometry(RadiatingSurface radiating) : surface(std::move(radiati
       }
     }
   }
-  near = near_field(s);
+  near = near_field(s, tested);
 }
 
 Assembly::Assembly(const BemGeometry& geometry, double wavenumber_per_m, const Eigen::MatrixXcd& derivative)
@@ -91,7 +85,16 @@ Assembly::Assembly(const BemGeometry& geometry, double wavenumber_per_m, const E
     const auto corners = derivative.middleRows(3 * t, 3);
     at_points_.middleRows(3 * t, 3) = (0.5 * corners).rowwise() + corners.colwise().sum() / 6.0;
   }
-  row_scale_.resize(s.n_vertices());
+  const std::size_t n_padded = geometry.columns.n_padded;
+  point_values_.assign(6 * n_padded * static_cast<std::size_t>(derivative.cols()), 0.0);
+  for (Eigen::Index c = 0; c < derivative.cols(); ++c)
+    for (int t = 0; t < s.n_triangles(); ++t)
+      for (int q = 0; q < 3; ++q) {
+        double* const to = point_values_.data() + 2 * (3 * static_cast<std::size_t>(c) + q) * n_padded + t;
+        to[0] = at_points_(3 * t + q, c).real();
+        to[n_padded] = at_points_(3 * t + q, c).imag();
+      }
+  row_scale_.resize(static_cast<Eigen::Index>(geometry.triangles_of_row.size()));
   for (Eigen::Index row = 0; row < row_scale_.size(); ++row) {
     double lumped = 0.0;
     for (const int t : geometry.triangles_of_row[static_cast<std::size_t>(row)]) lumped += s.areas_m2[t] / 3.0;
@@ -123,22 +126,21 @@ void Assembly::far(const Tests& tests, const Target& target, std::vector<double>
       for (std::size_t j = 0; j < real; ++j) {
         if (keep[first + j] == 0.0) continue;
         for (int b = 0; b < 3; ++b) {
-          const int column = geometry_.corner_rows(b, static_cast<Eigen::Index>(first + j));
+          const int column = geometry_.corner_columns(b, static_cast<Eigen::Index>(first + j));
           row[column] += Complex(block.system[a][b][0][j], block.system[a][b][1][j]);
         }
       }
-      for (Eigen::Index c = 0; c < derivative_.cols(); ++c) {
-        double re = 0.0, im = 0.0;
-        const Complex* const q = at_points_.col(c).data() + 3 * first;
-        for (std::size_t j = 0; j < real; ++j)
-          for (int point = 0; point < 3; ++point) {
-            const double k_re = block.source[a][point][0][j], k_im = block.source[a][point][1][j];
-            const Complex value = q[3 * j + point];
-            re += k_re * value.real() - k_im * value.imag();
-            im += k_re * value.imag() + k_im * value.real();
-          }
-        target.right(tests.rows[a], c) += Complex(re, im);
-      }
+    }
+    for (Eigen::Index c = 0; c < derivative_.cols(); ++c) {
+      const double* values[3][2];
+      for (int q = 0; q < 3; ++q)
+        for (int part = 0; part < 2; ++part)
+          values[q][part] =
+              point_values_.data() + ((3 * static_cast<std::size_t>(c) + q) * 2 + part) * columns.n_padded + first;
+      double sums[3][2];
+      far_sums(block, count, values, sums);
+      for (int a = 0; a < 3; ++a)
+        if (tests.rows[a] >= 0) target.right(tests.rows[a], c) += Complex(sums[a][0], sums[a][1]);
     }
   }
   for (const auto& pair : geometry_.near.pairs[t]) keep[pair.other] = 1.0;
@@ -169,7 +171,7 @@ void Assembly::close(const Tests& tests, const Target& target) const {
     for (int a = 0; a < 3; ++a) {
       if (tests.rows[a] < 0) continue;
       for (int b = 0; b < 3; ++b) {
-        target.matrix(tests.rows[a] - target.first, geometry_.corner_rows(b, pair.other)) += system(a, b);
+        target.matrix(tests.rows[a] - target.first, geometry_.corner_columns(b, pair.other)) += system(a, b);
         target.right.row(tests.rows[a]) += source(a, b) * derivative_.row(3 * pair.other + b);
       }
     }

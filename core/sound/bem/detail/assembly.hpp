@@ -7,18 +7,22 @@
 #include "core/foundation/la/dense_solve.hpp"
 #include "core/sound/bem/detail/device_system.hpp"
 #include "core/sound/bem/detail/far_kernel.hpp"
+#include "core/sound/bem/detail/mirror_classes.hpp"
 #include "core/sound/bem/detail/near_field.hpp"
 #include "core/sound/bem/radiating_surface.hpp"
 
 namespace klang::acoustics::detail {
 
-/// What no frequency changes. Row: the place of a vertex in the matrix.
+/// What no frequency changes. The matrix has a row for each vertex of the own part of a surface with mirrors, a column for each of all.
 struct BemGeometry {
   explicit BemGeometry(RadiatingSurface radiating);
 
   RadiatingSurface surface;
-  std::vector<int> row_of_vertex;
-  Eigen::Matrix3Xi corner_rows;                    ///< 3 x n_triangles
+  MirrorClasses classes;
+  std::vector<int> row_of_vertex;     ///< -1: an image of one that has a row
+  std::vector<int> column_of_vertex;  ///< without mirrors the same
+  Eigen::Matrix3Xi corner_rows;       ///< 3 x n_triangles
+  Eigen::Matrix3Xi corner_columns;
   std::vector<std::vector<int>> triangles_of_row;  ///< ascending
   TriangleColumns columns;
   NearField near;
@@ -58,6 +62,7 @@ class Assembly {
   double wavenumber_per_m_, eta_m_;
   const Eigen::MatrixXcd& derivative_;
   Eigen::MatrixXcd at_points_;
+  std::vector<double> point_values_;  ///< the same: [column][q][re, im][triangle, padded]
   Eigen::VectorXd row_scale_;
 };
 

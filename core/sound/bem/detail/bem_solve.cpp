@@ -3,7 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <mutex>
+#include <utility>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
@@ -46,14 +48,14 @@ class BlockInverse {
   std::vector<Eigen::PartialPivLU<Eigen::MatrixXcd>> factors_;
 };
 
-void take(BemSolution& solution, la::DenseSolution dense) {
-  solution.x = std::move(dense.x);
+void take(BemSolution& solution, const la::DenseSolution& dense) {
   solution.solved = dense.solved;
-  solution.relative_residual = dense.relative_residual;
-  solution.n_refinements = dense.n_refinements;
-  solution.double_factor = dense.double_factor;
-  solution.wall_time_s["factor"] = dense.factor_s;
-  solution.wall_time_s["refine"] = dense.refine_s;
+  solution.relative_residual =
+      std::max(solution.relative_residual.value_or(0.0), dense.relative_residual.value_or(HUGE_VAL));
+  solution.n_refinements = std::max(solution.n_refinements, dense.n_refinements);
+  solution.double_factor |= dense.double_factor;
+  solution.wall_time_s["factor"] += dense.factor_s;
+  solution.wall_time_s["refine"] += dense.refine_s;
 }
 
 void solve_assembled(DeviceSystem& on_device, const Eigen::MatrixXcd& right, const BemSystem& system,
@@ -61,7 +63,7 @@ void solve_assembled(DeviceSystem& on_device, const Eigen::MatrixXcd& right, con
   const Stopwatch lap;
   const double tolerance =
       on_device.double_precision() ? system.options.tolerance : std::max(system.options.tolerance, kSingleTolerance);
-  const BlockInverse inverse(on_device, system.n_rows);
+  const BlockInverse inverse(on_device, static_cast<int>(system.geometry.row_of_vertex.size()));
   la::KrylovSolution found =
       la::gmres([&](const Eigen::MatrixXcd& x) { return on_device.times(x); }, std::cref(inverse), right, tolerance,
                 kMostSteps, [&] { return system.monitor.stop_requested(); });
@@ -73,17 +75,48 @@ void solve_assembled(DeviceSystem& on_device, const Eigen::MatrixXcd& right, con
   solution.wall_time_s["solve"] = lap.seconds();
   if (found.solved) return;
   la::RowMatrixXcd matrix = on_device.matrix();
-  take(solution, la::dense_solve(matrix, right, tolerance, system.options.max_refinements));
+  la::DenseSolution dense = la::dense_solve(matrix, right, tolerance, system.options.max_refinements);
+  solution.relative_residual.reset();
+  take(solution, dense);
+  solution.x = std::move(dense.x);
+}
+
+/// One class after the other, all its columns at once.
+void solve_classes(la::RowMatrixXcd matrix, const Eigen::MatrixXcd& right, const BemSystem& system,
+                   const std::vector<MirrorClasses::Part>& parts, BemSolution& solution) {
+  const BemGeometry& geometry = system.geometry;
+  solution.x = Eigen::MatrixXcd::Zero(geometry.surface.n_vertices(), system.n_columns);
+  solution.solved = true;
+  solution.relative_residual = 0.0;
+  for (std::size_t first = 0, end = 0; first < parts.size() && solution.solved; first = end) {
+    const int number = parts[first].number;
+    while (end < parts.size() && parts[end].number == number) ++end;
+    const std::vector<int> vertices = geometry.classes.vertices_of(number, geometry.row_of_vertex);
+    const auto n = static_cast<Eigen::Index>(vertices.size());
+    Eigen::MatrixXcd b(n, static_cast<Eigen::Index>(end - first));
+    for (Eigen::Index i = 0; i < n; ++i)
+      b.row(i) = right.row(geometry.row_of_vertex[vertices[static_cast<std::size_t>(i)]])
+                     .segment(static_cast<Eigen::Index>(first), b.cols());
+    la::RowMatrixXcd a = n == matrix.cols() ? std::move(matrix)
+                                            : geometry.classes.folded(number, vertices, matrix, geometry.row_of_vertex,
+                                                                      geometry.column_of_vertex);
+    const la::DenseSolution dense = la::dense_solve(a, b, system.options.tolerance, system.options.max_refinements);
+    take(solution, dense);
+    for (std::size_t i = first; i < end; ++i)
+      geometry.classes.spread(number, vertices, dense.x.col(static_cast<Eigen::Index>(i - first)),
+                              solution.x.col(parts[i].column));
+  }
 }
 
 }  // namespace
 
-BemSolution solve_on_processor(const BemSystem& system) {
+BemSolution solve_on_processor(const BemSystem& system, const std::vector<MirrorClasses::Part>& parts) {
   const Stopwatch lap;
   const BemOptions& options = system.options;
-  const auto n = static_cast<std::size_t>(system.n_rows);
-  la::RowMatrixXcd matrix = la::RowMatrixXcd::Zero(system.n_rows, system.n_rows);
-  Eigen::MatrixXcd right = Eigen::MatrixXcd::Zero(system.n_rows, system.n_columns);
+  const std::size_t n = system.geometry.triangles_of_row.size();
+  la::RowMatrixXcd matrix = la::RowMatrixXcd::Zero(static_cast<Eigen::Index>(n), system.geometry.surface.n_vertices());
+  Eigen::MatrixXcd right =
+      Eigen::MatrixXcd::Zero(static_cast<Eigen::Index>(n), static_cast<Eigen::Index>(parts.size()));
   const std::size_t grain =
       options.alone ? std::clamp<std::size_t>(n / (6 * static_cast<std::size_t>(thread_count())), 24, 400) : 4000;
   std::atomic<std::size_t> done = 0;
@@ -98,7 +131,7 @@ BemSolution solve_on_processor(const BemSystem& system) {
   solution.done = true;
   solution.wall_time_s["assemble"] = lap.seconds();
   const BlasThreads blas(options.n_blas_threads > 0 ? options.n_blas_threads : thread_count());
-  take(solution, la::dense_solve(matrix, right, options.tolerance, options.max_refinements));
+  solve_classes(std::move(matrix), right, system, parts, solution);
   return solution;
 }
 
@@ -106,7 +139,7 @@ BemSolution solve_on_device(const BemSystem& system) {
   static std::mutex turn;
   BemSolution solution;
   Stopwatch lap;
-  Eigen::MatrixXcd right = Eigen::MatrixXcd::Zero(system.n_rows, system.n_columns);
+  Eigen::MatrixXcd right = Eigen::MatrixXcd::Zero(system.geometry.surface.n_vertices(), system.n_columns);
   const NearRows near = system.assembly.near_rows(right);
   solution.wall_time_s["near"] = lap.seconds();
   system.monitor.throw_if_stopped();
@@ -121,6 +154,10 @@ BemSolution solve_on_device(const BemSystem& system) {
     system.monitor.throw_if_stopped();
     system.monitor.progress("boundary elements", 0.7);
     solve_assembled(on_device, right, system, solution);
+    const Eigen::MatrixXcd by_rows = std::move(solution.x);
+    solution.x.resize(by_rows.rows(), by_rows.cols());
+    for (Eigen::Index v = 0; v < by_rows.rows(); ++v)
+      solution.x.row(v) = by_rows.row(system.geometry.row_of_vertex[static_cast<std::size_t>(v)]);
     solution.done = true;
   } catch (const opencl::Error& error) {
     solution.message = std::string(error.what()) + "; the processor does it";

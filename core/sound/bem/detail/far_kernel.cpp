@@ -89,4 +89,29 @@ KLANG_CLONES void far_block(const TriangleColumns& columns, const double* keep, 
   }
 }
 
+KLANG_CLONES void far_sums(const FarBlock& block, std::size_t count, const double* const values[3][2],
+                           double sums[3][2]) {
+  Vector re[3] = {}, im[3] = {};
+  for (std::size_t lane = 0; lane < count; lane += kLanes)
+    for (int q = 0; q < 3; ++q) {
+      Vector v_re, v_im;
+      load(v_re, values[q][0] + lane);
+      load(v_im, values[q][1] + lane);
+      for (int a = 0; a < 3; ++a) {
+        Vector k_re, k_im;
+        load(k_re, &block.source[a][q][0][lane]);
+        load(k_im, &block.source[a][q][1][lane]);
+        re[a] += k_re * v_re - k_im * v_im;
+        im[a] += k_re * v_im + k_im * v_re;
+      }
+    }
+  for (int a = 0; a < 3; ++a) {
+    sums[a][0] = sums[a][1] = 0.0;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      sums[a][0] += re[a][lane];
+      sums[a][1] += im[a][lane];
+    }
+  }
+}
+
 }  // namespace klang::acoustics::detail

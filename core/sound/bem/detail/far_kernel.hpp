@@ -39,4 +39,9 @@ struct FarBlock {
 void far_block(const TriangleColumns& columns, const double* keep, std::size_t first, std::size_t count,
                const TestTriangle& test, double wavenumber_per_m, double eta_m, FarBlock& block);
 
+/// Sums of a block's source[a][q] times values at the columns' points, over q and the columns.
+/// @param values  [q][re, im]: from the block's first column on
+/// @param sums    [a][re, im]
+void far_sums(const FarBlock& block, std::size_t count, const double* const values[3][2], double sums[3][2]);
+
 }  // namespace klang::acoustics::detail

@@ -102,7 +102,7 @@ std::size_t NearField::n_pairs() const {
   return n;
 }
 
-NearField near_field(const RadiatingSurface& surface) {
+NearField near_field(const RadiatingSurface& surface, const std::vector<char>& tested) {
   const Grid grid(surface);
   const auto n = static_cast<std::size_t>(surface.n_triangles());
   NearField field;
@@ -112,6 +112,7 @@ NearField near_field(const RadiatingSurface& surface) {
   for (int t = 0; t < surface.n_triangles(); ++t) triangles.push_back(flat(surface, t));
   parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
+      if (tested[t] == 0) continue;
       const std::vector<int> others = grid.near(static_cast<int>(t));
       field.pairs[t].reserve(others.size());
       for (const int other : others)

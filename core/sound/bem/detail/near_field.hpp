@@ -22,7 +22,8 @@ struct NearField {
   std::vector<std::vector<NearPair>> pairs;  ///< by test triangle, in order of the other triangle
   std::size_t n_pairs() const;
 };
-NearField near_field(const RadiatingSurface& surface);
+/// @param tested  by triangle: whether its pairs are wanted
+NearField near_field(const RadiatingSurface& surface, const std::vector<char>& tested);
 
 /// What a frequency adds to the static integrals of a pair: the same integrals of (e^{-ikR} - 1) / R and its normal
 /// derivatives, which stay bounded at R = 0; 7 x 7 points for pairs that touch, else 3 x 3. Without 1/(4 pi).

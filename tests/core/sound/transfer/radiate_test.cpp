@@ -7,6 +7,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/mirrored_surface.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
 #include "core/geometry/mesh/surface_coarsening.hpp"
@@ -87,6 +88,69 @@ TEST(Coarsening, WithoutToleranceACurvedSurfaceStaysAsItIs) {
   const mesh::SurfaceMesh sphere = geodesic_sphere(0.1, 4);
   EXPECT_EQ(coarsened(sphere, {0.2, 0.0}).triangles.rows(), sphere.triangles.rows());
   EXPECT_THROW(coarsened(sphere, {0.0, 0.1}), klang::InputError);
+}
+
+TEST(MirrorPlanes, ArePlanesOfTheBodyAndNotOfADentedOne) {
+  const auto planes_of = [](const mesh::ShapeSpec& shape, double dent_m) {
+    mesh::SurfaceMesh surface = mesh::boundary_surface(mesh::mesh_shape(shape, mesh::ShapeDivisions{}, 1));
+    Eigen::Index top = 0;
+    (surface.vertices_m.col(2) + 0.1 * surface.vertices_m.col(0)).maxCoeff(&top);
+    surface.vertices_m(top, 0) -= dent_m;
+    return mesh::mirror_planes(surface, 1e-5).axes;
+  };
+  const mesh::ShapeSpec box{"box", {{"length_m", 0.2}, {"width_m", 0.15}, {"height_m", 0.01}}, {}};
+  const mesh::ShapeSpec bowl{"bowl", {{"outer_radius_m", 0.1}, {"wall_m", 0.006}, {"depth_m", 0.07}}, {}};
+  EXPECT_EQ(planes_of(box, 0.0), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(planes_of(bowl, 0.0), (std::vector<int>{0, 1}));
+  EXPECT_EQ(planes_of(box, 1e-3), (std::vector<int>{}));
+}
+
+TEST(MirroredSurface, ClosesAndIsItsOwnImage) {
+  const ModalSurface fine(plate(), 0.01);
+  const double before = mesh::check_closed_surface(fine.triangles(), "fine").volume_m3;
+  const mesh::MirrorPlanes planes = mesh::mirror_planes(fine.triangles(), 1e-5);
+  ASSERT_EQ(planes.axes.size(), 3U);
+  for (const double edge_m : {0.02, 0.04}) {
+    const auto mirrored = mesh::mirrored_coarsened(fine.triangles(), {edge_m, 0.0002}, planes);
+    ASSERT_TRUE(mirrored);
+    EXPECT_LT(mirrored->surface.triangles.rows(), fine.triangles().triangles.rows() / 2);
+    EXPECT_LE(longest_edge(mirrored->surface), 1.4 * edge_m * (1 + 1e-12));
+    const double volume = mesh::check_closed_surface(mirrored->surface, "coarse").volume_m3;
+    EXPECT_LE(std::abs(volume / before - 1.0), 0.02) << edge_m;
+    for (int g = 0; g < 8; ++g)
+      for (Eigen::Index v = 0; v < mirrored->surface.vertices_m.rows(); ++v) {
+        const Eigen::Vector3d x = mirrored->surface.vertices_m.row(v).transpose();
+        const Eigen::Vector3d image =
+            mirrored->surface.vertices_m.row(mirrored->vertex_image[g][static_cast<std::size_t>(v)]).transpose();
+        EXPECT_LE((planes.reflected(x, g) - image).norm(), 1e-15);
+      }
+  }
+}
+
+TEST(MirroredSurface, SoundsAsTheSameElementsWithoutTheirMirrors) {
+  const ModalSurface fine(plate(), 0.01);
+  const auto mirrored =
+      mesh::mirrored_coarsened(fine.triangles(), {0.04, 0.0002}, mesh::mirror_planes(fine.triangles(), 1e-5));
+  ASSERT_TRUE(mirrored);
+  RadiatingSurface surface = radiating_surface(*mirrored);
+  const HelmholtzBem by_classes(surface);
+  surface.mirrors = {};
+  const HelmholtzBem whole(surface);
+  // Without any symmetry, and of one class alone.
+  Eigen::MatrixXcd velocity(3 * surface.n_triangles(), 2);
+  for (int t = 0; t < surface.n_triangles(); ++t)
+    for (int c = 0; c < 3; ++c) {
+      const Eigen::Vector3d x = surface.corner(t, c);
+      velocity(3 * t + c, 0) = std::complex<double>(std::cos(37.0 * x[0] + 20.0 * x[1] + 300.0 * x[2] + 0.4), x[1]);
+      velocity(3 * t + c, 1) = surface.normals(2, t) * std::cos(40.0 * x[0]);
+    }
+  const BemResult one = by_classes.solve(900.0, velocity), other = whole.solve(900.0, velocity);
+  ASSERT_TRUE(one.usable() && other.usable());
+  // Not to round-off: a pair and its image may fall on either side of what counts as near.
+  for (int c = 0; c < 2; ++c) {
+    EXPECT_LE((one.pressure_pa.col(c) - other.pressure_pa.col(c)).norm(), 1e-5 * other.pressure_pa.col(c).norm()) << c;
+    EXPECT_LE(std::abs(one.radiated_power_w[c] - other.radiated_power_w[c]), 1e-5 * other.power_scale_w[c]) << c;
+  }
 }
 
 TEST(ModalSurface, CarriesTheVolumeFlowToTheLastDigits) {

@@ -118,14 +118,19 @@ struct Breaking::State {
   std::vector<BreakEvent> events;
   std::vector<ScenePiece> pieces;
   std::vector<std::string> warnings;
-  double contact_before_j = 0.0;
+  double contact_before_j = 0.0, claimed_j = 0.0;  ///< before this step; what breakages of this step got back
   std::int64_t n_solves = 0;
   /// Impulses of this step's contacts, by their number, before a breakage took back their rebounds: the body on the other side is
   /// asked for its stress by what struck it.
   std::map<std::size_t, Vector3d> with_rebound;
+  /// Of contacts between two bodies that may break, by their number: the first body's share of the compression.
+  std::map<std::size_t, double> share_of_a;
 
-  std::vector<fracture::ContactLoad> loads_on(const rigid::RigidWorld& world, const rigid::StepRecord& step,
-                                              int body) const;
+  void share_compression(const rigid::RigidWorld& world, const rigid::StepRecord& step);
+  fracture::ContactLoad load_on(const rigid::RigidWorld& world, const rigid::ContactImpulse& contact, int body,
+                                const Vector3d& impulse_n_s) const;
+  std::vector<fracture::ContactLoad> loads_on(const rigid::RigidWorld& world, const rigid::StepRecord& step, int body,
+                                              bool shared = true) const;
   fracture::ContactLoad as_modelled(fracture::ContactLoad load) const;
   std::map<int, Speed> without_rebound(const rigid::RigidWorld& world, const rigid::StepRecord& step, int body) const;
   bool breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage);
@@ -136,7 +141,8 @@ struct Breaking::State {
 };
 
 std::vector<fracture::ContactLoad> Breaking::State::loads_on(const rigid::RigidWorld& world,
-                                                             const rigid::StepRecord& step, int body) const {
+                                                             const rigid::StepRecord& step, int body,
+                                                             bool shared) const {
   std::vector<fracture::ContactLoad> loads;
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {
     const rigid::ContactImpulse& contact = step.contacts[i];
@@ -144,15 +150,44 @@ std::vector<fracture::ContactLoad> Breaking::State::loads_on(const rigid::RigidW
       continue;  // 0: touches without approach
     const auto whole = with_rebound.find(i);
     const Vector3d& impulse_n_s = whole == with_rebound.end() ? contact.impulse_n_s : whole->second;
-    // As the body lay when it was touched: at the step's end it has turned on, by what depends on the step.
-    const Eigen::Quaterniond turn = contact.a == body ? contact.turn_a : contact.turn_b;
-    const double sign = contact.a == body ? 1.0 : -1.0;
-    events::Impulse impulse = rigid::impulse_on(contact, body, world.pose(body));
-    impulse.impulse_n_s = turn.conjugate() * (sign * impulse_n_s);
-    loads.push_back(fracture::contact_load(impulse, turn.conjugate() * (sign * contact.normal), contact.approach_m_s,
-                                           pair_restitution(world, scene, contact)));
+    loads.push_back(load_on(world, contact, body, impulse_n_s));
+    const auto share = share_of_a.find(i);
+    if (shared && share != share_of_a.end())
+      loads.back().compression_energy_j *= contact.a == body ? share->second : 1.0 - share->second;
   }
   return loads;
+}
+
+fracture::ContactLoad Breaking::State::load_on(const rigid::RigidWorld& world, const rigid::ContactImpulse& contact,
+                                               int body, const Vector3d& impulse_n_s) const {
+  // As the body lay when it was touched: at the step's end it has turned on, by what depends on the step.
+  const Eigen::Quaterniond turn = contact.a == body ? contact.turn_a : contact.turn_b;
+  const double sign = contact.a == body ? 1.0 : -1.0;
+  events::Impulse impulse = rigid::impulse_on(contact, body, world.pose(body));
+  impulse.impulse_n_s = turn.conjugate() * (sign * impulse_n_s);
+  return fracture::contact_load(impulse, turn.conjugate() * (sign * contact.normal), contact.approach_m_s,
+                                pair_restitution(world, scene, contact));
+}
+
+/// One force strains both bodies of a contact, each as it yields: before any breaks, so that their order does not matter.
+void Breaking::State::share_compression(const rigid::RigidWorld& world, const rigid::StepRecord& step) {
+  share_of_a.clear();
+  for (std::size_t i = 0; i < step.contacts.size(); ++i) {
+    const rigid::ContactImpulse& contact = step.contacts[i];
+    if (contact.kind != events::ImpulseKind::kImpact || !(contact.duration_s > 0.0)) continue;
+    if (bodies.count(contact.a) == 0 || bodies.count(contact.b) == 0) continue;
+    const auto strain_j = [&](int body) {
+      const fracture::ContactLoad load = load_on(world, contact, body, contact.impulse_n_s);
+      Breakable& breakable = *bodies.at(body);
+      const std::int64_t solved = breakable.responses.n_nodes_solved();
+      const double energy_j = breakable.responses.strain_energy_j(
+          breakable.surface.at_nodes({{load.place_m, fracture::force_n(load, load.time_s + 0.5 * load.duration_s)}}));
+      n_solves += breakable.responses.n_nodes_solved() - solved;
+      return energy_j;
+    };
+    const double a_j = strain_j(contact.a), both_j = a_j + strain_j(contact.b);
+    share_of_a[i] = both_j > 0.0 ? a_j / both_j : 0.5;
+  }
 }
 
 /// Speeds of the body and of those that struck it, had the impacts ended at the largest compression.
@@ -241,7 +276,9 @@ rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fra
     }
   }
   const fracture::FractureEnergies& energies = result.energies;
-  world.book(&rigid::EnergyLedger::contact_j, -std::min(energies.strain_j, available_j));
+  const double claim_j = std::min(energies.strain_j, available_j);
+  claimed_j += claim_j;
+  world.book(&rigid::EnergyLedger::contact_j, -claim_j);
   world.book(&rigid::EnergyLedger::fracture_j, energies.fracture_j);
   world.book(&rigid::EnergyLedger::vibration_j, energies.vibration_j + energies.residual_j);
   events.push_back(
@@ -261,16 +298,19 @@ fracture::ContactLoad Breaking::State::as_modelled(fracture::ContactLoad load) c
 bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage) {
   Breakable& breakable = *bodies.at(body);
   std::vector<fracture::ContactLoad> loads = loads_on(world, step, body);
-  double compression_j = 0.0;
+  double compression_j = 0.0, whole_j = 0.0;  // of this body, and with what those that struck it store
   for (const fracture::ContactLoad& load : loads) compression_j += load.compression_energy_j;
   if (!(compression_j > 0.0)) return false;
-  // What contacts took in this step, and would take beside that without rebound.
+  for (const fracture::ContactLoad& load : loads_on(world, step, body, false)) whole_j += load.compression_energy_j;
+  // No more than this body's contacts take up to their largest compression, and than its part of what contacts took in this step
+  // (what broke before got back claimed_j of it) and would take beside that without rebound.
   const std::map<int, Speed> speeds = without_rebound(world, step, body);
-  double available_j = world.ledger().contact_j - contact_before_j;
+  double taken_j = world.ledger().contact_j - contact_before_j;
   for (const auto& [number, speed] : speeds)
-    available_j += kinetic_j(world, number, {world.velocity_m_s(number), world.angular_velocity_rad_s(number)}) -
-                   kinetic_j(world, number, speed);
-  available_j -= kRoundOff * world.ledger().contact_j;  // so that no loss falls by a last digit
+    taken_j += kinetic_j(world, number, {world.velocity_m_s(number), world.angular_velocity_rad_s(number)}) -
+               kinetic_j(world, number, speed);
+  taken_j -= kRoundOff * world.ledger().contact_j;  // so that no loss falls by a last digit
+  const double available_j = std::min({compression_j, (taken_j + claimed_j) * (compression_j / whole_j), taken_j});
   if (!(available_j > 0.0)) return false;
   for (fracture::ContactLoad& load : loads) load = as_modelled(load);
   const bool limited = scene.force_model == ForceModel::kHertz;
@@ -332,6 +372,8 @@ std::vector<rigid::Breakage> Breaking::after_step(rigid::RigidWorld& world, rigi
   std::vector<rigid::Breakage> broken;
   std::vector<int> struck;
   state_->with_rebound.clear();
+  state_->claimed_j = 0.0;
+  state_->share_compression(world, step);
   for (const rigid::ContactImpulse& contact : step.contacts) {
     if (contact.kind != events::ImpulseKind::kImpact) continue;
     for (const int body : {contact.a, contact.b})

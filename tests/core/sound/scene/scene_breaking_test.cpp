@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "core/physics/events/world_impulses.hpp"
 #include "core/sound/scene/scene_motion.hpp"
@@ -152,6 +155,7 @@ stress_edge_m = 0.01
 }
 
 TEST(SceneBreaking, TwoBodiesThatBreakOnEachOtherKeepEnergyAndMomentumWhicheverIsFirst) {
+  std::array<std::map<std::string, double>, 2> strain_j;
   for (const bool still_one_first : {true, false}) {
     const SceneMotion motion = move(tiles_that_meet(still_one_first), 0.05);
     ASSERT_EQ(motion.breaks.size(), 2u);
@@ -160,6 +164,12 @@ TEST(SceneBreaking, TwoBodiesThatBreakOnEachOtherKeepEnergyAndMomentumWhicheverI
     for (std::size_t i = 2; i < motion.mass_kg.size(); ++i) carried += motion.mass_kg[i] * motion.final[i].velocity_m_s;
     const double momentum = 5.0 * motion.mass_kg[0];
     EXPECT_LE((carried - Eigen::Vector3d(0, 0, -momentum)).norm(), 1e-9 * momentum);
+    for (const BreakEvent& event : motion.breaks)
+      strain_j[still_one_first][motion.log.bodies[static_cast<std::size_t>(event.body)].name] = event.energies.strain_j;
+  }
+  for (const std::string name : {"still", "flying"}) {
+    EXPECT_GT(strain_j[0][name], 0.0);
+    EXPECT_LE(std::abs(strain_j[1][name] / strain_j[0][name] - 1.0), 1e-9) << name;
   }
 }
 

@@ -264,6 +264,7 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
                                            const events::EventLog& log, const SceneFolder& folder,
                                            const scene::SceneNotes& notes, Monitor& monitor) {
   std::vector<scene::HeardBody> heard;
+  std::map<std::size_t, int> n_pieces, n_heard;  // by body of the scene
   for (std::size_t row = scene.bodies.size(); row < log.bodies.size(); ++row) {
     const int number = static_cast<int>(row);
     std::size_t ancestor = row;
@@ -271,6 +272,7 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
     const scene::SceneBody& parent = scene.bodies[ancestor];
     if (!parent.sounds()) continue;
     const std::string stem = piece_stem(number), silent = "modes/" + stem + ".silent";
+    ++n_pieces[ancestor];
     if (folder.has(silent)) continue;
     const std::string& name = log.bodies[row].name;
     ModelPointer model;
@@ -288,7 +290,13 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
       model = keep_model(&folder, stem, std::move(*made));
     }
     heard.push_back({number, model, *scene.material_of(parent).damping});
+    ++n_heard[ancestor];
   }
+  for (const auto& [body, n] : n_pieces)
+    if (n_heard[body] == 0)
+      notes.warning("none of the " + std::to_string(n) + " pieces of " + scene.bodies[body].name +
+                    " is heard: they have no mode between " + to_text(scene.sound.low_hz) + " and " +
+                    to_text(scene.sound.high_hz) + " Hz (sound.band_hz), or no mesh");
   return heard;
 }
 

@@ -13,7 +13,7 @@ namespace {
 using Lane = double[kLanes];
 
 struct alignas(64) Work {
-  Lane x[12], v[12], f[9], strain[6], elastic[6], flow[6], norm, size, force[9], damping[9];
+  Lane x[12], v[12], f[9], strain[6], elastic[6], flow[6], norm, size, mean[6], stress_sq, force[9], damping[9];
   Lane energy, dissipated, least_det, largest;
 };
 
@@ -117,8 +117,10 @@ inline __attribute__((always_inline)) void one_block(ElementBlock& b, const doub
     w.strain[3][l] = a * c + g * h + m * n;
     w.strain[4][l] = c * d + h * i + n * o;
     w.strain[5][l] = d * a + i * g + o * m;
-    const double det = a * (h * o - i * n) - c * (g * o - i * m) + d * (g * n - h * m);
-    const double seen = det == det ? det : -1e300;
+    w.norm[l] = a * (h * o - i * n) - c * (g * o - i * m) + d * (g * n - h * m);
+  }
+  KLANG_LANES {
+    const double det = w.norm[l], seen = det == det ? det : -1e300;
     w.least_det[l] = b.volume_m3[l] > 0.0 && seen < w.least_det[l] ? seen : w.least_det[l];
     const double sq = square(w.strain, l);
     w.largest[l] = b.volume_m3[l] > 0.0 && sq > w.largest[l] ? sq : w.largest[l];
@@ -128,19 +130,25 @@ inline __attribute__((always_inline)) void one_block(ElementBlock& b, const doub
   } else {
     for (int i = 0; i < 6; ++i) KLANG_LANES w.elastic[i][l] = w.strain[i][l];
   }
+  // One short loop each: what is longer, or writes through a bare pointer, the compiler leaves scalar.
   KLANG_LANES {
-    const double trace = w.elastic[0][l] + w.elastic[1][l] + w.elastic[2][l], sq = square(w.elastic, l);
-    w.energy[l] += b.volume_m3[l] * (0.125 * k.lambda_pa * trace * trace + 0.25 * k.mu_pa * sq);
-    if constexpr (kFlows) {  // the flow has no trace; mean stress of both ends of the step
-      double power = 0.0;
-      for (int i = 0; i < 6; ++i) {
-        power += (i < 3 ? 1.0 : 2.0) * (w.elastic[i][l] + b.elastic[i][l]) * w.flow[i][l];
-        b.elastic[i][l] = w.elastic[i][l];
-      }
-      w.dissipated[l] += b.volume_m3[l] * 0.25 * k.mu_pa * power;
-    }
-    if (stress_sq != nullptr)
-      stress_sq[l] = k.mu_pa * k.mu_pa * sq + (0.75 * k.lambda_pa + k.mu_pa) * k.lambda_pa * trace * trace;
+    w.size[l] = w.elastic[0][l] + w.elastic[1][l] + w.elastic[2][l];
+    w.norm[l] = square(w.elastic, l);
+  }
+  KLANG_LANES w.energy[l] +=
+      b.volume_m3[l] * (0.125 * k.lambda_pa * w.size[l] * w.size[l] + 0.25 * k.mu_pa * w.norm[l]);
+  if constexpr (kFlows) {  // the flow has no trace; mean stress of both ends of the step
+    for (int i = 0; i < 6; ++i)
+      KLANG_LANES w.mean[i][l] = (i < 3 ? 1.0 : 2.0) * (w.elastic[i][l] + b.elastic[i][l]) * w.flow[i][l];
+    for (int i = 0; i < 6; ++i) KLANG_LANES b.elastic[i][l] = w.elastic[i][l];
+    KLANG_LANES w.dissipated[l] +=
+        b.volume_m3[l] * 0.25 * k.mu_pa *
+        (w.mean[0][l] + w.mean[1][l] + w.mean[2][l] + w.mean[3][l] + w.mean[4][l] + w.mean[5][l]);
+  }
+  if (stress_sq != nullptr) {
+    KLANG_LANES w.stress_sq[l] =
+        k.mu_pa * k.mu_pa * w.norm[l] + (0.75 * k.lambda_pa + k.mu_pa) * k.lambda_pa * w.size[l] * w.size[l];
+    std::copy(w.stress_sq, w.stress_sq + kLanes, stress_sq);
   }
   push(b, w.f, w.elastic, k.lambda_pa, k.mu_pa, w.force);
   scatter(b, w.force, elastic);

@@ -4,6 +4,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/physics/liquid/carried_level.hpp"
 #include "core/physics/liquid/level_set.hpp"
 #include "validate/studies/registry.hpp"
 
@@ -79,6 +80,7 @@ Level carry(const Case& c, Monitor& monitor) {
       }
   const liquid::Field first = phi;
   particles.sort(shape);
+  liquid::update_carried(shape, phi, phi, {}, particles);
   const liquid::Grid3<std::uint8_t> everywhere(shape.nx, shape.ny, shape.nz, 1);
   const double step_s = c.end_s / c.n_steps;
   liquid::MacGrid u(shape);
@@ -91,10 +93,13 @@ Level carry(const Case& c, Monitor& monitor) {
             u[axis](i, j, k) = c.flow(liquid::face_m(shape, axis, i, j, k), (step + 0.5) * step_s)[axis];
     liquid::advect_level_set(shape, u, step_s, 5.0 * h, phi);
     liquid::advect_particles(shape, u, everywhere, step_s, particles);
+    liquid::correct_by_carried(shape, particles, {}, phi);
+    const liquid::Field carried = phi;
     particles.sort(shape);
     liquid::correct_by_particles(shape, particles, open, {}, phi);
     liquid::redistance(shape, 3.0 * h, 8.0 * h, phi);
     liquid::shift_to_volume(shape, open, c.exact * h * shape.ny, 0.25 * h, phi);
+    liquid::update_carried(shape, carried, phi, {}, particles);
   }
   Level level;
   level.h_m = h;

@@ -8,7 +8,7 @@
 namespace klang::liquid {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x3153514c474e4c4bULL;  // "KLNGLQS1"
+constexpr std::uint64_t kMagic = 0x3253514c474e4c4bULL;  // "KLNGLQS2"
 
 template <class T>
 void put(std::ostream& out, const T& value) {
@@ -59,6 +59,7 @@ void Liquid::save(std::ostream& out) const {
   put_list(out, particles_.x_m);
   put_list(out, particles_.v_m_s);
   put_list(out, particles_.affine_per_s);
+  put_list(out, particles_.phi_m);
 }
 
 void Liquid::load(std::istream& in) {
@@ -81,7 +82,9 @@ void Liquid::load(std::istream& in) {
   get_list(in, particles_.x_m, kMost);
   get_list(in, particles_.v_m_s, kMost);
   get_list(in, particles_.affine_per_s, kMost);
-  if (particles_.v_m_s.size() != particles_.size() || particles_.affine_per_s.size() != particles_.size())
+  get_list(in, particles_.phi_m, kMost);
+  if (particles_.v_m_s.size() != particles_.size() || particles_.affine_per_s.size() != particles_.size() ||
+      particles_.phi_m.size() != particles_.size())
     throw InputError("checkpoint", "does not belong to this scene");
   for (const Eigen::Vector3d& x : particles_.x_m)
     if (!x.allFinite()) throw InputError("checkpoint", "is damaged");

@@ -8,6 +8,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/physics/liquid/carried_level.hpp"
 
 namespace klang::liquid {
 namespace {
@@ -119,6 +120,7 @@ void Liquid::seed_particles() {
         }
       }
   particles_.sort(shape);
+  update_carried(shape, phi_, phi_, {}, particles_);
 }
 
 bool Liquid::streams(const Inlet& inlet) const { return time_s_ >= inlet.start_s - 1e-12; }
@@ -298,6 +300,8 @@ LiquidStep Liquid::step(double step_s) {
   update.flip_share = 0.0;  // particles that were added have no velocity of their own
   move_particles(shape, update, step_s, n_before, particles_.size(), particles_);
   advect_level_set(shape, u_, step_s, kBandCells * h, phi_);
+  correct_by_carried(shape, particles_, {}, phi_);
+  const Field carried = phi_;
   move_solids(step_s);
   emit(step_s);
   push_out();
@@ -310,6 +314,7 @@ LiquidStep Liquid::step(double step_s) {
   drain();
   redistance(shape, kKeepCells * h, kReachCells * h, phi_);
   keep_volume();
+  update_carried(shape, carried, phi_, {}, particles_);
 
   time_s_ += step_s;
   pending_kick_s_ = 0.5 * step_s;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "core/foundation/base/parallel.hpp"
 #include "core/physics/liquid/detail/particle_kernels.hpp"
@@ -22,6 +23,7 @@ void Particles::add(const Vector3d& x, const Vector3f& v, const Matrix3f& c) {
   x_m.push_back(x);
   v_m_s.push_back(v);
   affine_per_s.push_back(c);
+  phi_m.push_back(std::numeric_limits<double>::quiet_NaN());
 }
 
 void Particles::sort(const GridShape& shape, const std::vector<std::uint8_t>* keep) {
@@ -49,17 +51,20 @@ void Particles::sort(const GridShape& shape, const std::vector<std::uint8_t>* ke
   x_other_.resize(n_kept);
   v_other_.resize(n_kept);
   affine_other_.resize(n_kept);
+  phi_other_.resize(n_kept);
   parallel_for(n_kept, kGrain, [&](std::size_t first, std::size_t last) {
     for (std::size_t q = first; q < last; ++q) {
       const std::size_t p = source[q];
       x_other_[q] = x_m[p];
       v_other_[q] = v_m_s[p];
       affine_other_[q] = affine_per_s[p];
+      phi_other_[q] = phi_m[p];
     }
   });
   x_m.swap(x_other_);
   v_m_s.swap(v_other_);
   affine_per_s.swap(affine_other_);
+  phi_m.swap(phi_other_);
 }
 
 namespace {

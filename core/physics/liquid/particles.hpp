@@ -12,6 +12,7 @@ struct Particles {
   std::vector<Eigen::Vector3d> x_m;
   std::vector<Eigen::Vector3f> v_m_s;
   std::vector<Eigen::Matrix3f> affine_per_s;  ///< row a: gradient of component a (APIC)
+  std::vector<double> phi_m;                  ///< carried distance to the surface (carried_level.hpp); NaN: none yet
   std::vector<std::uint32_t> begin;           ///< n_cells + 1: where the particles of each cell begin, after sort()
 
   std::size_t size() const { return x_m.size(); }
@@ -24,6 +25,7 @@ struct Particles {
   std::vector<Eigen::Vector3d> x_other_;
   std::vector<Eigen::Vector3f> v_other_;
   std::vector<Eigen::Matrix3f> affine_other_;
+  std::vector<double> phi_other_;
 };
 
 /// Momentum of the particles on the faces: u = sum w (v + C (x_face - x)) / sum w, w trilinear (Jiang et al. 2015). Faces out of every

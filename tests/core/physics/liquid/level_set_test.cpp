@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/physics/liquid/carried_level.hpp"
 
 namespace klang::liquid {
 namespace {
@@ -105,6 +106,54 @@ TEST(Particles, KeepUniformAndLinearVelocityThroughTheGrid) {
     EXPECT_LE((particles.v_m_s[p].cast<double>() - flow(x)).norm(), 1e-6);
     EXPECT_LE((particles.affine_per_s[p] - gradient).norm(), 1e-4F);
   }
+}
+
+/// A ball, and particles in it that carry its distance.
+struct CarriedBall {
+  GridShape shape{20, 20, 20, 0.05};
+  Field phi{20, 20, 20};
+  Particles particles;
+  CarriedBall() {
+    for (int k = 0; k < 20; ++k)
+      for (int j = 0; j < 20; ++j)
+        for (int i = 0; i < 20; ++i) phi(i, j, k) = (shape.centre_m(i, j, k) - Vector3d::Constant(0.5)).norm() - 0.3;
+    RandomStream random(8, 1);
+    for (int p = 0; p < 60000; ++p) {
+      const Vector3d x(random.uniform(), random.uniform(), random.uniform());
+      if (at_centres(phi, x, 0.05) < 0.0) particles.add(x, Eigen::Vector3f::Zero());
+    }
+    particles.sort(shape);
+    update_carried(shape, phi, phi, {}, particles);
+  }
+};
+
+TEST(CarriedLevel, LeavesAGridThatAgreesAsItIs) {
+  CarriedBall ball;
+  const Field before = ball.phi;
+  correct_by_carried(ball.shape, ball.particles, {}, ball.phi);
+  EXPECT_EQ(ball.phi.data(), before.data());
+  update_carried(ball.shape, before, ball.phi, {}, ball.particles);
+  correct_by_carried(ball.shape, ball.particles, {}, ball.phi);
+  EXPECT_EQ(ball.phi.data(), before.data());
+}
+
+TEST(CarriedLevel, BringsBackWhatTheGridLostAndFollowsWhatWasDoneToIt) {
+  CarriedBall ball;
+  const Field before = ball.phi;
+  const auto worst_below = [&](double offset_m) {
+    double worst = 0.0;
+    for (std::size_t c = 0; c < before.size(); ++c)
+      if (before[c] > -0.03 && before[c] < 0.0) worst = std::max(worst, std::abs(ball.phi[c] - before[c] - offset_m));
+    return worst / 0.05;  // cells
+  };
+  for (double& value : ball.phi.data()) value += 0.2 * 0.05;  // lost: a fifth of a cell
+  for (int turn = 0; turn < 30; ++turn) correct_by_carried(ball.shape, ball.particles, {}, ball.phi);
+  EXPECT_LE(worst_below(0.0), 0.06) << "cells outside, which few particles reach, lag";
+  ball.phi = before;
+  for (double& value : ball.phi.data()) value -= 0.2 * 0.05;  // done on purpose
+  update_carried(ball.shape, before, ball.phi, {}, ball.particles);
+  correct_by_carried(ball.shape, ball.particles, {}, ball.phi);
+  EXPECT_LE(worst_below(-0.2 * 0.05), 1e-12);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <new>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "core/foundation/base/child.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/provenance.hpp"
 
 #ifdef KLANG_HAS_OPENVDB
 #include <openvdb/openvdb.h>
@@ -248,6 +250,26 @@ double VdbFile::face_velocity(int axis, int i, int j, int k) const {
   return 0.5 * (value + grids_->velocity->tree().getValue(below)[axis]);
 }
 
+namespace {
+
+/// OpenVDB gives each file a random number (UUID) behind the first 21 bytes; here it follows from the rest, so that the same liquid gives
+/// the same bits.
+void name_by_content(const std::filesystem::path& file) {
+  constexpr std::size_t kAt = 21, kLength = 36;
+  std::string bytes = read_file(file);
+  if (bytes.size() < kAt + kLength || bytes[kAt + 8] != '-' || bytes[kAt + 23] != '-')
+    throw InputError(file.string(), "is not laid out as OpenVDB 10 does it");
+  bytes.replace(kAt, kLength, kLength, '0');
+  std::string uuid = sha256(bytes).substr(0, 32);
+  for (const std::size_t dash : {8, 13, 18, 23}) uuid.insert(dash, 1, '-');
+  std::fstream out(file, std::ios::in | std::ios::out | std::ios::binary);
+  out.seekp(static_cast<std::streamoff>(kAt));
+  out.write(uuid.data(), static_cast<std::streamsize>(kLength));
+  if (!out.flush()) throw InputError(file.string(), "cannot be written", "", "room on the disk");
+}
+
+}  // namespace
+
 void write_vdb(const std::filesystem::path& path, const GridShape& shape, const Field& phi_m,
                const std::optional<MacGrid>& u, double time_s) {
   write_file_with(path, [&](const std::filesystem::path& temporary) {
@@ -286,6 +308,7 @@ void write_vdb(const std::filesystem::path& path, const GridShape& shape, const 
       openvdb::io::File file(temporary.string());
       file.write(grids);
       file.close();
+      name_by_content(temporary);
     });
   });
 }

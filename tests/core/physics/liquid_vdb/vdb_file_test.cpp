@@ -67,6 +67,24 @@ TEST(VdbFile, GivesBackWhatWasWritten) {
   EXPECT_EQ(vdb.face_velocity(2, 1, 4, 0), -0.25);
 }
 
+TEST(VdbFile, SameLiquidGivesSameBytesAndAnotherOneAnotherNumber) {
+  const Scratch scratch;
+  const GridShape shape{9, 5, 6, 0.01};
+  Field phi(9, 5, 6);
+  for (std::size_t c = 0; c < phi.size(); ++c) phi[c] = 0.01 * std::sin(0.37 * static_cast<double>(c));
+  const auto bytes = [&](const std::string& name) {
+    write_vdb(scratch.path / name, shape, phi, MacGrid(shape), 0.25);
+    std::ostringstream text;
+    text << std::ifstream(scratch.path / name, std::ios::binary).rdbuf();
+    return text.str();
+  };
+  const std::string first = bytes("first.vdb");
+  EXPECT_EQ(first, bytes("second.vdb"));
+  phi[17] += 0.001;
+  EXPECT_NE(first.substr(21, 36), bytes("third.vdb").substr(21, 36));
+  EXPECT_EQ(VdbFile(scratch.path / "first.vdb").extent().high[0], 8);
+}
+
 TEST(VdbFile, TakesABandOfOthersAndDistancesInVoxels) {
   const Scratch scratch;
   const VdbFile vdb(scratch.write(ball(3.0)));

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "apps/kit/command.hpp"
+#include "apps/kit/device_option.hpp"
 #include "apps/kit/field_options.hpp"
 #include "apps/kit/number_options.hpp"
 #include "apps/kit/number_table.hpp"
@@ -28,6 +29,8 @@ struct TransferOptions {
   double unit_m = 1.0, frame_step_s = 0.0;
   std::optional<double> given_radius_m, decay_per_s;
   bubble::BoundaryOptions surface;
+  DeviceOption device;
+  opencl::DeviceChoice where;            ///< what it means here
   bubble::TransferSeriesOptions series;  ///< of one boundary, too, as far as they concern it
 };
 
@@ -43,6 +46,10 @@ void finish(TransferOptions& o, std::uint64_t seed) {
     checked("command line", "--frequency-hz", o.series.frequency_hz, 1.0, 1e5);
     o.series.radius_m = bubble::bubble_radius_m(o.series.frequency_hz, {}, theory);
   }
+  o.where = o.device.choice();
+  if (paper && o.device.device)
+    throw InputError("command line", "--device", *o.device.device,
+                     "no --literature paper: it has nothing for a device");
   o.series.decay_per_s = o.decay_per_s.value_or(0.0);
   o.series.validate();
   o.surface.validate();
@@ -196,12 +203,13 @@ nlohmann::json reciprocal(const TransferOptions& options, const CommonOptions& c
   const Stopwatch total;
   const bubble::SourcePoints sources =
       bubble::random_source_points(one.boundary, options.series.fluid_sources, 1, common.seed);
-  const bubble::ReciprocalOptions solve{options.series.solver, options.series.air_vertices, true};
+  const bubble::ReciprocalOptions solve{options.series.solver, options.series.air_vertices, true, options.where};
   const std::vector<Eigen::Vector3d> ears = one.ears();
   const bubble::EarField air = bubble::ear_field(one.boundary, options.series.frequency_hz, ears, solve, monitor);
   const bubble::EarInLiquid liquid = bubble::ear_in_liquid(one.boundary, air, sources, solve, monitor);
   const std::vector<bubble::ReciprocalTransfer> found =
       bubble::checked_transfer(one.boundary, air, liquid, sources, one.bubble, solve);
+  if (!air.device_message.empty()) warn(air.device_message);
   std::vector<Complex> pressures;
   for (const bubble::ReciprocalTransfer& f : found) pressures.push_back(f.pressure);
   nlohmann::json json = with_pressures(options, common, pressures, found);
@@ -237,9 +245,10 @@ nlohmann::json forward(const TransferOptions& options, const CommonOptions& comm
   for (const Eigen::Vector3d& ear : ears) pressures.push_back(bubble::air_pressure(result, ear));
   std::vector<bubble::ReciprocalTransfer> references;
   if (solve.literature == bubble::Literature::kCorrected) {
-    const bubble::ReciprocalOptions check{options.series.solver, options.series.air_vertices, true};
+    const bubble::ReciprocalOptions check{options.series.solver, options.series.air_vertices, true, options.where};
     references = bubble::reciprocal_transfer(one.boundary, options.series.frequency_hz, sources, {{one.bubble}, ears},
                                              check, monitor)[0];
+    if (!references[0].device_message.empty()) warn(references[0].device_message);
   }
   nlohmann::json json = with_pressures(options, common, pressures, references);
   json["source_strength_kg_m_s2"] = result.source_strength.real();
@@ -294,6 +303,9 @@ int run_bubble_transfer(TransferOptions options, const CommonOptions& common) {
         "command line",
         series ? "a series needs one of --bubble and --path" : "--bubble is needed, and --path is for a series",
         options.bubble.empty() ? "no --bubble" : "both");
+  if (series && options.device.device)
+    throw InputError("command line", "--device", *options.device.device,
+                     "one boundary: a series runs on the processor");
   return series ? run_series(options, common) : run_one(options, common);
 }
 
@@ -337,6 +349,7 @@ Subcommand add_bubble_transfer(CLI::App& group, CommonOptions& common) {
               {"solver.liquid.sound_speed_m_s", "--liquid-sound-speed-m-s", "Sound speed of the liquid"},
               {"solver.air.density_kg_m3", "--air-density-kg-m3", "Density of the air"},
               {"solver.air.sound_speed_m_s", "--air-sound-speed-m-s", "Sound speed of the air"}});
+  add_device_option(*app, common, options->device, "The boundary elements of the air are made and solved");
   for (const auto& [field, flag] :
        {std::pair{"radius_m", "--radius-m"}, {"decay_per_s", "--decay-per-s"}, {"boundary", "--boundary"}})
     name_field(*app, common, field, flag);

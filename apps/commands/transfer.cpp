@@ -6,6 +6,7 @@
 
 #include "apps/commands/transfer_documents.hpp"
 #include "apps/kit/command.hpp"
+#include "apps/kit/device_option.hpp"
 #include "apps/kit/field_options.hpp"
 #include "apps/kit/number_table.hpp"
 #include "core/foundation/base/conventions.hpp"
@@ -36,23 +37,33 @@ struct TransferOptions {
   double frequency_hz = 0.0;
   double unit_m = 1.0;
   acoustics::RadiateOptions radiate;
+  DeviceOption device;
 };
 
 nlohmann::json options_json(const TransferOptions& options) {
-  return {{"density_kg_m3", options.radiate.medium.density_kg_m3},
-          {"sound_speed_m_s", options.radiate.medium.sound_speed_m_s},
-          {"allow_coarse", options.radiate.allow_coarse}};
+  nlohmann::json json{{"density_kg_m3", options.radiate.medium.density_kg_m3},
+                      {"sound_speed_m_s", options.radiate.medium.sound_speed_m_s},
+                      {"allow_coarse", options.radiate.allow_coarse}};
+  if (options.radiate.device.used)
+    json.update({{"device", *options.device.device}, {"precision", options.device.precision}});
+  return json;
 }
 
 BemOptions bem_options(const TransferOptions& options) {
   BemOptions bem;
   bem.medium = options.radiate.medium;
   bem.allow_coarse = options.radiate.allow_coarse;
+  bem.device = options.radiate.device;
   return bem;
 }
 
 SolutionRecord solution_of(const BemResult& bem) {
-  return {bem.frequency_hz, bem.n_elements, bem.n_unknowns, bem.relative_residual, bem.elements_per_wavelength};
+  return {bem.frequency_hz, bem.n_elements, bem.n_unknowns, bem.relative_residual, bem.elements_per_wavelength,
+          bem.device};
+}
+
+void warn_device(const std::string& message) {
+  if (!message.empty()) warn(message);
 }
 
 void warn_coarse(const BemResult& bem, const BemOptions& options) {
@@ -74,6 +85,7 @@ int run_sphere(const TransferOptions& options, const CommonOptions& common) {
   const acoustics::SphereResult result = acoustics::solve_sphere(sphere, bem, monitor);
   if (!result.bem.usable()) throw NumericalError("transfer: " + result.bem.message);
   warn_coarse(result.bem, bem);
+  warn_device(result.bem.device_message);
 
   nlohmann::json used = options_json(options);
   used.update(
@@ -129,6 +141,7 @@ int run_surface(const TransferOptions& options, const CommonOptions& common) {
   const BemResult result = solver.solve(options.frequency_hz, velocity, bem, monitor);
   if (!result.usable()) throw NumericalError("transfer: " + result.message);
   warn_coarse(result, bem);
+  warn_device(result.device_message);
   const Eigen::VectorXcd pressure = solver.pressure_at(result, points);
 
   nlohmann::json used = options_json(options);
@@ -174,7 +187,9 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
     throw NumericalError(result.message);
   }
 
+  warn_device(result.device_message);
   TransferDocument document;
+  document.device = result.device;
   document.header = make_header("transfer", "done", common, used, {options.model});
   acoustics::write_transfer_model(options.output, result.transfer, json_of(document.header.provenance).dump());
   int highest = 0;
@@ -190,7 +205,9 @@ int run_model(const TransferOptions& options, const CommonOptions& common) {
   return kDone;
 }
 
-int run_transfer(const TransferOptions& options, const CommonOptions& common) {
+int run_transfer(const TransferOptions& given, const CommonOptions& common) {
+  TransferOptions options = given;
+  options.radiate.device = given.device.choice();
   const int forms =
       (options.model.empty() ? 0 : 1) + (options.sphere.empty() ? 0 : 1) + (options.surface.empty() ? 0 : 1);
   if (forms != 1)
@@ -229,6 +246,7 @@ Subcommand add_transfer(CLI::App& program, CommonOptions& common) {
                "Modal model: part of the radiated power that the multipoles keep"},
               {"order.paper_rule", "--paper-order", "Modal model: order max(kL/4, 4) instead (loses power)"},
               {"allow_coarse"}});
+  add_device_option(*app, common, options->device, "The matrices are made and solved");
   name_field(*app, common, "radius_m", "--radius-m");
   app->footer(
       "Examples:\n"

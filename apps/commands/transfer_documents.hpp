@@ -37,6 +37,7 @@ struct SolutionRecord {
   int bem_elements = 0, bem_unknowns = 0;
   std::optional<double> residual;
   double elements_per_wavelength = 0.0;
+  std::string device;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -45,6 +46,7 @@ struct SolutionRecord {
     visit({"bem_unknowns", "pressures that were solved for"}, self.bem_unknowns);
     visit({"residual", "||A x - b|| / ||b||"}, self.residual);
     visit({"elements_per_wavelength", "wavelength in air over the longest edge"}, self.elements_per_wavelength);
+    visit({"device", "that made and solved the matrix: processor, or the OpenCL device's name"}, self.device);
   }
 };
 
@@ -109,11 +111,13 @@ struct RadiatedModeRecord {
 struct TransferDocument {
   ResultHeader header;
   std::vector<RadiatedModeRecord> modes;
+  std::string device;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     ResultHeader::describe(self.header, visit);
     visit({"modes", "of the model, with their sound"}, self.modes);
+    visit({"device", "that made and solved the matrices: processor, or the OpenCL device's name"}, self.device);
   }
 };
 

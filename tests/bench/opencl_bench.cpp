@@ -11,7 +11,9 @@
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/sound/bem/detail/assembly.hpp"
 #include "core/sound/bem/helmholtz_bem.hpp"
+#include "core/sound/dual_domain/reciprocal.hpp"
 #include "core/sound/transfer/transfer_opencl.hpp"
+#include "tests/core/sound/dual_domain/liquid_shapes.hpp"
 #include "tests/core/sound/transfer/transfer_samples.hpp"
 
 namespace {
@@ -32,6 +34,11 @@ double best_of(int repeats, const std::function<void()>& work) {
     best = std::min(best, watch.seconds());
   }
   return best;
+}
+
+std::string device_name(const Settings& settings) {
+  const std::vector<opencl::Device> devices = opencl::devices();
+  return devices[opencl::chosen_device(devices, settings.device.device)].name;
 }
 
 double difference(const Eigen::MatrixXcd& found, const Eigen::MatrixXcd& expected) {
@@ -134,6 +141,22 @@ void boundary_element_solution(const Settings& settings, int divisions, bool bes
   if (!found.device_message.empty()) std::printf("  %s\n", found.device_message.c_str());
 }
 
+/// The air of a tank seen from two ears.
+void reciprocal(const Settings& settings, bool large) {
+  using namespace bubble;
+  const LiquidBoundary boundary(test::tank({0.30, 0.22, 0.15}, large ? 0.0065 : 0.05));
+  const EarElements elements(boundary, large ? 5000 : 300);
+  const std::vector<Eigen::Vector3d> ears{{0.4, 0.3, 0.8}, {0.6, 0.3, 0.8}};
+  Eigen::MatrixXcd found, expected;
+  std::string message;
+  const double device_s = best_of(
+      settings.repeats, [&] { found = elements.field(2000.0, ears, {}, silent_monitor(), settings.device, &message); });
+  const double processor_s = best_of(1, [&] { expected = elements.field(2000.0, ears, {}); });
+  line(device_name(settings), "reciprocal: field of two ears", std::to_string(elements.n_elements()) + " elements",
+       device_s, processor_s, difference(found, expected));
+  if (!message.empty()) std::printf("  %s\n", message.c_str());
+}
+
 Settings settings_of(int argc, char** argv) {
   Settings settings;
   for (int i = 1; i < argc; ++i) {
@@ -160,8 +183,9 @@ int main(int argc, char** argv) {
       boundary_elements(settings, divisions);
       boundary_element_solution(settings, divisions, true);
     }
+    reciprocal(settings, settings.large);
     if (settings.large)
-      for (const int divisions : {40, 60}) boundary_element_solution(settings, divisions, false);
+      for (const int divisions : {40, 55}) boundary_element_solution(settings, divisions, false);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "opencl_bench: %s\n", error.what());
     return 1;

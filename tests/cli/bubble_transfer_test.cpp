@@ -199,6 +199,8 @@ TEST(BubbleTransfer, ReciprocalIsWithinItsErrorEstimateAndSaysThatOfTheForwardMe
       "--method ";
   ASSERT_EQ(run_klang(command + "reciprocal", scratch.path()).exit_code, 0);
   const nlohmann::json reciprocal = read_json(scratch.path() / "t.json");
+  ASSERT_EQ(run_klang(command + "reciprocal --device cpu", scratch.path()).exit_code, 0);
+  const nlohmann::json device = read_json(scratch.path() / "t.json");
   ASSERT_EQ(run_klang(command + "forward", scratch.path()).exit_code, 0);
   const nlohmann::json forward = read_json(scratch.path() / "t.json");
   EXPECT_EQ(reciprocal["method"], "reciprocal");
@@ -211,6 +213,7 @@ TEST(BubbleTransfer, ReciprocalIsWithinItsErrorEstimateAndSaysThatOfTheForwardMe
       return test::Complex(t["pressure"][i]["re"], t["pressure"][i]["im"]) / strength;
     };
     EXPECT_LE(std::abs(std::abs(value(reciprocal)) / exact[i] - 1.0), 0.02) << i;
+    EXPECT_LE(std::abs(value(device) - value(reciprocal)), 1e-6 * exact[i]) << i;
     const double off = std::abs(value(forward) - value(reciprocal)) / std::abs(value(reciprocal));
     EXPECT_LE(std::abs(forward["pressure"][i]["error_estimate"].get<double>() - off), 0.02) << i;
   }
@@ -252,6 +255,8 @@ TEST(BubbleTransfer, BadInputIsNamed) {
   expect_refused(scratch, kTank + "--literature book", {"--literature", "right", "paper"});
   expect_refused(scratch, kTank + "-o v.png", {".vtp"});
   expect_refused(scratch, kTank + "--method backward", {"--method", "forward", "reciprocal"});
+  expect_refused(scratch, kTank + "--device 4711", {"--device", "4711"});
+  expect_refused(scratch, kTank + "--device cpu --literature paper", {"--device", "paper"});
   expect_refused(scratch, kTank + "--method reciprocal -o v.vtp", {"-o", "reciprocal"});
   expect_refused(scratch, kTank + "--liquid-loss-factor 2", {"--liquid-loss-factor", "0 to 0.5"});
   scratch.write("inside.csv", "0.1,0.1,-0.05\n");

@@ -114,6 +114,36 @@ TEST_F(KlangSynthTransfer, WithoutAnOpenClDeviceSaysSoInOneLineAndGoesOn) {
   EXPECT_EQ(read_json(scratch.path() / "d.json")["transfer"]["device"], "processor");
 }
 
+TEST(KlangTransferDevice, SphereOnOpenClIsTheProcessorsAndSaysWhereItWasSolved) {
+  const Scratch scratch;
+  const std::string sphere = "transfer --sphere dipole --ka 2 --elements 180 ";
+  ASSERT_EQ(run_klang(sphere + "--json p.json", scratch.path()).exit_code, 0);
+  const json expected = read_json(scratch.path() / "p.json");
+  EXPECT_EQ(expected["device"], "processor");
+  for (const std::string precision : {"double", "single"}) {
+    const auto run = run_klang(sphere + "--device cpu --json d.json --precision " + precision, scratch.path());
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const json found = read_json(scratch.path() / "d.json");
+    EXPECT_NE(found["device"], "processor");
+    const double power = expected["radiated_power_w"];
+    EXPECT_LE(std::abs(found["radiated_power_w"].get<double>() - power), (precision == "double" ? 1e-8 : 1e-4) * power);
+  }
+}
+
+TEST(KlangTransferDevice, WithoutOpenClAutoIsTheProcessorAndAnythingElseSaysSoInOneLine) {
+  const Scratch scratch;
+  const std::string sphere = "transfer --quiet --sphere dipole --ka 1 --elements 80 --json d.json --device ";
+  const auto quiet = run_klang(sphere + "auto", scratch.path(), "OCL_ICD_VENDORS=.");
+  EXPECT_EQ(quiet.exit_code, 0) << quiet.err;
+  EXPECT_EQ(quiet.err_lines(), 0) << quiet.err;
+  const auto run = run_klang(sphere + "cpu", scratch.path(), "OCL_ICD_VENDORS=.");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err_lines(), 1) << run.err;
+  EXPECT_EQ(read_json(scratch.path() / "d.json")["device"], "processor");
+  klang::test::expect_refused(scratch, "transfer --sphere dipole --ka 1 --device nothing-of-the-kind --json p.json",
+                              {"--device", "nothing-of-the-kind", "0 ("});
+}
+
 TEST_F(KlangSynthTransfer, BadInputIsRefusedInOneLine) {
   scratch.write("bad.csv", "time_s,x_m,y_m,z_m\n0,0,zero,3\n");
   scratch.write("inside.csv", "0,0,0,0.02\n");

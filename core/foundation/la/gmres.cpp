@@ -85,22 +85,27 @@ class Space {
   std::vector<Rotation> rotation_;
 };
 
+struct Method {
+  const Product &matrix, &inverse;
+  int max_steps;
+  const std::function<bool()>& stopped;
+};
+
 /// One start of all columns: how x is to change.
-MatrixXcd step(const Product& matrix, const Product& inverse, const MatrixXcd& residual, const Eigen::VectorXd& wanted,
-               int max_steps, const std::function<bool()>& stopped, int& n_products) {
+MatrixXcd step(const Method& method, const MatrixXcd& residual, const Eigen::VectorXd& wanted, int& n_products) {
   std::vector<Space> spaces;
   for (Index c = 0; c < residual.cols(); ++c) spaces.emplace_back(residual.col(c));
-  for (int k = 0; k < max_steps; ++k) {
+  for (int k = 0; k < method.max_steps; ++k) {
     std::vector<Index> open;
     for (Index c = 0; c < residual.cols(); ++c) {
       const Space& space = spaces[static_cast<std::size_t>(c)];
       if (space.grows() && space.residual() > wanted[c]) open.push_back(c);
     }
-    if (open.empty() || (stopped && stopped())) break;
+    if (open.empty() || (method.stopped && method.stopped())) break;
     MatrixXcd v(residual.rows(), static_cast<Index>(open.size()));
     for (std::size_t i = 0; i < open.size(); ++i)
       v.col(static_cast<Index>(i)) = spaces[static_cast<std::size_t>(open[i])].last();
-    const MatrixXcd w = matrix(inverse(v));
+    const MatrixXcd w = method.matrix(method.inverse(v));
     ++n_products;
     for (std::size_t i = 0; i < open.size(); ++i)
       spaces[static_cast<std::size_t>(open[i])].add(w.col(static_cast<Index>(i)));
@@ -108,7 +113,7 @@ MatrixXcd step(const Product& matrix, const Product& inverse, const MatrixXcd& r
   MatrixXcd change = MatrixXcd::Zero(residual.rows(), residual.cols());
   for (Index c = 0; c < residual.cols(); ++c)
     if (const Space& space = spaces[static_cast<std::size_t>(c)]; !space.empty()) change.col(c) = space.solution();
-  return inverse(change);
+  return method.inverse(change);
 }
 
 }  // namespace
@@ -129,7 +134,7 @@ KrylovSolution gmres(const Product& matrix, const Product& inverse, const Matrix
     result.solved = worst <= tolerance;
     if (result.solved || !(worst < 0.5 * before) || (stopped && stopped())) return result;
     before = worst;
-    result.x += step(matrix, inverse, residual, 0.5 * tolerance * size, max_steps, stopped, result.n_products);
+    result.x += step({matrix, inverse, max_steps, stopped}, residual, 0.5 * tolerance * size, result.n_products);
     residual = b - matrix(result.x);
     ++result.n_products;
   }

@@ -70,7 +70,7 @@ struct BemResult {
 /// the rest by Gauss points. The pressure error falls with the square of the element size.
 /// The dense matrix is factored in single precision and refined with the double one.
 /// On a device it stays there and GMRES solves it, preconditioned by the blocks of neighbours on its diagonal.
-/// Memory 24 n_vertices^2 bytes (device: 16, or 8 in single precision, and 0.5 GB); time n_triangles^2 (assembly) + n_vertices^3 (factor).
+/// Memory 24 n_vertices^2 bytes (device: 16, or 8 in single precision, and up to 2 GB); time n_triangles^2 (assembly) + n_vertices^3 (factor).
 /// Docs: docs/boundary-elements.md.
 class HelmholtzBem {
  public:

@@ -92,7 +92,7 @@ double EarElements::elements_per_wavelength(double frequency_hz, const acoustics
 }
 
 MatrixXcd EarElements::field(double frequency_hz, const std::vector<Vector3d>& ears_m, const acoustics::Medium& air,
-                             Monitor& monitor) const {
+                             Monitor& monitor, const opencl::DeviceChoice& device, std::string* device_message) const {
   const acoustics::RadiatingSurface& s = data_->solver.surface();
   const Eigen::Matrix3Xd ears = columns(ears_m);
   const double k = air.wavenumber_per_m(frequency_hz);
@@ -106,8 +106,10 @@ MatrixXcd EarElements::field(double frequency_hz, const std::vector<Vector3d>& e
   acoustics::BemOptions options;
   options.medium = air;
   options.allow_coarse = true;
+  options.device = device;
   options.n_blas_threads = 1;  // the same bits on any number of threads
   const acoustics::BemResult result = data_->solver.solve(frequency_hz, velocity, options, monitor);
+  if (device_message != nullptr) *device_message = result.device_message;
   if (!result.usable()) throw NumericalError("ear's field: " + result.message);
   MatrixXcd q = result.pressure_pa;
   for (Index e = 0; e < ears.cols(); ++e)
@@ -168,11 +170,13 @@ EarField ear_field(const LiquidBoundary& boundary, double frequency_hz, const st
   const EarElements fine(boundary, options.air_vertices);
   result.n_elements = fine.n_elements();
   result.elements_per_wavelength = fine.elements_per_wavelength(frequency_hz, options.pass.air);
-  result.q = fine.carrier(boundary)(fine.field(frequency_hz, ears_m, options.pass.air, monitor));
+  result.q = fine.carrier(boundary)(
+      fine.field(frequency_hz, ears_m, options.pass.air, monitor, options.device, &result.device_message));
   if (options.estimate_air) {
     monitor.throw_if_stopped();
     const EarElements coarse(boundary, std::max(fine.n_elements() / 8, 22));
-    result.q_coarse = coarse.carrier(boundary)(coarse.field(frequency_hz, ears_m, options.pass.air, monitor));
+    result.q_coarse =
+        coarse.carrier(boundary)(coarse.field(frequency_hz, ears_m, options.pass.air, monitor, options.device));
   }
   result.wall_time_s = lap.seconds();
   return result;
@@ -264,6 +268,7 @@ std::vector<ReciprocalTransfer> checked_transfer(const LiquidBoundary& boundary,
   std::vector<ReciprocalTransfer> result(static_cast<std::size_t>(n_ears));
   for (Index e = 0; e < n_ears; ++e) {
     ReciprocalTransfer& one = result[static_cast<std::size_t>(e)];
+    one.device_message = air.device_message;
     const Complex correct = strength * correction.col(e).sum();
     one.plain = liquid.pressure(bubble, static_cast<std::size_t>(e));
     one.pressure = one.plain + correct;

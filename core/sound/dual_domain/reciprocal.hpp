@@ -8,15 +8,17 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/opencl/session.hpp"
 #include "core/sound/dual_domain/dual_domain.hpp"
 
 namespace klang::bubble {
 
 struct ReciprocalOptions {
-  DualDomainOptions pass;    ///< of the liquid
-  int air_vertices = 1000;   ///< the air's boundary elements take a surface of no more vertices: 100 to 20000
-  bool estimate_air = true;  ///< also on a surface of a quarter of the triangles
-  void validate() const;     ///< InputError
+  DualDomainOptions pass;            ///< of the liquid
+  int air_vertices = 1000;           ///< the air's boundary elements take a surface of no more vertices: 100 to 20000
+  bool estimate_air = true;          ///< also on a surface of a quarter of the triangles
+  opencl::DeviceChoice device = {};  ///< of the air's boundary elements: BemOptions
+  void validate() const;             ///< InputError
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -35,8 +37,10 @@ class EarElements {
   EarElements(EarElements&&) noexcept;
   /// q of the ears at the elements' own vertices, n_vertices x n_ears.
   /// @throws NumericalError where the system was not solved
+  /// @param device_message  when given: one line where the device that was asked for did not do it
   Eigen::MatrixXcd field(double frequency_hz, const std::vector<Eigen::Vector3d>& ears_m, const acoustics::Medium& air,
-                         Monitor& monitor = silent_monitor()) const;
+                         Monitor& monitor = silent_monitor(), const opencl::DeviceChoice& device = {},
+                         std::string* device_message = nullptr) const;
   /// That, carried to the vertices of a boundary: linear on the nearest element.
   struct Carrier {
     std::vector<std::array<int, 3>> vertex;  ///< of the elements, for each vertex of the boundary
@@ -56,8 +60,9 @@ class EarElements {
 /// and dry solids, by boundary elements (acoustics::HelmholtzBem). It knows nothing of bubbles or of the liquid's waves.
 struct EarField {
   double frequency_hz = 0.0;
-  Eigen::MatrixXcd q;         ///< vertices of the boundary x ears [1/m]
-  Eigen::MatrixXcd q_coarse;  ///< the same by a quarter of the elements; empty: not asked for
+  Eigen::MatrixXcd q;          ///< vertices of the boundary x ears [1/m]
+  Eigen::MatrixXcd q_coarse;   ///< the same by a quarter of the elements; empty: not asked for
+  std::string device_message;  ///< one line: why the device that was asked for did not do it
   int n_elements = 0;
   double elements_per_wavelength = 0.0;
   double wall_time_s = 0.0;
@@ -91,6 +96,7 @@ struct ReciprocalTransfer {
   std::complex<double> pressure;    ///< corrected [Pa per m]
   std::complex<double> plain;       ///< (rho_a / rho_f) S_b w(x_b)
   double error_liquid = 0.0;        ///< |correction| over |pressure|
+  std::string device_message;       ///< EarField
   std::optional<double> error_air;  ///< a third of the change between both surfaces of the air; none: not asked for
   double error_estimate() const { return error_liquid + error_air.value_or(0.0); }
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <mutex>
 #include <span>
 
 #include "core/foundation/base/errors.hpp"
@@ -88,6 +89,8 @@ class Radiation {
   Monitor& monitor_;
   const std::function<void(const ModeTransfer&)>& done_;
   RadiateResult result_;
+  mutable std::mutex device_mutex_;
+  mutable std::string device_ = "processor", device_message_;
   std::size_t n_done_ = 0;
 };
 
@@ -122,12 +125,18 @@ std::vector<ModeTransfer> Radiation::solve_modes(std::span<const int> modes, boo
   options.allow_coarse = options_.allow_coarse;
   options.n_blas_threads = s.n_vertices() < kManyUnknowns ? 1 : 0;
   options.alone = alone;
+  options.device = options_.device;
   Eigen::MatrixXcd velocity(3 * s.n_triangles(), static_cast<Eigen::Index>(modes.size()));
   for (std::size_t c = 0; c < modes.size(); ++c)
     velocity.col(static_cast<Eigen::Index>(c)) =
         surface.corner_velocity_m_s(modes[c], carrier, s).cast<std::complex<double>>();
   const BemResult bem = solver.solve(model_.frequency_hz()[modes[0]], velocity, options);
   if (!bem.usable()) throw NumericalError("transfer: mode " + std::to_string(modes[0]) + ": " + bem.message);
+  {
+    const std::lock_guard lock(device_mutex_);
+    device_ = bem.device;
+    device_message_ = bem.device_message;
+  }
   const Eigen::Vector3d centre = 0.5 * (s.vertices_m.rowwise().minCoeff() + s.vertices_m.rowwise().maxCoeff());
   std::vector<ModeTransfer> transfers;
   for (std::size_t c = 0; c < modes.size(); ++c) {
@@ -239,6 +248,8 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
   }
   std::sort(result_.transfer.modes.begin(), result_.transfer.modes.end(),
             [](const ModeTransfer& a, const ModeTransfer& b) { return a.mode < b.mode; });
+  result_.device = device_;
+  result_.device_message = device_message_;
   result_.status = RadiateStatus::kDone;
   result_.wall_time_s["total"] = total.seconds();
   return std::move(result_);

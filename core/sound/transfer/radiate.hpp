@@ -21,7 +21,8 @@ struct RadiateOptions {
   int max_elements = 12000;              ///< bounds memory to 24 (max_elements / 2)^2 bytes per solve
   bool allow_coarse = false;
   OrderOptions order;
-  void validate() const;  ///< InputError
+  opencl::DeviceChoice device;  ///< of the boundary elements
+  void validate() const;        ///< InputError
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -40,9 +41,10 @@ struct RadiateOptions {
 struct RadiateResult {
   RadiateStatus status = RadiateStatus::kNotRun;
   std::string message;
-  TransferModel transfer;                     ///< modes in order of frequency
-  std::vector<int> n_elements_of_level;       ///< boundary-element meshes used, coarse to fine
-  std::map<std::string, double> wall_time_s;  ///< "surface", "coarsen", "static", "solve", "total"
+  TransferModel transfer;                            ///< modes in order of frequency
+  std::vector<int> n_elements_of_level;              ///< boundary-element meshes used, coarse to fine
+  std::string device = "processor", device_message;  ///< BemResult, of the last new mode
+  std::map<std::string, double> wall_time_s;         ///< "surface", "coarsen", "static", "solve", "total"
   bool usable() const { return status == RadiateStatus::kDone; }
 };
 

@@ -12,6 +12,7 @@ namespace {
 
 using Complex = std::complex<double>;
 constexpr int kFields = 22;
+constexpr std::size_t kGpuPairBytes = std::size_t{1} << 31, kPairBytes = std::size_t{1} << 28;
 constexpr int kColumns = 4;         // COLUMNS of the kernels
 constexpr int kTestsAtOnce = 4096;  // of the right-hand side
 
@@ -57,12 +58,14 @@ DeviceSystem::DeviceSystem(const opencl::DeviceChoice& where, FarProblem problem
       problem_(std::move(problem)),
       n_triangles_(static_cast<int>(problem_.corner_rows.cols())),
       n_rows_(static_cast<int>(problem_.triangles_of_row.size())),
-      words_((n_triangles_ + 31) / 32) {
+      words_((n_triangles_ + 31) / 32),
+      pair_bytes_(std::min<std::size_t>(session_.device().kind == "gpu" ? kGpuPairBytes : kPairBytes,
+                                        session_.device().largest_buffer_bytes)) {
   const std::size_t number = double_precision() ? sizeof(Complex) : sizeof(std::complex<float>);
   const auto n = static_cast<std::size_t>(n_rows_), n_triangles = static_cast<std::size_t>(n_triangles_);
-  const std::size_t matrix = n * n * number;
+  const std::size_t matrix = n * n * number, pairs = std::min(pair_bytes_, 9 * n_triangles * n_triangles * number);
   const std::size_t small = n_triangles * (kFields + 30) * number + near.value.size() * (number + sizeof(int));
-  session_.check_memory(matrix + kPairBytes + small, std::max(matrix, kPairBytes),
+  session_.check_memory(matrix + pairs + small, std::max(matrix, pairs),
                         "the boundary-element matrix of " + std::to_string(n_rows_) + " unknowns", where.memory_bytes);
   matrix_ = session_.buffer(matrix);
   double_precision() ? assemble<double>(near) : assemble<float>(near);
@@ -92,7 +95,7 @@ void DeviceSystem::assemble(const NearRows& near) {
   corners_ = session_.upload(corners);
   // As many rows at a time as the memory for their triangles allows.
   const std::size_t one_test = 9 * static_cast<std::size_t>(n_triangles_) * 2 * sizeof(Real);
-  const std::size_t most_tests = std::max<std::size_t>(kPairBytes / one_test, 1);
+  const std::size_t most_tests = std::max<std::size_t>(pair_bytes_ / one_test, 1);
   std::vector<int> tests;
   std::vector<char> taken(static_cast<std::size_t>(n_triangles_), 0);
   int begin = 0;

@@ -30,7 +30,7 @@ struct NearRows {
 /// The system of HelmholtzBem on an OpenCL device: far pairs are integrated there and gathered into the dense matrix, which stays
 /// there; near pairs come from the processor. Double precision: the processor's entries to 1e-12 of the largest of their row; single:
 /// to 1e-5. No sum depends on the order in which the device works.
-/// Memory: the matrix, n_rows^2 pairs of numbers, and kPairBytes for the triangles in work.
+/// Memory: the matrix, n_rows^2 pairs of numbers, and 2 GB (a GPU) or 0.25 GB for the triangles in work.
 class DeviceSystem {
  public:
   /// @throws opencl::Error when the device has no memory for it
@@ -45,8 +45,6 @@ class DeviceSystem {
   la::RowMatrixXcd matrix();
   const opencl::Device& device() const { return session_.device(); }
   bool double_precision() const { return session_.precision() == opencl::Precision::kDouble; }
-
-  static constexpr std::size_t kPairBytes = std::size_t{1} << 29;  ///< of the triangles in work, at most
 
  private:
   template <typename Real>
@@ -64,6 +62,7 @@ class DeviceSystem {
   opencl::Session session_;
   const FarProblem problem_;
   int n_triangles_, n_rows_, words_;
+  std::size_t pair_bytes_;  ///< of the triangles in work, at most
   opencl::Buffer geometry_, corners_at_, corners_, row_scale_, pairs_, matrix_;
 };
 

@@ -101,7 +101,7 @@ TEST(BemOnDeviceMemory, WhereThereIsNoneTheProcessorDoesItAndOneLineSaysSo) {
   BemOptions options;
   options.allow_coarse = true;
   const BemResult expected = solver.solve(900.0, velocity, options);
-  options.device = {.used = true, .memory_bytes = 1000000};
+  options.device = {.used = true, .memory_bytes = 100000};
   const BemResult found = solver.solve(900.0, velocity, options);
   EXPECT_EQ(found.device, "processor");
   EXPECT_NE(found.device_message.find("the boundary-element matrix of 92 unknowns needs"), std::string::npos)

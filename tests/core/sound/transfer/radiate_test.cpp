@@ -234,6 +234,27 @@ TEST(Radiate, StoppedRunGoesOnToTheSameBits) {
     EXPECT_EQ(rest.transfer.modes[i].multipole.coefficients_pa, whole.transfer.modes[i].multipole.coefficients_pa) << i;
 }
 
+TEST(Radiate, OnADeviceModesRadiateAsOnTheProcessor) {
+  const modal::ModalModel model = ball({0.5, 2.0});
+  RadiateOptions options;
+  options.min_elements = 100;
+  const RadiateResult expected = radiate(model, options);
+  EXPECT_EQ(expected.device, "processor");
+  options.device.used = true;
+  const RadiateResult found = radiate(model, options);
+  EXPECT_NE(found.device, "processor");
+  EXPECT_EQ(found.device_message, "");
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& want = expected.transfer.modes[i];
+    EXPECT_LE(std::abs(found.transfer.modes[i].radiated_power_w / want.radiated_power_w - 1.0), 1e-7);
+  }
+  options.device.memory_bytes = 1000;
+  const RadiateResult without = radiate(model, options);
+  EXPECT_EQ(without.device, "processor");
+  EXPECT_NE(without.device_message.find("needs"), std::string::npos) << without.device_message;
+  EXPECT_EQ(without.transfer.modes[0].radiated_power_w, expected.transfer.modes[0].radiated_power_w);
+}
+
 TEST(Radiate, FrequenciesThatTheElementsCannotResolveAreRefused) {
   RadiateOptions options;
   options.max_elements = options.min_elements = 100;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "apps/commands/bubble_transfer_documents.hpp"
 #include "apps/kit/command.hpp"
 #include "apps/kit/device_option.hpp"
 #include "apps/kit/field_options.hpp"
@@ -13,6 +14,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/config/fields_json.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/sound/dual_domain/boundary_file.hpp"
 #include "core/sound/dual_domain/tank_modes.hpp"
@@ -79,21 +81,23 @@ nlohmann::json options_json(const TransferOptions& o) {
 }
 
 /// Resonances of the vessel near the bubble's pitch, where |P| is what the loss makes it.
-nlohmann::json named_modes(const bubble::LiquidBoundary& boundary, const bubble::TransferSeriesOptions& o) {
-  constexpr double kBand = 1.12, kMostNamed = 6;  // a sixth of an octave to both sides
-  nlohmann::json json = nlohmann::json::array();
+std::vector<TankModeRecord> named_modes(const bubble::LiquidBoundary& boundary,
+                                        const bubble::TransferSeriesOptions& o) {
+  constexpr double kBand = 1.12;  // a sixth of an octave to both sides
+  constexpr std::size_t kMostNamed = 6;
+  std::vector<TankModeRecord> records;
   std::string text;
   for (const bubble::TankMode& mode :
        bubble::tank_modes(boundary, o.solver.liquid.sound_speed_m_s, o.frequency_hz / kBand, o.frequency_hz * kBand)) {
-    if (static_cast<double>(json.size()) < kMostNamed)
+    if (records.size() < kMostNamed)
       text += (text.empty() ? "" : ", ") + std::to_string(std::lround(mode.frequency_hz)) + " Hz (" +
               std::to_string(mode.m) + "," + std::to_string(mode.n) + "," + std::to_string(mode.p) + ")";
-    json.push_back({{"frequency_hz", mode.frequency_hz}, {"m", mode.m}, {"n", mode.n}, {"p", mode.p}});
+    records.push_back({mode.frequency_hz, mode.m, mode.n, mode.p});
   }
-  if (!json.empty())
+  if (!records.empty())
     warn("the liquid, taken as a box between rigid walls, resonates near " + to_text(o.frequency_hz) + " Hz: " + text +
          "; the pressure there is what --liquid-loss-factor " + to_text(o.solver.liquid_loss_factor) + " makes it");
-  return json;
+  return records;
 }
 
 int run_series(const TransferOptions& options, const CommonOptions& common) {
@@ -130,31 +134,25 @@ int run_series(const TransferOptions& options, const CommonOptions& common) {
   std::vector<std::filesystem::path> inputs = {options.points};
   if (!options.path.empty()) inputs.emplace_back(options.path);
   inputs.insert(inputs.end(), frames.files.begin(), frames.files.end());
-  const nlohmann::json modes = named_modes(
+  BubbleTransferSeriesDocument document;
+  document.header = make_header("bubble_transfer_series", "done", common, options_json(options), inputs);
+  document.tank_modes = named_modes(
       bubble::LiquidBoundary(bubble::read_boundary(frames.files[0], options.unit_m), options.surface), series);
   if (result.n_fluid_sources < series.fluid_sources || result.n_air_sources < series.air_sources)
     warn("the coarsest frame carries " + std::to_string(result.n_fluid_sources) + " fluid and " +
          std::to_string(result.n_air_sources) + " air sources");
-  nlohmann::json json = result_header("bubble_transfer_series", "done", common, options_json(options), inputs);
-  json["error_estimate"] = result.error_estimate ? nlohmann::json(*result.error_estimate) : nlohmann::json();
-  json["method"] = to_text(series.method);
-  json["tank_modes"] = modes;
-  json["n_frames"] = frames.files.size();
-  json["n_solves"] = result.n_solves;
-  json["fluid_sources_used"] = result.n_fluid_sources;
-  json["air_sources_used"] = result.n_air_sources;
-  json["n_replaced_sources"] = result.n_replaced_sources;
-  json["decay_per_s"] = series.decay_per_s;
-  json["transfer"] = nlohmann::json::array();
+  document.error_estimate = result.error_estimate;
+  document.method = to_text(series.method);
+  document.n_frames = static_cast<int>(frames.files.size());
+  document.n_solves = static_cast<int>(result.n_solves);
+  document.fluid_sources_used = static_cast<int>(result.n_fluid_sources);
+  document.air_sources_used = static_cast<int>(result.n_air_sources);
+  document.n_replaced_sources = static_cast<int>(result.n_replaced_sources);
+  document.decay_per_s = series.decay_per_s;
   for (const bubble::TransferAtTime& step : result.steps)
-    json["transfer"].push_back(
-        {{"time_s", step.time_s},
-         {"re", step.pressure.real()},
-         {"im", step.pressure.imag()},
-         {"fit_error_fluid", step.fit_error_fluid},
-         {"fit_error_air", step.fit_error_air ? nlohmann::json(*step.fit_error_air) : nlohmann::json()},
-         {"frozen", step.frozen}});
-  write_json(common, json);
+    document.transfer.push_back({step.time_s, step.pressure.real(), step.pressure.imag(), step.fit_error_fluid,
+                                 step.fit_error_air, step.frozen});
+  write_json(common, json_of(document));
   say(common, "%s: %zu times from %d solves of %zu frames\n", options.output.c_str(), result.steps.size(),
       result.n_solves, frames.files.size());
   return kDone;
@@ -174,26 +172,25 @@ struct OneBubble {
 };
 
 /// The header with the pressures at the listeners and their errors, the largest of which is the result's.
-nlohmann::json with_pressures(const TransferOptions& options, const CommonOptions& common,
-                              const std::vector<Complex>& pressures,
-                              const std::vector<bubble::ReciprocalTransfer>& references) {
-  nlohmann::json json =
-      result_header("bubble_transfer", "done", common, options_json(options), {options.boundary, options.points});
-  json["method"] = to_text(options.series.method);
-  json["pressure"] = nlohmann::json::array();
-  double largest = 0.0;
+BubbleTransferDocument with_pressures(const TransferOptions& options, const CommonOptions& common,
+                                      const std::vector<Complex>& pressures,
+                                      const std::vector<bubble::ReciprocalTransfer>& references) {
+  BubbleTransferDocument document;
+  document.header =
+      make_header("bubble_transfer", "done", common, options_json(options), {options.boundary, options.points});
+  document.method = to_text(options.series.method);
+  if (!references.empty()) document.error_estimate = 0.0;
   for (std::size_t i = 0; i < pressures.size(); ++i) {
-    json["pressure"].push_back({{"re", pressures[i].real()}, {"im", pressures[i].imag()}});
+    document.pressure.push_back({{pressures[i].real(), pressures[i].imag()}, {}, {}});
     if (references.empty()) continue;
     const double error = bubble::error_estimate(pressures[i], references[i]);
-    json["pressure"].back()["error_estimate"] = error;
-    largest = std::max(largest, error);
+    document.pressure.back().error_estimate = error;
+    document.error_estimate = std::max(*document.error_estimate, error);
   }
-  json["error_estimate"] = references.empty() ? nlohmann::json() : nlohmann::json(largest);
-  return json;
+  return document;
 }
 
-nlohmann::json reciprocal(const TransferOptions& options, const CommonOptions& common, const OneBubble& one) {
+BubbleTransferDocument reciprocal(const TransferOptions& options, const CommonOptions& common, const OneBubble& one) {
   if (!options.output.empty())
     throw InputError("command line", "-o", options.output,
                      "no file: the reciprocal method does not find the bubble's motion of the surface");
@@ -212,19 +209,19 @@ nlohmann::json reciprocal(const TransferOptions& options, const CommonOptions& c
   if (!air.device_message.empty()) warn(air.device_message);
   std::vector<Complex> pressures;
   for (const bubble::ReciprocalTransfer& f : found) pressures.push_back(f.pressure);
-  nlohmann::json json = with_pressures(options, common, pressures, found);
+  BubbleTransferDocument document = with_pressures(options, common, pressures, found);
   for (std::size_t i = 0; i < found.size(); ++i)
-    json["pressure"][i]["uncorrected"] = {{"re", found[i].plain.real()}, {"im", found[i].plain.imag()}};
-  json["fit_error_fluid"] = *std::max_element(liquid.fit_error.begin(), liquid.fit_error.end());
-  json["n_elements"] = air.n_elements;
-  json["elements_per_wavelength"] = air.elements_per_wavelength;
-  json["wall_time_s"] = {{"air", air.wall_time_s}, {"total", total.seconds()}};
+    document.pressure[i].uncorrected = PressureRecord{found[i].plain.real(), found[i].plain.imag()};
+  document.fit_error_fluid = *std::max_element(liquid.fit_error.begin(), liquid.fit_error.end());
+  document.n_elements = air.n_elements;
+  document.elements_per_wavelength = air.elements_per_wavelength;
+  document.header.wall_time_s = {{"air", air.wall_time_s}, {"total", total.seconds()}};
   say(common, "%zu samples, %d elements, %g Hz: error estimate %.3g %%, %.2f s\n", one.boundary.samples().size(),
-      air.n_elements, options.series.frequency_hz, 100.0 * json["error_estimate"].get<double>(), total.seconds());
-  return json;
+      air.n_elements, options.series.frequency_hz, 100.0 * document.error_estimate.value_or(0.0), total.seconds());
+  return document;
 }
 
-nlohmann::json forward(const TransferOptions& options, const CommonOptions& common, const OneBubble& one) {
+BubbleTransferDocument forward(const TransferOptions& options, const CommonOptions& common, const OneBubble& one) {
   TerminalMonitor monitor(common.quiet);
   DualDomainOptions solve = options.series.solver;
   solve.wall_slopes = !options.output.empty();
@@ -250,24 +247,24 @@ nlohmann::json forward(const TransferOptions& options, const CommonOptions& comm
                                              check, monitor)[0];
     if (!references[0].device_message.empty()) warn(references[0].device_message);
   }
-  nlohmann::json json = with_pressures(options, common, pressures, references);
-  json["source_strength_kg_m_s2"] = result.source_strength.real();
-  json["fit_error_fluid"] = result.fit_error_fluid;
-  json["fit_error_air"] = result.fit_error_air;
-  json["alpha_m"] = result.alpha_m;
-  json["n_sources"] = {{"fluid", result.n_fluid_sources}, {"air", result.n_air_sources}};
-  json["n_unknowns"] = {{"fluid", result.n_fluid_unknowns}, {"air", result.n_air_unknowns}};
-  json["n_steps"] = {{"fluid", result.n_fluid_steps}, {"air", result.n_air_steps}};
-  json["n_images"] = result.fluid.images.size();
-  json["wall_time_s"] = result.wall_time_s;
-  const std::string error =
-      references.empty()
-          ? ""
-          : ", error estimate " + to_text(std::round(1e3 * json["error_estimate"].get<double>()) / 10) + " %";
+  BubbleTransferDocument document = with_pressures(options, common, pressures, references);
+  document.source_strength_kg_m_s2 = result.source_strength.real();
+  document.fit_error_fluid = result.fit_error_fluid;
+  document.fit_error_air = result.fit_error_air;
+  document.alpha_m = result.alpha_m;
+  const auto counts = [](auto fluid, auto air) { return DomainCounts{static_cast<int>(fluid), static_cast<int>(air)}; };
+  document.n_sources = counts(result.n_fluid_sources, result.n_air_sources);
+  document.n_unknowns = counts(result.n_fluid_unknowns, result.n_air_unknowns);
+  document.n_steps = counts(result.n_fluid_steps, result.n_air_steps);
+  document.n_images = static_cast<int>(result.fluid.images.size());
+  document.header.wall_time_s = result.wall_time_s;
+  const std::string error = document.error_estimate
+                                ? ", error estimate " + to_text(std::round(1e3 * *document.error_estimate) / 10) + " %"
+                                : "";
   say(common, "%zu samples, %g Hz: fit errors %.3g %% (liquid), %.3g %% (air)%s, %.2f s\n",
       one.boundary.samples().size(), options.series.frequency_hz, 100.0 * result.fit_error_fluid,
       100.0 * result.fit_error_air, error.c_str(), result.wall_time_s.at("total"));
-  return json;
+  return document;
 }
 
 int run_one(const TransferOptions& options, const CommonOptions& common) {
@@ -283,15 +280,16 @@ int run_one(const TransferOptions& options, const CommonOptions& common) {
       throw InputError(options.points, "point " + std::to_string(i) + " lies inside the liquid",
                        to_text(points(i, 0)) + "," + to_text(points(i, 1)) + "," + to_text(points(i, 2)),
                        "points in the air");
-  const nlohmann::json modes = named_modes(boundary, options.series);
-  nlohmann::json json = options.series.method == bubble::TransferMethod::kForward
-                            ? forward(options, common, {mesh, boundary, {at, options.series.radius_m}, points})
-                            : reciprocal(options, common, {mesh, boundary, {at, options.series.radius_m}, points});
-  json["n_samples"] = boundary.samples().size();
-  json["volume_m3"] = boundary.volume_m3();
-  json["radius_m"] = options.series.radius_m;
-  json["tank_modes"] = modes;
-  write_json(common, json);
+  std::vector<TankModeRecord> modes = named_modes(boundary, options.series);
+  BubbleTransferDocument document =
+      options.series.method == bubble::TransferMethod::kForward
+          ? forward(options, common, {mesh, boundary, {at, options.series.radius_m}, points})
+          : reciprocal(options, common, {mesh, boundary, {at, options.series.radius_m}, points});
+  document.n_samples = static_cast<int>(boundary.samples().size());
+  document.volume_m3 = boundary.volume_m3();
+  document.radius_m = options.series.radius_m;
+  document.tank_modes = std::move(modes);
+  write_json(common, json_of(document));
   return kDone;
 }
 
@@ -361,7 +359,11 @@ Subcommand add_bubble_transfer(CLI::App& group, CommonOptions& common) {
       "  klang bubble transfer --boundary drop_####.vtp --frame-step-s 0.002 --path bubble.csv --frequency-hz 2000 "
       "--points ear.csv -o z.csv\n"
       "As printed in HF: --literature paper --fluid-functions sources --no-images --no-scaling --solver direct");
-  return {app, [options, &common] { return run_bubble_transfer(*options, common); }};
+  return {app,
+          [options, &common] { return run_bubble_transfer(*options, common); },
+          {result_kind<BubbleTransferDocument>("bubble_transfer", "the result of `klang bubble transfer`"),
+           result_kind<BubbleTransferSeriesDocument>("bubble_transfer_series",
+                                                     "the result of `klang bubble transfer` with a series")}};
 }
 
 }  // namespace klang::apps

@@ -6,6 +6,8 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "validate/regression/reference_document.hpp"
 #include "validate/regression/regression.hpp"
 
 namespace klang::apps {
@@ -28,8 +30,8 @@ int run_make(const MakeCommand& command, const CommonOptions& common) {
   }
   monitor.throw_if_stopped();
   const validate::ReferenceSpectrum reference = validate::make_reference(takes);
-  nlohmann::json json = result_header("reference_spectrum", "done", common, command.sound.used(), inputs);
-  json.update(validate::to_json(reference));
+  const nlohmann::json json = json_of(validate::ReferenceDocument{
+      make_header("reference_spectrum", "done", common, command.sound.used(), inputs), validate::record_of(reference)});
   write_file(command.output, json_text(json));
   write_json(common, json);
   say(common, "%s: %zu partials of %d take(s), %zu more in some takes only\n", command.output.c_str(),
@@ -60,7 +62,10 @@ Subcommand add_regress_make(CLI::App& group, CommonOptions& common) {
       "Examples:\n"
       "  klang regress make tap1.wav tap2.wav tap3.wav -o bell.json\n"
       "  klang regress make bar.vtu --rayleigh-stiffness-s 1e-7 --rayleigh-mass-per-s 2 -o bar.json");
-  return {app, [command, &common] { return run_make(*command, common); }};
+  return {
+      app,
+      [command, &common] { return run_make(*command, common); },
+      {result_kind<validate::ReferenceDocument>("reference_spectrum", "the file that `klang regress make` writes")}};
 }
 
 }  // namespace klang::apps

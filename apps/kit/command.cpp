@@ -93,11 +93,6 @@ ResultHeader make_header(std::string_view kind, std::string_view status, const C
   return header;
 }
 
-nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
-                             const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs) {
-  return json_of(make_header(kind, status, common, options, inputs));
-}
-
 void write_json(const CommonOptions& common, const nlohmann::json& result) {
   if (common.json.empty()) return;
   const std::string text = json_text(result);

@@ -53,10 +53,6 @@ class TerminalMonitor : public Monitor {
 ResultHeader make_header(std::string_view kind, std::string_view status, const CommonOptions& common,
                          const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs);
 
-/// The same as an object, for results that have no document.
-nlohmann::json result_header(std::string_view kind, std::string_view status, const CommonOptions& common,
-                             const nlohmann::json& options, const std::vector<std::filesystem::path>& inputs);
-
 /// Writes to --json where it was given.
 void write_json(const CommonOptions& common, const nlohmann::json& result);
 

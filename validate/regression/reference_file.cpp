@@ -1,10 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/base/json.hpp"
 #include "core/foundation/base/parse_json.hpp"
-#include "validate/regression/reference_spectrum.hpp"
+#include "core/foundation/config/fields_json.hpp"
+#include "validate/regression/reference_document.hpp"
 
 namespace klang::validate {
 namespace {
@@ -16,154 +17,107 @@ double rounded_db(float power) {
 }
 float power_of(double level_db) { return static_cast<float>(std::pow(10.0, 0.1 * level_db)); }
 
-/// The values under a path of the file; every complaint says where.
-class Reader {
- public:
-  Reader(const json& value, std::string place) : value_(value), place_(std::move(place)) {}
-
-  double number(const char* key, double low, double high) const {
-    const json& entry = at(key);
-    if (!entry.is_number()) throw InputError(place_ + "." + key, "is not a number", entry.type_name());
-    return checked(place_, key, entry.get<double>(), low, high);
-  }
-  std::optional<double> optional_number(const char* key, double low, double high) const {
-    if (!value_.contains(key) || value_.at(key).is_null()) return {};
-    return number(key, low, high);
-  }
-  int integer(const char* key, int low, int high) const {
-    const json& entry = at(key);
-    if (!entry.is_number_integer()) throw InputError(place_ + "." + key, "is not a whole number", entry.type_name());
-    return static_cast<int>(checked(place_, key, entry.get<double>(), low, high));
-  }
-  std::string text(const char* key) const {
-    const json& entry = at(key);
-    if (!entry.is_string()) throw InputError(place_ + "." + key, "is not a text", entry.type_name());
-    return entry.get<std::string>();
-  }
-  const json& list(const char* key) const {
-    const json& entry = at(key);
-    if (!entry.is_array()) throw InputError(place_ + "." + key, "is not a list", entry.type_name());
-    return entry;
-  }
-  std::vector<double> numbers(const char* key, double low, double high) const {
-    return numbers(list(key), key, low, high);
-  }
-  std::vector<double> numbers(const json& entries, const std::string& key, double low, double high) const {
-    if (!entries.is_array()) throw InputError(place_ + "." + key, "is not a list", entries.type_name());
-    std::vector<double> result;
-    for (const json& entry : entries) {
-      if (!entry.is_number()) throw InputError(place_ + "." + key, "holds what is not a number", entry.type_name());
-      result.push_back(checked(place_, key, entry.get<double>(), low, high));
-    }
-    return result;
-  }
-  Reader child(const char* key) const {
-    if (!at(key).is_object()) throw InputError(place_ + "." + key, "is not an object", at(key).type_name());
-    return {at(key), place_ + "." + key};
-  }
-
- private:
-  const json& at(const char* key) const {
-    const auto found = value_.find(key);
-    if (found == value_.end()) throw InputError(place_, std::string("has no key ") + key);
-    return *found;
-  }
-  const json& value_;
-  std::string place_;
-};
-
-ReferencePartial read_partial(const json& entry, const std::string& place) {
-  if (!entry.is_object()) throw InputError(place, "is not an object");
-  const Reader row(entry, place);
-  ReferencePartial p;
-  p.partial.frequency_hz = row.number("frequency_hz", 1e-3, 1e7);
-  p.partial.frequency_std_hz = row.number("frequency_std_hz", 0.0, 1e7);
-  p.partial.decay_per_s = row.optional_number("decay_per_s", 1e-9, 1e9);
-  p.partial.decay_std_per_s = row.optional_number("decay_std_per_s", 0.0, 1e9);
-  p.partial.amplitude = row.number("amplitude", 0.0, 1e12);
-  p.partial.amplitude_std = row.optional_number("amplitude_std", 0.0, 1e12);
-  p.frequency_scatter_cents = row.number("frequency_scatter_cents", 0.0, 1e4);
-  p.decay_scatter = row.number("decay_scatter", 0.0, 1e3);
-  p.n_takes = row.integer("n_takes", 1, 1'000'000);
-  return p;
+/// Described lists take null for a number that was not measured; here every one is needed.
+void require_numbers(const std::vector<double>& values, const std::string& place) {
+  for (const double value : values)
+    if (!std::isfinite(value)) throw InputError(place, "holds what is not a number", "null");
 }
 
-Fingerprint read_fingerprint(const Reader& node) {
+Fingerprint fingerprint_of(const FingerprintRecord& record, const std::string& place) {
   Fingerprint f;
-  f.window_s = node.number("window_s", 0.001, 1.0);
-  f.hop_s = node.number("hop_s", 0.0005, 1.0);
-  f.first_third = node.integer("first_third_octave", -30, 30);
-  const std::vector<double> noise = node.numbers("noise_db", -300.0, 300.0);
-  const json& rows = node.list("levels_db");
-  if (rows.empty() || rows.size() % 4 != 0 || rows.size() != noise.size()) {
-    throw InputError("fingerprint", "has the wrong number of bands", std::to_string(rows.size()),
+  f.window_s = record.window_s;
+  f.hop_s = record.hop_s;
+  f.first_third = record.first_third_octave;
+  const auto& rows = record.levels_db;
+  if (rows.empty() || rows.size() % 4 != 0 || rows.size() != record.noise_db.size()) {
+    throw InputError(place, "has the wrong number of bands", std::to_string(rows.size()),
                      "a multiple of 4, as in noise_db");
   }
-  f.noise.resize(static_cast<Eigen::Index>(noise.size()));
+  require_numbers(record.noise_db, place + ".noise_db");
+  f.noise.resize(static_cast<Eigen::Index>(rows.size()));
+  f.power.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::vector<double> row = node.numbers(rows[i], "levels_db", -300.0, 300.0);
-    if (i == 0) f.power.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(row.size()));
-    if (row.empty() || static_cast<Eigen::Index>(row.size()) != f.power.cols()) {
-      throw InputError("fingerprint.levels_db", "has rows of different lengths", std::to_string(row.size()));
+    if (rows[i].empty() || static_cast<Eigen::Index>(rows[i].size()) != f.power.cols()) {
+      throw InputError(place + ".levels_db", "has rows of different lengths", std::to_string(rows[i].size()));
     }
+    require_numbers(rows[i], place + ".levels_db");
     const auto band = static_cast<Eigen::Index>(i);
-    for (std::size_t t = 0; t < row.size(); ++t) f.power(band, static_cast<Eigen::Index>(t)) = power_of(row[t]);
-    f.noise[band] = power_of(noise[i]);
+    for (std::size_t t = 0; t < rows[i].size(); ++t) f.power(band, static_cast<Eigen::Index>(t)) = power_of(rows[i][t]);
+    f.noise[band] = power_of(record.noise_db[i]);
   }
   return f;
 }
 
+FingerprintRecord record_of(const Fingerprint& f) {
+  FingerprintRecord record{f.window_s, f.hop_s, f.first_third, {}, {}};
+  for (Eigen::Index i = 0; i < f.power.rows(); ++i) {
+    std::vector<double>& row = record.levels_db.emplace_back();
+    for (Eigen::Index t = 0; t < f.power.cols(); ++t) row.push_back(rounded_db(f.power(i, t)));
+    record.noise_db.push_back(rounded_db(f.noise[i]));
+  }
+  return record;
+}
+
+ReferencePartial partial_of(const ReferencePartialRecord& record) {
+  ReferencePartial p;
+  p.partial.frequency_hz = record.frequency_hz;
+  p.partial.frequency_std_hz = record.frequency_std_hz;
+  p.partial.decay_per_s = record.decay_per_s;
+  p.partial.decay_std_per_s = record.decay_std_per_s;
+  p.partial.amplitude = record.amplitude;
+  p.partial.amplitude_std = record.amplitude_std;
+  p.frequency_scatter_cents = record.frequency_scatter_cents;
+  p.decay_scatter = record.decay_scatter;
+  p.n_takes = record.n_takes;
+  return p;
+}
+
+ReferencePartialRecord record_of(const ReferencePartial& p) {
+  ReferencePartialRecord record;
+  record.frequency_hz = p.partial.frequency_hz;
+  record.frequency_std_hz = p.partial.frequency_std_hz.value_or(0.0);
+  record.frequency_scatter_cents = p.frequency_scatter_cents;
+  record.decay_per_s = p.partial.decay_per_s;
+  record.decay_std_per_s = p.partial.decay_std_per_s;
+  record.decay_scatter = p.decay_scatter;
+  record.amplitude = p.partial.amplitude;
+  record.amplitude_std = p.partial.amplitude_std;
+  record.n_takes = p.n_takes;
+  return record;
+}
+
 }  // namespace
 
-json to_json(const ReferenceSpectrum& reference) {
-  json partials = json::array();
-  for (const ReferencePartial& p : reference.partials) {
-    partials.push_back({{"frequency_hz", json_number(p.partial.frequency_hz)},
-                        {"frequency_std_hz", json_number(p.partial.frequency_std_hz)},
-                        {"frequency_scatter_cents", json_number(p.frequency_scatter_cents)},
-                        {"decay_per_s", json_number(p.partial.decay_per_s)},
-                        {"decay_std_per_s", json_number(p.partial.decay_std_per_s)},
-                        {"decay_scatter", json_number(p.decay_scatter)},
-                        {"amplitude", json_number(p.partial.amplitude)},
-                        {"amplitude_std", json_number(p.partial.amplitude_std)},
-                        {"n_takes", p.n_takes}});
-  }
+ReferenceRecord record_of(const ReferenceSpectrum& reference) {
+  ReferenceRecord record;
+  record.origin = reference.origin;
+  record.n_takes = reference.n_takes;
+  record.scatter_dof = reference.scatter_dof;
+  record.decay_scatter_dof = reference.decay_scatter_dof;
+  record.level_scatter_dof = reference.level_scatter_dof;
+  record.common_scatter_cents = reference.common_scatter_cents;
+  record.sample_rate_hz = reference.sample_rate_hz;
+  record.duration_s = reference.duration_s;
+  record.contact_s = reference.contact_s;
+  record.band_hz = {reference.band.low_hz, reference.band.high_hz};
+  record.ring_10db_s = reference.ring_10db_s;
+  for (const ReferencePartial& p : reference.partials) record.partials.push_back(record_of(p));
+  record.occasional_hz = reference.occasional_hz;
   const Fingerprint& f = reference.fingerprint;
-  json rows = json::array(), noise = json::array(), thirds = json::array();
-  for (Eigen::Index i = 0; i < f.power.rows(); ++i) {
-    json row = json::array();
-    for (Eigen::Index t = 0; t < f.power.cols(); ++t) row.push_back(rounded_db(f.power(i, t)));
-    rows.push_back(std::move(row));
-    noise.push_back(rounded_db(f.noise[i]));
-  }
   for (Eigen::Index i = 0; i < f.n_thirds(); ++i) {
-    thirds.push_back({{"centre_hz", f.third(i).centre_hz()},
-                      {"level_db", rounded_db(f.power.middleRows(4 * i, 4).sum() / static_cast<float>(f.power.cols()))},
-                      {"scatter_db", json_number(reference.third_scatter_db[static_cast<std::size_t>(i)])}});
+    const float mean = f.power.middleRows(4 * i, 4).sum() / static_cast<float>(f.power.cols());
+    record.third_octaves.push_back(
+        {f.third(i).centre_hz(), rounded_db(mean), reference.third_scatter_db[static_cast<std::size_t>(i)]});
   }
-  return {{"schema_version", kReferenceSchema},
-          {"kind", "reference_spectrum"},
-          {"origin", reference.origin},
-          {"n_takes", reference.n_takes},
-          {"scatter_dof", reference.scatter_dof},
-          {"decay_scatter_dof", reference.decay_scatter_dof},
-          {"level_scatter_dof", reference.level_scatter_dof},
-          {"common_scatter_cents", reference.common_scatter_cents},
-          {"sample_rate_hz", reference.sample_rate_hz},
-          {"duration_s", reference.duration_s},
-          {"contact_s", reference.contact_s},
-          {"band_hz", {reference.band.low_hz, reference.band.high_hz}},
-          {"ring_10db_s", reference.ring_10db_s},
-          {"partials", std::move(partials)},
-          {"occasional_hz", reference.occasional_hz},
-          {"third_octaves", std::move(thirds)},
-          {"spectrum_scatter_db", reference.spectrum_scatter_db},
-          {"fingerprint",
-           {{"window_s", f.window_s},
-            {"hop_s", f.hop_s},
-            {"first_third_octave", f.first_third},
-            {"noise_db", std::move(noise)},
-            {"levels_db", std::move(rows)}}}};
+  record.spectrum_scatter_db = reference.spectrum_scatter_db;
+  record.fingerprint = record_of(f);
+  return record;
+}
+
+json to_json(const ReferenceSpectrum& reference) {
+  json object = {{"schema_version", kReferenceSchema}, {"kind", "reference_spectrum"}};
+  write_fields(object, record_of(reference));
+  return object;
 }
 
 ReferenceSpectrum parse_reference(std::string_view text, const std::string& name) {
@@ -171,46 +125,42 @@ ReferenceSpectrum parse_reference(std::string_view text, const std::string& name
   if (!root.is_object() || root.value("kind", json()) != "reference_spectrum") {
     throw InputError(name, "is no reference spectrum", "", "a file that klang regress make wrote");
   }
-  const Reader file(root, name);
-  if (const int schema = file.integer("schema_version", 1, 1'000'000); schema > kReferenceSchema) {
-    throw InputError(name, "was made by a newer klang: schema_version", std::to_string(schema),
-                     "up to " + std::to_string(kReferenceSchema));
+  const json schema = root.value("schema_version", json());
+  if (!schema.is_number_integer() || schema < 1 || schema > kReferenceSchema) {
+    throw InputError(name, "was made by a newer klang: schema_version", schema.dump().substr(0, 20),
+                     "1 to " + std::to_string(kReferenceSchema));
   }
+  const auto record = read_fields<ReferenceRecord>(root, name);
   ReferenceSpectrum r;
-  r.origin = file.text("origin");
-  r.n_takes = file.integer("n_takes", 1, 1'000'000);
-  r.scatter_dof = file.number("scatter_dof", 0.0, 1e9);
-  r.decay_scatter_dof = file.optional_number("decay_scatter_dof", 0.0, 1e9).value_or(r.scatter_dof);
-  r.level_scatter_dof = file.optional_number("level_scatter_dof", 0.0, 1e9).value_or(r.n_takes - 1.0);
-  r.common_scatter_cents = file.optional_number("common_scatter_cents", 0.0, 1e4).value_or(0.0);
-  r.sample_rate_hz = file.number("sample_rate_hz", 1.0, 1e8);
-  r.duration_s = file.number("duration_s", 1e-6, 1e6);
-  r.contact_s = file.number("contact_s", 0.0, 10.0);
-  const std::vector<double> band = file.numbers("band_hz", 0.0, 1e8);
-  if (band.size() != 2 || !(band[0] < band[1]))
+  r.origin = record.origin;
+  r.n_takes = record.n_takes;
+  r.scatter_dof = record.scatter_dof;
+  r.decay_scatter_dof = record.decay_scatter_dof.value_or(r.scatter_dof);
+  r.level_scatter_dof = record.level_scatter_dof.value_or(r.n_takes - 1.0);
+  r.common_scatter_cents = record.common_scatter_cents.value_or(0.0);
+  r.sample_rate_hz = record.sample_rate_hz;
+  r.duration_s = record.duration_s;
+  r.contact_s = record.contact_s;
+  if (record.band_hz.size() != 2 || !(record.band_hz[0] < record.band_hz[1]))
     throw InputError(name + ".band_hz", "is no band", "", "two rising numbers");
-  r.band = {band[0], band[1]};
-  r.ring_10db_s = file.number("ring_10db_s", 0.0, 1e9);
-  r.occasional_hz = file.numbers("occasional_hz", 0.0, 1e8);
-  r.spectrum_scatter_db = file.number("spectrum_scatter_db", 0.0, 1e3);
-  const json& partials = file.list("partials");
-  if (partials.empty()) throw InputError(name, "has an empty spectrum", "0 partials", "at least 1");
-  for (std::size_t i = 0; i < partials.size(); ++i) {
-    r.partials.push_back(read_partial(partials[i], name + ", partials[" + std::to_string(i) + "]"));
-    if (i > 0 && !(r.partials[i].partial.frequency_hz >= r.partials[i - 1].partial.frequency_hz)) {
-      throw InputError(name + ".partials", "do not rise in frequency", std::to_string(i));
+  r.band = {record.band_hz[0], record.band_hz[1]};
+  r.ring_10db_s = record.ring_10db_s;
+  require_numbers(record.occasional_hz, name + ".occasional_hz");
+  r.occasional_hz = record.occasional_hz;
+  r.spectrum_scatter_db = record.spectrum_scatter_db;
+  if (record.partials.empty()) throw InputError(name, "has an empty spectrum", "0 partials", "at least 1");
+  for (const ReferencePartialRecord& p : record.partials) {
+    if (!r.partials.empty() && !(p.frequency_hz >= r.partials.back().partial.frequency_hz)) {
+      throw InputError(name + ".partials", "do not rise in frequency", std::to_string(r.partials.size()));
     }
+    r.partials.push_back(partial_of(p));
   }
-  r.fingerprint = read_fingerprint(file.child("fingerprint"));
-  const json& thirds = file.list("third_octaves");
-  if (static_cast<Eigen::Index>(thirds.size()) != r.fingerprint.n_thirds()) {
-    throw InputError(name + ".third_octaves", "does not fit the fingerprint", std::to_string(thirds.size()),
-                     std::to_string(r.fingerprint.n_thirds()));
+  r.fingerprint = fingerprint_of(record.fingerprint, name + ".fingerprint");
+  if (static_cast<Eigen::Index>(record.third_octaves.size()) != r.fingerprint.n_thirds()) {
+    throw InputError(name + ".third_octaves", "does not fit the fingerprint",
+                     std::to_string(record.third_octaves.size()), std::to_string(r.fingerprint.n_thirds()));
   }
-  for (const json& entry : thirds) {
-    if (!entry.is_object()) throw InputError(name + ".third_octaves", "holds what is not an object");
-    r.third_scatter_db.push_back(Reader(entry, name + ".third_octaves").number("scatter_db", 0.0, 1e3));
-  }
+  for (const ThirdOctaveRecord& third : record.third_octaves) r.third_scatter_db.push_back(third.scatter_db);
   return r;
 }
 

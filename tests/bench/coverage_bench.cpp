@@ -3,11 +3,13 @@
 
 #include "core/foundation/base/output_file.hpp"
 #include "tests/fit/coverage.hpp"
+#include "tests/places.hpp"
 
 namespace {
 
 void SixChimes(benchmark::State& state) {
-  const std::string recipe = klang::read_file(KLANG_SOURCE_DIR "/datasets-synthetic/recipes/six_chimes.toml");
+  const std::string recipe =
+      klang::read_file(klang::test::source_dir() + "/datasets-synthetic/recipes/six_chimes.toml");
   for (auto _ : state) {
     const auto coverage = klang::fit::test::interval_coverage(recipe, static_cast<int>(state.range(0)), 1000, 12600.0);
     for (const auto& [name, n_held] : coverage.held) state.counters["held_" + name] = n_held;

@@ -7,12 +7,13 @@
 
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
+#include "tests/places.hpp"
 
 namespace klang::test {
 
 TEST(CasesSlow, fit_band_edge_null) {
   const Scratch scratch;
-  std::filesystem::copy(std::string(KLANG_TEST_DATA) + "/cases/fit_band_edge_null", scratch.path() / "case");
+  std::filesystem::copy(klang::test::test_data() + "/cases/fit_band_edge_null", scratch.path() / "case");
   const RunResult run = run_klang("fit case/specimen.toml -o out --no-pictures -q", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json fit = read_json(scratch.path() / "out/fit.json");

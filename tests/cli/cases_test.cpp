@@ -9,13 +9,14 @@
 
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
+#include "tests/places.hpp"
 
 namespace klang::test {
 namespace {
 
 using nlohmann::json;
 
-std::string data(const std::string& file) { return std::string(KLANG_TEST_DATA) + "/" + file; }
+std::string data(const std::string& file) { return klang::test::test_data() + "/" + file; }
 std::string of_case(const std::string& file) { return data("cases/" + file); }
 
 /// The JSON that a command writes to standard output.

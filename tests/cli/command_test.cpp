@@ -8,6 +8,7 @@
 
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
+#include "tests/places.hpp"
 
 using klang::test::read_json;
 using klang::test::run_klang;
@@ -69,11 +70,11 @@ TEST(KlangModes, SameRunGivesTheSameFrequenciesOnAnyNumberOfThreads) {
 
 TEST(KlangBubbleFit, SyntheticTapGivesItsBubblesAndPitchConstants) {
   const Scratch scratch;
-  ASSERT_EQ(
-      run_klang(std::string("dataset ") + KLANG_SOURCE_DIR + "/datasets-synthetic/recipes/drops.toml -o made --seed 3",
-                scratch.path())
-          .exit_code,
-      0);
+  ASSERT_EQ(run_klang(std::string("dataset ") + klang::test::source_dir() +
+                          "/datasets-synthetic/recipes/drops.toml -o made --seed 3",
+                      scratch.path())
+                .exit_code,
+            0);
   const auto run =
       run_klang("bubble fit made/tap.wav --rise made/tap-rise.csv --phi0-m -0.01 --json d.json -o out", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -99,11 +100,11 @@ TEST(KlangBubbleFit, SyntheticTapGivesItsBubblesAndPitchConstants) {
 
 TEST(KlangBubbleFit, BadInputIsRefusedInOneLine) {
   const Scratch scratch;
-  ASSERT_EQ(
-      run_klang(std::string("dataset ") + KLANG_SOURCE_DIR + "/datasets-synthetic/recipes/drops.toml -o made --seed 3",
-                scratch.path())
-          .exit_code,
-      0);
+  ASSERT_EQ(run_klang(std::string("dataset ") + klang::test::source_dir() +
+                          "/datasets-synthetic/recipes/drops.toml -o made --seed 3",
+                      scratch.path())
+                .exit_code,
+            0);
   for (const char* bad :
        {"gone.wav", "made/tap.wav --rise gone.csv", "made/tap.wav --phi0-m 0.01", "made/tap.wav --band-hz 5000:200",
         "made/tap.wav --min-snr-db 3", "made/tap.wav --thermal warm", "made/truth.json"}) {

@@ -12,6 +12,7 @@
 #include "tests/cli/expect_refused.hpp"
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
+#include "tests/places.hpp"
 
 namespace klang::test {
 namespace {
@@ -175,7 +176,8 @@ TEST_F(FittedRods, SfzCoversEveryKeyOnceAndTheLowestPartialIsInTune) {
 }
 
 TEST_F(FittedRods, FaustRendersWhatSynthPlays) {
-  const std::filesystem::path sources = std::filesystem::path(KLANG_SOURCE_DIR) / "tests/cli/faust_impulse.cpp.in";
+  const std::filesystem::path sources =
+      std::filesystem::path(klang::test::source_dir()) / "tests/cli/faust_impulse.cpp.in";
   const json sound = run_json(*scratch_, "synth out/fit.json --specimen long -o long.wav --duration-s 1");
   ASSERT_EQ(run_klang("export out/fit.json --specimen long --faust -o long.dsp", scratch_->path()).exit_code, 0);
   const std::string build = "cd '" + scratch_->path().string() + "' && faust -double -a '" + sources.string() +

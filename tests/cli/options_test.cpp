@@ -15,6 +15,7 @@
 #include "fit/bubble/bubble_search.hpp"
 #include "fit/proxy/proxy_fit.hpp"
 #include "fit/ringdown/ringdown.hpp"
+#include "tests/places.hpp"
 #include "validate/debris/debris_study.hpp"
 #include "validate/regression/regression.hpp"
 #include "validate/studies/study.hpp"
@@ -164,8 +165,8 @@ TEST(Commands, OptionsPageIsWhatTheProgramTakes) {
   const Program program(all_commands());
   const std::string now = option_tables_markdown(program);
   const auto file = std::filesystem::temp_directory_path() / "klang-options.md";
-  if (now != read_file(KLANG_SOURCE_DIR "/docs/options.md")) write_file(file, now);
-  EXPECT_EQ(now, read_file(KLANG_SOURCE_DIR "/docs/options.md")) << "copy " << file << " to docs/options.md";
+  if (now != read_file(klang::test::source_dir() + "/docs/options.md")) write_file(file, now);
+  EXPECT_EQ(now, read_file(klang::test::source_dir() + "/docs/options.md")) << "copy " << file << " to docs/options.md";
 }
 
 }  // namespace

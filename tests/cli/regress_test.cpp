@@ -12,6 +12,7 @@
 #include "core/foundation/base/random.hpp"
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
+#include "tests/places.hpp"
 
 using klang::test::read_json;
 using klang::test::run_klang;
@@ -153,7 +154,7 @@ TEST_F(KlangRegress, HelpShowsExamples) {
 TEST(KlangValidate, PapersPassesAndWritesItsPage) {
   const Scratch scratch;
   // A run that was killed: what the program itself leaves in the folder before scene.json.
-  const std::string scenes = std::string(KLANG_SOURCE_DIR) + "/datasets-synthetic/scenes/sb/";
+  const std::string scenes = klang::test::source_dir() + "/datasets-synthetic/scenes/sb/";
   ASSERT_EQ(run_klang("scene run " + scenes + "tile.toml -o RUNS/sb_tile --until-s 0.01 --no-sound --no-frames",
                       scratch.path())
                 .exit_code,

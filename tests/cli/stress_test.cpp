@@ -9,6 +9,7 @@
 #include "tests/cli/expect_refused.hpp"
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
+#include "tests/places.hpp"
 
 using klang::test::expect_refused;
 using klang::test::read_json;
@@ -47,7 +48,7 @@ std::string force_option(const json& place, const json& force) {
 
 TEST(KlangStress, ReferenceMeshGivesTheEnergyAndStressOfThePseudoInverse) {
   const Scratch scratch;
-  const json mesh = read_json(KLANG_SOURCE_DIR "/tests/reference/quasistatic.json")["mesh"];
+  const json mesh = read_json(klang::test::source_dir() + "/tests/reference/quasistatic.json")["mesh"];
   scratch.write("m.msh", reference_msh(mesh));
   for (const json& load : mesh["cases"]) {
     std::string forces;
@@ -160,7 +161,8 @@ const std::string kHead = "f11,f12,f13,f21,f22,f23,f31,f32,f33\n";
 
 TEST(KlangStressHistory, StretchesGiveTheReferenceStates) {
   const Scratch scratch;
-  const json rows = read_json(KLANG_SOURCE_DIR "/tests/reference/plastic.json")["uniaxial_volume_preserving"]["rows"];
+  const json rows =
+      read_json(klang::test::source_dir() + "/tests/reference/plastic.json")["uniaxial_volume_preserving"]["rows"];
   std::string csv = kHead;
   for (const json& row : rows) {
     const double a = row["stretch"];

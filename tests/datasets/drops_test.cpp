@@ -12,6 +12,7 @@
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/bubble/bubble_ring.hpp"
 #include "datasets-synthetic/oscillator_ode.hpp"
+#include "tests/places.hpp"
 
 namespace klang::datasets {
 namespace {
@@ -167,7 +168,7 @@ TEST(Drops, BadRecipesAreNamed) {
 }
 
 TEST(Drops, DocumentationHasTheSchema) {
-  const std::string page = read_file(std::filesystem::path(KLANG_SOURCE_DIR) / "docs/recipes-drops.md");
+  const std::string page = read_file(std::filesystem::path(klang::test::source_dir()) / "docs/recipes-drops.md");
   EXPECT_NE(page.find(drop_recipe_schema_markdown()), std::string::npos);
 }
 

@@ -16,13 +16,14 @@
 #include "datasets-synthetic/disturbances.hpp"
 #include "datasets-synthetic/drop_recipe.hpp"
 #include "datasets-synthetic/recipe_spec.hpp"
+#include "tests/places.hpp"
 
 namespace klang::datasets {
 namespace {
 
 using nlohmann::json;
 
-const std::filesystem::path kFolder = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic";
+const std::filesystem::path kFolder = std::filesystem::path(klang::test::source_dir()) / "datasets-synthetic";
 
 // A short bar whose few modes take milliseconds.
 std::string bar_recipe(const std::string& more = "", const std::string& sound = "duration_s = 0.5") {
@@ -279,7 +280,7 @@ TEST(RecipeParser, MistakesAreNamedWithLineAndKey) {
 }
 
 TEST(RecipeParser, SchemaDocumentIsUpToDate) {
-  EXPECT_EQ(read_file(std::filesystem::path(KLANG_SOURCE_DIR) / "docs/recipes.md"), recipe_schema_markdown());
+  EXPECT_EQ(read_file(std::filesystem::path(klang::test::source_dir()) / "docs/recipes.md"), recipe_schema_markdown());
 }
 
 TEST(RecipeFiles, EveryCommittedRecipeParses) {

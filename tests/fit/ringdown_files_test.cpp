@@ -7,6 +7,7 @@
 #include "core/sound/audio/sound_file.hpp"
 #include "fit/ringdown/ringdown.hpp"
 #include "tests/fit/ringdown_signals.hpp"
+#include "tests/places.hpp"
 
 using klang::kPi;
 using klang::audio::Signal;
@@ -20,7 +21,7 @@ using klang::tests::TruePartial;
 namespace {
 
 RingdownResult analysed(const std::string& name) {
-  return identify_ringdown(klang::audio::read_sound(std::string(KLANG_TEST_DATA) + "/sound/" + name));
+  return identify_ringdown(klang::audio::read_sound(klang::test::test_data() + "/sound/" + name));
 }
 
 bool warns_of_the_unexplained(const RingdownResult& result) {

@@ -17,6 +17,7 @@
 #include "fit/run/fit.hpp"
 #include "fit/run/fit_document.hpp"
 #include "fit/tune/tune.hpp"
+#include "tests/places.hpp"
 
 namespace klang::fit {
 namespace {
@@ -132,7 +133,8 @@ TEST(RunFit, BarGivesEWithinTwoAndGWithinThreeTenthsOfAPercent) {
 }
 
 TEST(RunFit, WholeTileGivesEAndGAndForetellsItsHalfWithinThreeTenthsOfAPercent) {
-  const auto made = datasets::make_dataset(KLANG_SOURCE_DIR "/datasets-synthetic/recipes/broken_tile.toml", 7);
+  const auto made =
+      datasets::make_dataset(klang::test::source_dir() + "/datasets-synthetic/recipes/broken_tile.toml", 7);
   const auto folder = std::filesystem::path(testing::TempDir()) / ("klang-tile" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
   for (const auto& recording : made.recordings)

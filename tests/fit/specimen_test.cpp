@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "tests/places.hpp"
 
 namespace klang::fit {
 namespace {
@@ -139,7 +140,7 @@ TEST(SpecimenFile, DefaultsToLameAndRayleigh) {
 }
 
 TEST(SpecimenFile, CommittedDocumentIsTheGeneratedOne) {
-  EXPECT_EQ(read_file(KLANG_SOURCE_DIR "/docs/specimen.md"), specimen_schema_markdown())
+  EXPECT_EQ(read_file(klang::test::source_dir() + "/docs/specimen.md"), specimen_schema_markdown())
       << "write specimen_schema_markdown() to docs/specimen.md";
 }
 

@@ -11,6 +11,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/result_header.hpp"
+#include "tests/places.hpp"
 #include "validate/papers/detail/paper_groups.hpp"
 
 namespace klang::validate {
@@ -62,9 +63,9 @@ TEST(Papers, EveryNumberAgreesOrIsKnownToBeOff) {
   const std::string counts = std::to_string(tables.numbers.size()) +
                              " of the papers' own numbers, errata included: " + std::to_string(program) +
                              " computed by the program";
-  EXPECT_NE(read_file(KLANG_SOURCE_DIR "/README.md").find(counts), std::string::npos) << counts;
+  EXPECT_NE(read_file(klang::test::source_dir() + "/README.md").find(counts), std::string::npos) << counts;
   // The page in docs is what the command writes today.
-  EXPECT_EQ(read_file(KLANG_SOURCE_DIR "/docs/papers.md"), markdown(tables))
+  EXPECT_EQ(read_file(klang::test::source_dir() + "/docs/papers.md"), markdown(tables))
       << "run klang validate papers --markdown docs/papers.md";
 }
 
@@ -81,7 +82,7 @@ std::filesystem::path fresh_runs(const char* name) {
 
 /// Result of a run of a scene file of today.
 std::string result(const std::string& scene, const std::string& fields, const std::string& options = "") {
-  const std::string file = KLANG_SOURCE_DIR "/datasets-synthetic/scenes/" + scene + ".toml";
+  const std::string file = klang::test::source_dir() + "/datasets-synthetic/scenes/" + scene + ".toml";
   return R"({"schema_version": 1, "kind": "scene", "status": "done", "provenance": {"command": "klang x",
       "version": "7", "options": {)" +
          options + R"(}, "inputs": [{"path": "f", "sha256": ")" + input_file(file).sha256 + R"("}]}, )" + fields + "}";
@@ -93,7 +94,7 @@ const std::string kTileHead = R"j("name": "scored tile (SB)", "end_s": 0.9, )j";
 
 std::vector<PaperScene> of_scene(const std::filesystem::path& runs, const std::string& stem) {
   std::vector<PaperScene> rows;
-  for (const PaperScene& scene : detail::paper_scenes(runs, KLANG_SOURCE_DIR))
+  for (const PaperScene& scene : detail::paper_scenes(runs, klang::test::source_dir()))
     if (std::filesystem::path(scene.scene).stem() == stem) rows.push_back(scene);
   return rows;
 }
@@ -145,18 +146,18 @@ TEST(Papers, UnfinishedPartialAndForeignRunsAreNotJudged) {
 TEST(Papers, ScenesAreThoseOfTheirFiles) {
   for (const detail::SceneFile& scene : detail::scene_files()) {
     const std::string text =
-        read_file(KLANG_SOURCE_DIR "/datasets-synthetic/scenes/" + std::string(scene.scene) + ".toml");
+        read_file(klang::test::source_dir() + "/datasets-synthetic/scenes/" + std::string(scene.scene) + ".toml");
     EXPECT_NE(text.find("\nname = \"" + std::string(scene.name) + "\"\n"), std::string::npos) << scene.scene;
     const std::size_t at = text.find("\nduration_s = ");
     ASSERT_NE(at, std::string::npos) << scene.scene;
     EXPECT_EQ(std::stod(text.substr(at + 14)), scene.duration_s) << scene.scene;
   }
-  for (const PaperScene& scene : detail::paper_scenes({}, KLANG_SOURCE_DIR))
+  for (const PaperScene& scene : detail::paper_scenes({}, klang::test::source_dir()))
     EXPECT_NE(scene.reason, "the scene file has changed since") << scene.scene << ": run it again";
 }
 
 TEST(Papers, ChimesAreThoseOfTheDataTable) {
-  std::istringstream lines(read_file(KLANG_SOURCE_DIR "/datasets-synthetic/tables/s02_table2_chimes.csv"));
+  std::istringstream lines(read_file(klang::test::source_dir() + "/datasets-synthetic/tables/s02_table2_chimes.csv"));
   std::string line;
   std::getline(lines, line);
   for (const detail::Chime& chime : detail::chimes()) {

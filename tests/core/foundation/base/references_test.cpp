@@ -1,4 +1,5 @@
 #include "core/foundation/base/references.hpp"
+#include "tests/places.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +14,7 @@
 namespace {
 
 std::string text_of(const std::string& path) {
-  std::ifstream file(std::string(KLANG_SOURCE_DIR) + "/" + path);
+  std::ifstream file(klang::test::source_dir() + "/" + path);
   std::stringstream text;
   text << file.rdbuf();
   return text.str();
@@ -51,9 +52,9 @@ TEST(References, EveryTestThatTheErrataNameIsThere) {
     at = text.find_first_of(",) \n", from);
     return text.substr(from, at - from);
   };
-  for (const auto& file : fs::recursive_directory_iterator(fs::path(KLANG_SOURCE_DIR) / "tests")) {
+  for (const auto& file : fs::recursive_directory_iterator(fs::path(klang::test::source_dir()) / "tests")) {
     if (file.path().extension() != ".cpp") continue;
-    const std::string text = text_of(fs::relative(file.path(), KLANG_SOURCE_DIR));
+    const std::string text = text_of(fs::relative(file.path(), klang::test::source_dir()));
     for (const char* head : {"\nTEST(", "\nTEST_F(", "\nTEST_P("})
       for (auto at = text.find(head); at != std::string::npos; at = text.find(head, at)) {
         at += std::strlen(head);

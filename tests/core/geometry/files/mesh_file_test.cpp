@@ -10,6 +10,7 @@
 #include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/shapes/shape.hpp"
 #include "tests/core/geometry/mesh/mesh_checks.hpp"
+#include "tests/places.hpp"
 
 using namespace klang;
 using namespace klang::mesh;
@@ -18,7 +19,9 @@ using klang::mesh::test::expect_input_error;
 
 namespace {
 
-std::filesystem::path data(const std::string& name) { return std::filesystem::path(KLANG_TEST_DATA) / "mesh" / name; }
+std::filesystem::path data(const std::string& name) {
+  return std::filesystem::path(klang::test::test_data()) / "mesh" / name;
+}
 
 /// The 1 x 2 x 3 brick of tests/data/mesh/make_fixtures.py.
 void expect_brick(const TetMesh& mesh, int order, const std::string& base_set) {

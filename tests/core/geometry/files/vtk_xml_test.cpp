@@ -8,6 +8,7 @@
 
 #include "core/foundation/base/output_file.hpp"
 #include "tests/core/geometry/mesh/mesh_checks.hpp"
+#include "tests/places.hpp"
 
 using namespace klang;
 using namespace klang::mesh;
@@ -16,7 +17,7 @@ using klang::mesh::test::expect_input_error;
 namespace {
 
 std::string brick(const std::string& encoding = "ascii") {
-  return read_file(std::filesystem::path(KLANG_TEST_DATA) / "mesh" / ("brick-" + encoding + ".vtu"));
+  return read_file(std::filesystem::path(klang::test::test_data()) / "mesh" / ("brick-" + encoding + ".vtu"));
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {

@@ -10,6 +10,7 @@
 #include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/shapes/section.hpp"
 #include "tests/core/geometry/shapes/shape_examples.hpp"
+#include "tests/places.hpp"
 
 using namespace klang;
 using namespace klang::mesh;
@@ -109,7 +110,7 @@ TEST(ShapeRegistry, LongAxisIsThatOfTheSweepOrTheLongestSide) {
 }
 
 TEST(ShapeRegistry, DocsHoldTheRegistrysTable) {
-  std::ifstream file(std::string(KLANG_SOURCE_DIR) + "/docs/shapes.md");
+  std::ifstream file(klang::test::source_dir() + "/docs/shapes.md");
   std::stringstream text;
   text << file.rdbuf();
   EXPECT_NE(text.str().find(shapes_table()), std::string::npos) << "docs/shapes.md should hold:\n" << shapes_table();

@@ -11,6 +11,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "tests/core/physics/events/sample_log.hpp"
+#include "tests/places.hpp"
 
 namespace klang::events {
 namespace {
@@ -82,7 +83,7 @@ TEST(EventLog, RefusesRowsThatCannotBeAndNamesThem) {
 }
 
 TEST(EventLog, PageHoldsTheTablesOfTheCode) {
-  std::ifstream file(KLANG_SOURCE_DIR "/docs/event-log.md");
+  std::ifstream file(klang::test::source_dir() + "/docs/event-log.md");
   std::stringstream page;
   page << file.rdbuf();
   EXPECT_NE(page.str().find(event_log_markdown()), std::string::npos) << event_log_markdown();

@@ -3,6 +3,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/sound/liquid_scene/liquid_scene.hpp"
+#include "tests/places.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -69,12 +70,13 @@ TEST(LiquidScene, BadOnesAreRefusedWithOneLineThatNamesTheKey) {
 }
 
 TEST(LiquidScene, DocumentationHoldsTheKeys) {
-  const std::string page = read_file(std::filesystem::path(KLANG_SOURCE_DIR) / "docs/liquid.md");
+  const std::string page = read_file(std::filesystem::path(klang::test::source_dir()) / "docs/liquid.md");
   EXPECT_NE(page.find(liquid_scene_schema_markdown()), std::string::npos) << liquid_scene_schema_markdown();
 }
 
 TEST(LiquidScene, ExamplesAreThePapersGrids) {
-  const std::filesystem::path folder = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes/liquid";
+  const std::filesystem::path folder =
+      std::filesystem::path(klang::test::source_dir()) / "datasets-synthetic/scenes/liquid";
   struct Case {
     const char* file;
     int nx, ny, nz;

@@ -10,11 +10,12 @@
 
 #include "core/physics/events/world_impulses.hpp"
 #include "core/sound/scene/scene_motion.hpp"
+#include "tests/places.hpp"
 
 namespace klang::scene {
 namespace {
 
-const std::filesystem::path kScenes = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes/sb";
+const std::filesystem::path kScenes = std::filesystem::path(klang::test::source_dir()) / "datasets-synthetic/scenes/sb";
 
 TEST(SceneBreaking, AScoredTileFallsIntoItsHalvesWhateverTheStep) {
   std::vector<double> times_s, strains_j;

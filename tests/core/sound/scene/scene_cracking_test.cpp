@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "core/foundation/base/errors.hpp"
+#include "tests/places.hpp"
 
 namespace klang::scene {
 namespace {
@@ -96,7 +97,7 @@ TEST_F(SceneCracking, ABallGivesItsMomentumToTheBlockThatItStrikes) {
 TEST_F(SceneCracking, ScenesOfThePapersCanBeRead) {
   int n = 0;
   for (const char* paper : {"b99", "d02", "h03"})
-    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(KLANG_SOURCE_DIR) /
+    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(klang::test::source_dir()) /
                                                                  "datasets-synthetic/scenes" / paper)) {
       if (entry.path().extension() != ".toml") continue;
       std::ifstream file(entry.path());

@@ -6,11 +6,13 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/events/world_impulses.hpp"
+#include "tests/places.hpp"
 
 namespace klang::scene {
 namespace {
 
-const std::filesystem::path kScenes = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes/s02";
+const std::filesystem::path kScenes =
+    std::filesystem::path(klang::test::source_dir()) / "datasets-synthetic/scenes/s02";
 
 /// The scene with every length times 4, every time times 2: gravity stays.
 Scene scaled_by_four(Scene scene) {

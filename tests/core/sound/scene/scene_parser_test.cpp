@@ -5,6 +5,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/sound/scene/scene_check.hpp"
+#include "tests/places.hpp"
 
 namespace klang::scene {
 namespace {
@@ -95,12 +96,12 @@ TEST(SceneParser, TwoBodiesThatOverlapAreNamed) {
 }
 
 TEST(SceneParser, DocumentationHoldsTheKeys) {
-  const std::string page = read_file(std::filesystem::path(KLANG_SOURCE_DIR) / "docs/scenes.md");
+  const std::string page = read_file(std::filesystem::path(klang::test::source_dir()) / "docs/scenes.md");
   EXPECT_NE(page.find(scene_schema_markdown()), std::string::npos) << scene_schema_markdown();
 }
 
 TEST(SceneParser, EveryExampleSceneCanBeRun) {
-  const std::filesystem::path scenes = std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes";
+  const std::filesystem::path scenes = std::filesystem::path(klang::test::source_dir()) / "datasets-synthetic/scenes";
   int n = 0;
   for (const char* folder : {"s02", "sb", "b99", "d02"}) {
     for (const auto& entry : std::filesystem::directory_iterator(scenes / folder)) {

@@ -12,6 +12,7 @@
 #include "core/physics/bubble/ringdown_formulas.hpp"
 #include "core/sound/stage/bubble_scene.hpp"
 #include "core/sound/stage/ring_sound.hpp"
+#include "tests/places.hpp"
 
 namespace klang::stage {
 namespace {
@@ -477,8 +478,8 @@ TEST(BubbleSound, RisingBubbleInABallIsTheExactTransferAtItsMomentaryPitch) {
 
 TEST(Scene, EveryCommittedSceneParses) {
   int n = 0;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::filesystem::path(KLANG_SOURCE_DIR) / "datasets-synthetic/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(klang::test::source_dir()) /
+                                                               "datasets-synthetic/scenes")) {
     if (entry.path().extension() != ".toml") continue;
     EXPECT_NO_THROW(read_bubble_scene(entry.path(), 1)) << entry.path();
     ++n;
@@ -487,7 +488,7 @@ TEST(Scene, EveryCommittedSceneParses) {
 }
 
 TEST(Scene, DocumentationHasTheSchema) {
-  const std::string page = read_file(std::filesystem::path(KLANG_SOURCE_DIR) / "docs/bubbles.md");
+  const std::string page = read_file(std::filesystem::path(klang::test::source_dir()) / "docs/bubbles.md");
   EXPECT_NE(page.find(bubble_scene_schema_markdown()), std::string::npos);
 }
 

@@ -10,12 +10,13 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/fracture/dynamic/strain_history.hpp"
+#include "tests/places.hpp"
 
 namespace klang::fracture {
 namespace {
 
 nlohmann::json reference() {
-  std::ifstream file(KLANG_SOURCE_DIR "/tests/reference/plastic.json");
+  std::ifstream file(klang::test::source_dir() + "/tests/reference/plastic.json");
   return nlohmann::json::parse(file);
 }
 

@@ -13,6 +13,7 @@
 
 #include "core/physics/fracture/dynamic/step_limit.hpp"
 #include "tests/core/physics/fracture/dynamic/lattice.hpp"
+#include "tests/places.hpp"
 
 namespace klang::fracture {
 namespace {
@@ -21,8 +22,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 nlohmann::json reference(const std::string& name) {
-  std::ifstream file(name == "separation" ? KLANG_SOURCE_DIR "/tests/reference/separation.json"
-                                          : KLANG_SOURCE_DIR "/tests/reference/stability.json");
+  std::ifstream file(name == "separation" ? klang::test::source_dir() + "/tests/reference/separation.json"
+                                          : klang::test::source_dir() + "/tests/reference/stability.json");
   return nlohmann::json::parse(file);
 }
 

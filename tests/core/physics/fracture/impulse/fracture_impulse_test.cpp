@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/foundation/base/errors.hpp"
+#include "tests/places.hpp"
 
 namespace klang::fracture {
 namespace {
@@ -19,7 +20,7 @@ using Eigen::Vector3d;
 using nlohmann::json;
 
 json reference() {
-  std::ifstream file(KLANG_SOURCE_DIR "/tests/reference/impulses.json");
+  std::ifstream file(klang::test::source_dir() + "/tests/reference/impulses.json");
   return json::parse(file);
 }
 Vector3d vector(const json& list) { return {list[0].get<double>(), list[1].get<double>(), list[2].get<double>()}; }

@@ -4,12 +4,13 @@
 
 #include "core/geometry/mesh/tet_mesh.hpp"
 #include "core/physics/solid/material.hpp"
+#include "tests/places.hpp"
 
 namespace klang::test {
 
 /// tests/reference/quasistatic.json: material, mesh and cases, by dense pseudo-inverse (1e-10).
 inline nlohmann::json quasistatic_reference() {
-  std::ifstream file(KLANG_SOURCE_DIR "/tests/reference/quasistatic.json");
+  std::ifstream file(klang::test::source_dir() + "/tests/reference/quasistatic.json");
   return nlohmann::json::parse(file);
 }
 

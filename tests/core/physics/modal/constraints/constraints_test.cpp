@@ -7,13 +7,14 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/modal/constraints/touching_body.hpp"
+#include "tests/places.hpp"
 
 namespace klang::modal {
 namespace {
 
 nlohmann::json reference(bool contact) {
-  std::ifstream file(contact ? KLANG_SOURCE_DIR "/tests/reference/modal_contact.json"
-                             : KLANG_SOURCE_DIR "/tests/reference/oscillator.json");
+  std::ifstream file(contact ? klang::test::source_dir() + "/tests/reference/modal_contact.json"
+                             : klang::test::source_dir() + "/tests/reference/oscillator.json");
   return nlohmann::json::parse(file);
 }
 

@@ -50,6 +50,23 @@ EntrainmentOptions options_of(const EntrainmentTable& table) {
   return options;
 }
 
+/// Seeds and attempts into the run; says where hardly an attempt found its surface covered.
+std::vector<Birth> entrained(StageRun& run, const liquid::LiquidFrames& frames, const EntrainmentOptions& options) {
+  constexpr std::size_t kFewAttempts = 20;
+  constexpr double kNearlyAll = 0.9;
+  run.document.entrainment.reset();
+  if (!(options.attempts_per_m2_s > 0.0)) return {};
+  entrainment::Births found = find_births(frames, options, run.seed, run.monitor);
+  const auto count = [](std::size_t n) { return static_cast<std::int64_t>(n); };
+  run.document.entrainment = EntrainmentRecord{count(found.n_seeds), count(found.n_attempts), count(found.n_rejected)};
+  if (found.n_attempts >= kFewAttempts &&
+      static_cast<double>(found.n_rejected) >= kNearlyAll * static_cast<double>(found.n_attempts))
+    run.warn(std::to_string(found.n_rejected) + " of " + std::to_string(found.n_attempts) +
+             " attempts to make a bubble were refused, since seeds covered less than coverage = " +
+             to_text(options.coverage) + " asks for; 0 refuses none");
+  return std::move(found.births);
+}
+
 /// The pitch along a path, by the scene's law from phi.
 void give_pitch(BubblePath& path, const stage::BubbleScene& sound) {
   const double free_hz = bubble::bubble_oscillation(path.radius_m, sound.medium, sound.theory).undamped_frequency_hz;
@@ -73,8 +90,7 @@ void run_bubbles(StageRun& run) {
   const auto n_frames = static_cast<std::size_t>(std::max<std::int64_t>(run.document.n_frames, 1));
   const std::unique_ptr<liquid::LiquidFrames> frames = folder_frames(run.scene, run.folder, n_frames);
   const EntrainmentOptions options = options_of(run.scene.entrainment);
-  std::vector<Birth> births;
-  if (options.attempts_per_m2_s > 0.0) births = find_births(*frames, options, run.seed, run.monitor).births;
+  std::vector<Birth> births = entrained(run, *frames, options);
   const double end_s = frames->time_s().back();
   for (const ScriptedBubble& scripted : run.scene.bubbles)
     if (scripted.birth_s <= end_s)

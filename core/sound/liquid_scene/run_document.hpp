@@ -95,6 +95,18 @@ struct HeardLiquidRecord {
   }
 };
 
+/// What became of the liquid's surface that went under.
+struct EntrainmentRecord {
+  std::int64_t n_seeds = 0, n_attempts = 0, n_refused = 0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"n_seeds", "markers that fell fast enough for long enough"}, self.n_seeds);
+    visit({"n_attempts", "to make a bubble at one, and in patches"}, self.n_attempts);
+    visit({"n_refused", "of these, for want of coverage by seeds"}, self.n_refused);
+  }
+};
+
 struct ImportRecord {
   std::string kind;
   bool has_velocity = false;
@@ -119,6 +131,7 @@ struct RunDocument {
   PressureRecord pressure;
   std::int64_t n_bubbles = 0, n_solves = 0;
   double births_per_s = 0.0;
+  std::optional<EntrainmentRecord> entrainment;
   std::optional<TransferRecord> transfer;
   std::optional<HeardLiquidRecord> sound;
   std::optional<ImportRecord> imported;
@@ -140,6 +153,7 @@ struct RunDocument {
     visit({"n_bubbles", "born"}, self.n_bubbles);
     visit({"n_solves", "of the transfer"}, self.n_solves);
     visit({"births_per_s", "n_bubbles over the length"}, self.births_per_s);
+    visit(absent_if_empty({"entrainment", "what became of seeds, where any are asked for"}), self.entrainment);
     visit(null_if_empty({"transfer", "how bubbles are heard; null: not done"}), self.transfer);
     visit(null_if_empty({"sound", "what was heard; null: not done"}), self.sound);
     visit(absent_if_empty({"imported", "from another program's files"}), self.imported);

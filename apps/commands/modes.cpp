@@ -13,6 +13,7 @@
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/modal/modes_document.hpp"
 #include "core/physics/modal/modes_of.hpp"
+#include "core/physics/solid/support_doubt.hpp"
 
 namespace klang::apps {
 namespace {
@@ -117,6 +118,10 @@ int run_modes(const ModesOptions& options, const CommonOptions& common) {
   const mesh::TetMesh mesh = options.body.build_and_tell(common, notes, warnings, monitor);
   const double mesh_s = watch.seconds();
   monitor.throw_if_stopped();
+  if (const std::string doubt = solid::support_doubt(support, mesh); !doubt.empty()) {
+    warn(doubt);
+    warnings.push_back(doubt);
+  }
   const modal::EigenResult result = modal::modes_of(body, mesh, material, how, monitor);
   if (!result.usable()) throw NumericalError("modes: " + result.message);
 

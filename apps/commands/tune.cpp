@@ -9,6 +9,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
+#include "core/physics/solid/support_doubt.hpp"
 #include "core/sound/audio/note.hpp"
 #include "fit/instrument/fitted_body.hpp"
 #include "fit/tune/tune_document.hpp"
@@ -107,6 +108,10 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
   if (options.from.empty() && !options.specimen.empty())
     throw InputError("--specimen", "belongs to --from", options.specimen);
   const auto [specimen, material] = start_of(options);
+  if (specimen.support.kind != solid::SupportKind::kFree)
+    if (const std::string doubt = solid::support_doubt(specimen.support, mesh::mesh_shape(*specimen.shape));
+        !doubt.empty())
+      warn(doubt);
   fit::TuneOptions tune = options.tune;
   tune.dimensions = options.vary;
   for (const std::string& target : options.targets)

@@ -55,6 +55,17 @@ TEST(KlangModes, TubeGoesByHarmonicsUnlessAMeshOrASupportIsAskedFor) {
   EXPECT_NE(refused.err.find("--method"), std::string::npos) << refused.err;
 }
 
+TEST(KlangModes, APlaneThroughTheMiddleOfTheBodyIsDoubtedAndItsEndIsNot) {
+  const Scratch scratch;
+  const std::string bar =
+      "modes --shape box --dims length_m=0.1,width_m=0.02,height_m=0.01 --count 1 --json m.json --support clamped:";
+  const auto middle = run_klang(bar + "x=0", scratch.path());
+  EXPECT_EQ(middle.exit_code, 0) << middle.err;
+  EXPECT_NE(middle.err.find("cuts through the body"), std::string::npos) << middle.err;
+  EXPECT_NE(read_json(scratch.path() / "m.json")["warnings"].dump().find("cuts through the body"), std::string::npos);
+  EXPECT_EQ(run_klang(bar + "x=min", scratch.path()).err.find("cuts through"), std::string::npos);
+}
+
 TEST(KlangModes, SameRunGivesTheSameFrequenciesOnAnyNumberOfThreads) {
   const Scratch scratch;
   const std::string run =

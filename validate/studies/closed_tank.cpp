@@ -6,6 +6,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/sound/bem/helmholtz_bem.hpp"
+#include "core/sound/dual_domain/boundary_patches.hpp"
 
 namespace klang::validate::detail {
 namespace {
@@ -14,37 +15,9 @@ using Eigen::Vector3d;
 }  // namespace
 
 bubble::BoundaryMesh ClosedTank::mesh(double h_m) const {
-  bubble::BoundaryMesh mesh;
-  mesh.name = "closed tank";
-  std::vector<Vector3d> vertices;
-  std::vector<Eigen::Vector3i> triangles;
-  const auto patch = [&](const Vector3d& corner, const Vector3d& u, const Vector3d& v, int region) {  // u x v outwards
-    const int nu = static_cast<int>(std::lround(u.norm() / h_m)), nv = static_cast<int>(std::lround(v.norm() / h_m));
-    const int first = static_cast<int>(vertices.size());
-    for (int j = 0; j <= nv; ++j)
-      for (int i = 0; i <= nu; ++i) vertices.push_back(corner + u * i / nu + v * j / nv);
-    for (int j = 0; j < nv; ++j)
-      for (int i = 0; i < nu; ++i) {
-        const int a = first + j * (nu + 1) + i, b = a + 1, c = a + nu + 1, d = c + 1;
-        triangles.emplace_back(a, b, (i + j) % 2 == 0 ? d : c);
-        triangles.emplace_back((i + j) % 2 == 0 ? a : b, d, c);
-        mesh.region.insert(mesh.region.end(), 2, region);
-      }
-  };
-  const Vector3d x(size_m.x(), 0, 0), y(0, size_m.y(), 0), z(0, 0, size_m.z()), floor(0, 0, -size_m.z());
-  patch(Vector3d::Zero(), x, y, 0);
-  patch(floor, y, x, 1);
-  patch(floor, x, z, 1);
-  patch(floor + y, z, x, 1);
-  patch(floor, z, y, 1);
-  patch(floor + x, y, z, 1);
-  mesh.surface.vertices_m.resize(static_cast<Eigen::Index>(vertices.size()), 3);
-  for (std::size_t i = 0; i < vertices.size(); ++i)
-    mesh.surface.vertices_m.row(static_cast<Eigen::Index>(i)) = vertices[i].transpose();
-  mesh.surface.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    mesh.surface.triangles.row(static_cast<Eigen::Index>(i)) = triangles[i].transpose();
-  return mesh;
+  bubble::BoundaryPatches patches;
+  patches.add_tank({0.0, 0.0, -size_m.z()}, size_m, h_m);
+  return patches.mesh("closed tank");
 }
 
 Complex ClosedTank::top_slope(double x, double y, const Vector3d& source_m, Complex wavenumber_per_m) const {

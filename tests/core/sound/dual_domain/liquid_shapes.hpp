@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/sound/bem/radiating_surface.hpp"
+#include "core/sound/dual_domain/boundary_patches.hpp"
 #include "core/sound/dual_domain/liquid_boundary.hpp"
 
 namespace klang::test {
@@ -26,46 +27,11 @@ inline bubble::BoundaryMesh ball(double radius_m, int divisions,
   return mesh;
 }
 
-/// Box [0, size] in x and y, [-depth, 0] in z, faces cut into squares of about h and two triangles each: six separate patches
-/// (vertices repeated along edges). Free top, the rest rigid.
+/// Box [0, size] in x and y, [-depth, 0] in z, faces cut into squares of about h: free top, the rest rigid.
 inline bubble::BoundaryMesh tank(const Eigen::Vector3d& size_m, double h_m) {
-  std::vector<Eigen::Vector3d> vertices;
-  std::vector<Eigen::Vector3i> triangles;
-  bubble::BoundaryMesh mesh;
-  mesh.name = "tank";
-  const auto face = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
-                        int region) {  // u x v outwards
-    const int nu = static_cast<int>(std::lround(u.norm() / h_m)), nv = static_cast<int>(std::lround(v.norm() / h_m));
-    const int first = static_cast<int>(vertices.size());
-    for (int j = 0; j <= nv; ++j)
-      for (int i = 0; i <= nu; ++i) vertices.push_back(corner + u * i / nu + v * j / nv);
-    for (int j = 0; j < nv; ++j)
-      for (int i = 0; i < nu; ++i) {
-        const int a = first + j * (nu + 1) + i, b = a + 1, c = a + nu + 1, d = c + 1;
-        if ((i + j) % 2 == 0) {
-          triangles.emplace_back(a, b, d);
-          triangles.emplace_back(a, d, c);
-        } else {
-          triangles.emplace_back(a, b, c);
-          triangles.emplace_back(b, d, c);
-        }
-        mesh.region.insert(mesh.region.end(), 2, region);
-      }
-  };
-  const Eigen::Vector3d x(size_m.x(), 0, 0), y(0, size_m.y(), 0), z(0, 0, size_m.z()), floor(0, 0, -size_m.z());
-  face({0, 0, 0}, x, y, 0);
-  face(floor, y, x, 1);
-  face(floor, x, z, 1);
-  face(floor + y, z, x, 1);
-  face(floor, z, y, 1);
-  face(floor + x, y, z, 1);
-  mesh.surface.vertices_m.resize(static_cast<Eigen::Index>(vertices.size()), 3);
-  for (std::size_t i = 0; i < vertices.size(); ++i)
-    mesh.surface.vertices_m.row(static_cast<Eigen::Index>(i)) = vertices[i].transpose();
-  mesh.surface.triangles.resize(static_cast<Eigen::Index>(triangles.size()), 3);
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    mesh.surface.triangles.row(static_cast<Eigen::Index>(i)) = triangles[i].transpose();
-  return mesh;
+  bubble::BoundaryPatches patches;
+  patches.add_tank({0.0, 0.0, -size_m.z()}, size_m, h_m);
+  return patches.mesh("tank");
 }
 
 /// dP/dz on the free top of a closed rigid tank with a unit source s = -e^{-ikR} / (4 pi R): the sum over images, below the first

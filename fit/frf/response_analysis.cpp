@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "fit/frf/detail/pole_estimators.hpp"
 #include "fit/frf/detail/pole_polish.hpp"
 #include "fit/ringdown/ringdown.hpp"
@@ -246,8 +247,10 @@ void add_ringdown(const ResponseSet& set, const Band& band, ResponseAnalysis& re
 }  // namespace
 
 void ResponseOptions::validate() const {
-  checked("responses", "band_hz", band.high_hz, std::nextafter(std::max(0.0, band.low_hz), 1e12), 1e12);
-  checked("responses", "most_order", most_order, 2, 200);
+  std::vector<Violation> violations = violations_of(*this);
+  if (!(band.high_hz > band.low_hz))
+    violations.push_back(out_of_range("band.high_hz", band.high_hz, inside(band.low_hz, 1e12)));
+  throw_violations("responses", std::move(violations));
 }
 
 double assurance(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) {

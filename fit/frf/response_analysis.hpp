@@ -1,6 +1,7 @@
 #pragma once
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "fit/frf/response_set.hpp"
 #include "fit/ringdown/response_record.hpp"
@@ -11,6 +12,13 @@ struct ResponseOptions {
   Band band;
   int most_order = 60;    ///< of the stability chart
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"band.low_hz", "Lowest frequency", between(0.0, 1e12)}, self.band.low_hz);
+    visit({"band.high_hz", "Highest frequency", inside(0.0, 1e12)}, self.band.high_hz);
+    visit({"most_order", "Highest order of the stability chart", between(2.0, 200.0)}, self.most_order);
+  }
 };
 
 enum class ResponseStatus { kNotRun, kOk, kNothingFound };

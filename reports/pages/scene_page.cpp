@@ -21,7 +21,7 @@ namespace {
 using scene::BodyRecord;
 using scene::SceneDocument;
 
-constexpr std::size_t kCurvePoints = 1200, kMostBodyRows = 200;
+constexpr std::size_t kLedgerPoints = 1200, kMostBodyRows = 200;
 
 /// Columns of ledger.csv by name; empty where it cannot be read.
 std::map<std::string, std::vector<double>> ledger_of(const SceneDocument& data, ReportFolder& folder) {
@@ -54,7 +54,7 @@ std::optional<Svg> energy_figure(const SceneDocument& data, ReportFolder& folder
   const auto time = columns.find("time_s");
   if (time == columns.end() || time->second.size() < 2) return {};
   const std::vector<double>& t = time->second;
-  const std::size_t stride = std::max<std::size_t>(1, t.size() / kCurvePoints);
+  const std::size_t stride = std::max<std::size_t>(1, t.size() / kLedgerPoints);
   std::vector<std::pair<std::string, std::vector<PlotPoint>>> curves;
   std::vector<double> all = {0.0};
   for (const auto& [column, words] : kEnergies) {

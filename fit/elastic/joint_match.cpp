@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <set>
 
 #include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
@@ -221,6 +223,23 @@ bool better(const JointMatch& a, const JointMatch& b) {
   return a.evidence > b.evidence + 1e-9;
 }
 
+/// The end with the best evidence of those whose alternatives have not been tried, where it is near enough to the best of all that an
+/// alternative of it may be better still: a right match with one pair of partials exchanged can look worse than a wrong one of few partials.
+std::optional<std::size_t> most_promising(const std::vector<JointMatch>& ends,
+                                          const std::set<std::vector<int>>& tried) {
+  constexpr double kHorizon = 6.0;  // log odds
+  std::optional<std::size_t> next;
+  double best = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    if (ends[i].n_matched == 0) continue;
+    best = std::max(best, ends[i].evidence);
+    if (tried.contains(assignment(ends[i].lines, ends[i].matches))) continue;
+    if (!next || better(ends[i], ends[*next])) next = i;
+  }
+  if (next && !(ends[*next].evidence >= best - kHorizon)) next.reset();
+  return next;
+}
+
 /// The best of the ends that put the partials on other modes than the chosen one does.
 std::optional<RivalMatch> rival_of(const Context& c, const JointMatch& chosen, const std::vector<JointMatch>& ends) {
   const std::vector<int> own = assignment(chosen.lines, chosen.matches);
@@ -295,25 +314,22 @@ JointMatch match_and_fit(const ParameterSpace& space, const SpectrumModels& mode
   std::vector<JointMatch> ends(starts.size());
   for_each_job(
       starts.size(), [&](std::size_t i) { ends[i] = refined(c, starts[i]); }, "matching", monitor);
-  std::size_t best = 0;
-  const auto choose = [&](std::size_t from) {
-    const std::size_t before = best;
-    for (std::size_t i = from; i < ends.size(); ++i) best = better(ends[i], ends[best]) ? i : best;
-    return best != before;
-  };
-  choose(1);
-  constexpr int kMostSteps = 8;
-  bool rests = false;
-  for (int step = 0; step < kMostSteps && ends[best].n_matched > 0; ++step) {
+  // Whether its alternatives were tried is known of each assignment, not of each end: many starts end alike.
+  std::set<std::vector<int>> tried;
+  constexpr int kMostSteps = 12;
+  for (int step = 0; step < kMostSteps; ++step) {
     monitor.throw_if_stopped();
-    const std::size_t n_before = ends.size();
-    for (JointMatch& tried : tried_alternatives(c, ends[best])) ends.push_back(std::move(tried));
-    rests = !choose(n_before);
-    if (rests) break;
+    const std::optional<std::size_t> next = most_promising(ends, tried);
+    if (!next) break;
+    tried.insert(assignment(ends[*next].lines, ends[*next].matches));
+    for (JointMatch& other : tried_alternatives(c, ends[*next])) ends.push_back(std::move(other));
   }
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < ends.size(); ++i) best = better(ends[i], ends[best]) ? i : best;
   JointMatch chosen = ends[best];
-  chosen.settled = rests;
-  if (chosen.n_matched > 0) chosen.rival = rival_of(c, chosen, ends);
+  if (chosen.n_matched == 0) return chosen;
+  chosen.settled = tried.contains(assignment(chosen.lines, chosen.matches));
+  chosen.rival = rival_of(c, chosen, ends);
   return chosen;
 }
 

@@ -96,6 +96,11 @@ std::vector<Eigen::VectorXd> match_starts(const ParameterSpace& space, const Spe
   }
   std::vector<Eigen::VectorXd> points;
   for (const Start& start : kept) points.push_back(start.x);
+  // The guess itself too: a rough score may favour a body so much softer or stiffer that its modes lie dense there.
+  const bool has_guess = std::any_of(kept.begin(), kept.end(), [&](const Start& start) {
+    return std::abs(start.log_factor) * kCentsPerLog < 30.0 && std::abs(start.poisson - poissons.front()) < 0.1;
+  });
+  if (!has_guess) points.push_back(space.start());
   return points;
 }
 

@@ -12,8 +12,6 @@
 #include "validate/regression/detail/band_levels.hpp"
 #include "validate/regression/detail/common_reason.hpp"
 #include "validate/regression/detail/partial_pairs.hpp"
-#include "validate/regression/detail/quantiles.hpp"
-#include "validate/regression/detail/take_scatter.hpp"
 
 namespace klang::validate {
 namespace {
@@ -62,80 +60,6 @@ void expect_refused(const std::string& text, const std::string& word) {
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
   }
-}
-
-// Tables of the distributions (Abramowitz and Stegun 1964, tables 26.2 and 26.10).
-TEST(Quantiles, NormalAndStudentMatchTheTables) {
-  EXPECT_LE(std::abs(detail::normal_two_sided(0.05) - 1.959963984540054), 1e-10);
-  EXPECT_LE(std::abs(detail::normal_two_sided(1e-4) - 3.890591886413124), 1e-10);
-  EXPECT_LE(std::abs(detail::student_two_sided(0.05, 3) - 3.182446305284263), 1e-9);
-  EXPECT_LE(std::abs(detail::student_two_sided(0.01, 1) - 63.65674116287399), 1e-7);
-  EXPECT_LE(std::abs(detail::student_two_sided(0.001, 10) - 4.586893858702636), 1e-8);
-  EXPECT_LE(std::abs(detail::student_two_sided(0.02, 1e9) - detail::normal_two_sided(0.02)), 1e-9);
-}
-
-// Abramowitz and Stegun 1964, table 26.9.
-TEST(Quantiles, FisherTailMatchesTheTable) {
-  EXPECT_LE(std::abs(detail::fisher_tail(4.10, 2, 10) - 0.05), 1e-4);
-  EXPECT_LE(std::abs(detail::fisher_tail(7.56, 2, 10) - 0.01), 1e-4);
-  EXPECT_LE(std::abs(detail::fisher_tail(2.71, 5, 20) - 0.05), 1e-4);
-}
-
-/// Values of three takes about 0 with a standard deviation, the analyses' own being exact.
-detail::Samples three(double std, RandomStream& random) {
-  detail::Samples samples;
-  for (std::size_t k = 0; k < 3; ++k) samples.add(std * random.normal(), 0.0, k);
-  return samples;
-}
-
-TEST(TakeScatter, QuantitiesOfOneScatterShareTheirDegreesOfFreedom) {
-  RandomStream random(3, 1);
-  int shared = 0;
-  for (int trial = 0; trial < 50; ++trial) {
-    std::vector<detail::Samples> quantities;
-    for (int i = 0; i < 8; ++i) quantities.push_back(three(1.0, random));
-    const detail::Scatter scatter = detail::moderated_scatter(quantities);
-    shared += scatter.dof >= 10.0;
-    for (const double s : scatter.std) {
-      EXPECT_GE(s, 0.2);
-      EXPECT_LE(s, 3.0);
-    }
-  }
-  EXPECT_GE(shared, 30);
-}
-
-TEST(TakeScatter, AQuantityThatScattersTenTimesAsMuchKeepsItsOwnScatterOnFewDegrees) {
-  RandomStream random(3, 2);
-  std::vector<detail::Samples> quantities;
-  for (int i = 0; i < 8; ++i) quantities.push_back(three(i == 0 ? 100.0 : i < 4 ? 1.0 : 0.01, random));
-  const detail::Scatter scatter = detail::moderated_scatter(quantities);
-  EXPECT_GE(scatter.std[0], 10.0 * scatter.std[7]);
-  EXPECT_LE(scatter.dof, 8.0);
-}
-
-TEST(TakeScatter, WhatTheAnalysesExplainIsNoScatter) {
-  RandomStream random(3, 3);
-  std::vector<detail::Samples> quantities(20);
-  for (auto& q : quantities)
-    for (std::size_t k = 0; k < 3; ++k) q.add(random.normal(), 1.3, k);
-  for (const double s : detail::moderated_scatter(quantities).std) EXPECT_LE(s, 1e-12);
-}
-
-TEST(TakeScatter, TakesThatMoveAsAWholeAreSeenAndIndependentOnesAreNot) {
-  RandomStream random(3, 4);
-  int seen = 0, invented = 0;
-  for (int trial = 0; trial < 200; ++trial) {
-    std::vector<detail::Samples> together(5), alone(5);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double common = random.normal();
-      for (auto& q : together) q.add(common + 0.2 * random.normal(), 0.0, k);
-      for (auto& q : alone) q.add(random.normal(), 0.0, k);
-    }
-    seen += detail::common_scatter(together, 3) > 0.0;
-    invented += detail::common_scatter(alone, 3) > 0.0;
-  }
-  EXPECT_GE(seen, 180);
-  EXPECT_LE(invented, 20);  // 5 % of 200 and three deviations
 }
 
 TEST(BandLevels, AreTheSameAtEverySampleRate) {
@@ -223,7 +147,7 @@ TEST(Regression, ThreeTakesOfOneCentPassAFourthAndCatchFourCents) {
     judged += same.passed();
     sharp_passed += compare(reference, scattered(like, 4.0, random), options).passed();
   }
-  EXPECT_LE(alarms, 7);  // 0.5 % asked: 2, and more than three deviations
+  EXPECT_LE(alarms, 2);  // 0.05 % asked: 0.2, and more than three deviations
   EXPECT_GE(judged, 340);
   EXPECT_LE(sharp_passed, 4);
 }

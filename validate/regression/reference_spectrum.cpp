@@ -6,14 +6,13 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "validate/regression/detail/partial_pairs.hpp"
+#include "validate/regression/detail/scales.hpp"
 #include "validate/regression/detail/take_scatter.hpp"
 
 namespace klang::validate {
 namespace {
 
 constexpr double kQuietestDb = -200.0;
-constexpr double kCentsPerNeper = 1731.2340490667561;
-constexpr double kLevelRange = 1e-4;      // of the loudest third octave: weaker ones are not judged
 constexpr double kThirdsPerDegree = 3.0;  // neighbouring bands share their partials, and so their scatter
 
 using detail::Samples;
@@ -103,7 +102,7 @@ void merge_fingerprints(const std::vector<SoundDescription>& takes, const std::v
   for (Eigen::Index i = 0; i < mean.n_thirds(); ++i)
     loudest_third = std::max(loudest_third, mean.power.middleRows(4 * i, 4).sum());
   for (Eigen::Index i = 0; i < mean.n_thirds(); ++i) {
-    if (!(mean.power.middleRows(4 * i, 4).sum() > static_cast<float>(kLevelRange) * loudest_third)) continue;
+    if (!(mean.power.middleRows(4 * i, 4).sum() > static_cast<float>(detail::kLevelRange) * loudest_third)) continue;
     levels.emplace_back();
     bands.push_back(static_cast<std::size_t>(i));
     for (std::size_t k = 0; k < takes.size(); ++k)
@@ -196,14 +195,14 @@ ReferenceSpectrum make_reference(const std::vector<SoundDescription>& takes) {
   for (std::size_t i = 0; i < kept.size(); ++i) {
     ReferencePartial p;
     p.partial = mean_partial(kept[i], frequency.std[i], decay.std[i]);
-    p.frequency_scatter_cents = frequency.std[i] * kCentsPerNeper;
+    p.frequency_scatter_cents = frequency.std[i] * detail::kCentsPerNeper;
     p.decay_scatter = decay.std[i];
     p.n_takes = static_cast<int>(kept[i].frequency.value.size());
     result.partials.push_back(p);
   }
   std::vector<Samples> frequencies;
   for (const Track& track : kept) frequencies.push_back(track.frequency);
-  result.common_scatter_cents = detail::common_scatter(frequencies, takes.size()) * kCentsPerNeper;
+  result.common_scatter_cents = detail::common_scatter(frequencies, takes.size()) * detail::kCentsPerNeper;
   std::sort(result.partials.begin(), result.partials.end(), [](const ReferencePartial& a, const ReferencePartial& b) {
     return a.partial.frequency_hz < b.partial.frequency_hz;
   });

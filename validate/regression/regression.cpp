@@ -8,24 +8,25 @@
 #include "validate/regression/detail/common_reason.hpp"
 #include "validate/regression/detail/partial_pairs.hpp"
 #include "validate/regression/detail/quantiles.hpp"
+#include "validate/regression/detail/scales.hpp"
 
 namespace klang::validate {
 namespace {
 
 constexpr double kCaught = 2.3263478740408408;  // 99 % of a normal distribution lies below
-constexpr double kCentsPerNeper = 1731.2340490667561;
 constexpr double kDbPerNeper = 8.685889638065037;
 // A partial is found without fail where its amplitude stands this far above its own deviation (fit/ringdown asks for 14 dB).
 constexpr double kHeardDb = 26.0;
 constexpr double kClearSuperfluousDb = 20.0;  // what the sound's own analysis must say of it
 // 1/s over Hz (a quality of 20), and decay times that contact lasts: beyond, a partial belongs to the blow.
 constexpr double kBurstDecay = kPi / 20.0, kBurstContact = 1.5;
+// Of the false alarms, where there are several takes: their scatter hides a shift of one partial, not that of all.
+constexpr double kShareOfAllTogether = 0.9;
 constexpr double kClearBand = 20.0;  // band power over noise, 13 dB
 constexpr double kLeastFall =
     0.5;  // decay times duration, 4 dB: below, what is not exponential decides about the decay
-constexpr float kClearCell = 16.0f;   // cell power over noise, 12 dB
-constexpr double kLevelRange = 1e-4;  // of the loudest third octave
-constexpr float kCellRange = 1e-5f;   // cells down to 50 dB below the loudest
+constexpr float kClearCell = 16.0f;  // cell power over noise, 12 dB
+constexpr float kCellRange = 1e-5f;  // cells down to 50 dB below the loudest
 
 double relative_std(const std::optional<double>& std, const std::optional<double>& value) {
   return value && *value > 0.0 ? std.value_or(0.0) / *value : 0.0;
@@ -59,8 +60,8 @@ class Comparison {
                                               (found_.size() - pairing.pairs.size()) + 1) +
                           (options_.levels ? static_cast<double>(n_thirds_ + 1) : 0.0);
     const bool several = reference_.n_takes > 1 && reference_.scatter_dof > 0.0;
-    const double all = std::log1p(-options_.false_alarm_rate), share = several ? 0.5 : 1.0;
-    const double each = -std::expm1(share * all / n_claims);
+    const double all = std::log1p(-options_.false_alarm_rate), share = several ? kShareOfAllTogether : 0.0;
+    const double each = -std::expm1((1.0 - share) * all / n_claims);
     result_.factor = detail::normal_two_sided(each);
     scatter_factor_ = scatter_factor(each, reference_.scatter_dof);
     decay_scatter_factor_ = scatter_factor(each, reference_.decay_scatter_dof);
@@ -98,9 +99,9 @@ class Comparison {
     return dof > 0.0 ? detail::student_two_sided(probability, dof) : detail::normal_two_sided(probability);
   }
 
-  /// max(floor, sqrt((k std)^2 + (k_t scatter)^2 (1 + 1/n)))
+  /// sqrt(floor^2 + (k std)^2 + (k_t scatter)^2 (1 + 1/n)): what no exponential describes comes on top of the noise.
   double tolerance(double floor, double std, double scatter, double factor) const {
-    return std::max(floor, std::hypot(result_.factor * std, factor * one_more_ * scatter));
+    return std::hypot(floor, result_.factor * std, factor * one_more_ * scatter);
   }
 
   /// What the analyses leave open of a mean over the takes, whose deviation holds scatter / sqrt(n) too.
@@ -194,9 +195,10 @@ class Comparison {
       row.note = "runs together with a neighbour; several takes would tell how much that matters";
     }
 
-    const double std_cents = std::hypot(
-        own_std(kCentsPerNeper * relative_std(p.frequency_std_hz, p.frequency_hz), known.frequency_scatter_cents),
-        kCentsPerNeper * relative_std(q.frequency_std_hz, q.frequency_hz));
+    const double std_cents =
+        std::hypot(own_std(detail::kCentsPerNeper * relative_std(p.frequency_std_hz, p.frequency_hz),
+                           known.frequency_scatter_cents),
+                   detail::kCentsPerNeper * relative_std(q.frequency_std_hz, q.frequency_hz));
     row.cents = cents(q.frequency_hz, p.frequency_hz);
     row.cents_tolerance = tolerance(options_.floor_cents, std_cents, known.frequency_scatter_cents, scatter_factor_);
     add(name + ".frequency", where + " keeps its frequency [cents]",
@@ -248,7 +250,7 @@ class Comparison {
         common ? one_more_ * reference_.common_scatter_cents : std::sqrt(shift_.scatter_sq) / shift_.weights;
     const double factor = scatter_factor(probability, common ? reference_.n_takes - 1.0 : reference_.scatter_dof);
     const double allowed =
-        std::max(options_.floor_cents, std::hypot(detail::normal_two_sided(probability) * noise, factor * scatter));
+        std::hypot(options_.floor_cents, detail::normal_two_sided(probability) * noise, factor * scatter);
     add("all-partials.frequency", "All partials together keep their pitch [cents]",
         {shift_.sum / shift_.weights, allowed, noise, scatter, options_.catch_shift_cents, "cents"}, "");
   }
@@ -357,7 +359,8 @@ class Comparison {
       ThirdComparison row{band.centre_hz(), 10.0 * std::log10(p), 10.0 * std::log10(q), {}, {}};
       const double strongest = std::max(p, q);
       const std::string name = "third-octave-" + std::to_string(std::lround(band.centre_hz()));
-      if (strongest > kLevelRange * loudest && strongest > kClearBand * std::max(expected_noise[k], found_noise[k])) {
+      if (strongest > detail::kLevelRange * loudest &&
+          strongest > kClearBand * std::max(expected_noise[k], found_noise[k])) {
         const auto variance = [&](double power, double noise) {
           return (noise * noise + 2.0 * power * noise) / (cells * power * power);
         };

@@ -12,11 +12,11 @@
 namespace klang::validate {
 
 struct RegressionOptions {
-  double false_alarm_rate = 0.005;  ///< over all claims of the comparison
-  double catch_cents = 3.0;         ///< a judged partial shows a shift of this much in 99 of 100
-  double catch_shift_cents = 5.0;   ///< and all partials together this much, where takes scatter
-  double catch_decay = 0.10;        ///< and a relative change of its decay of this much
-  double floor_cents = 0.5;         ///< least tolerances, whatever the noise: what no exponential describes
+  double false_alarm_rate = 5e-4;  ///< over all claims of the comparison
+  double catch_cents = 3.0;        ///< a judged partial shows a shift of this much in 99 of 100
+  double catch_shift_cents = 5.0;  ///< and all partials together this much, where takes scatter
+  double catch_decay = 0.10;       ///< and a relative change of its decay of this much
+  double floor_cents = 0.5;        ///< least tolerances, whatever the noise: what no exponential describes
   double floor_decay = 0.02;
   double floor_level_db = 1.0;
   double floor_spectrum_db = 1.0;

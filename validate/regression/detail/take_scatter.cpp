@@ -8,8 +8,10 @@
 namespace klang::validate::detail {
 namespace {
 
-constexpr double kManyDof = 1e6;       // as good as infinite
-constexpr double kCommonLevel = 0.05;  // of the test for a common shift
+constexpr double kManyDof = 1e6;  // as good as infinite
+// Of the test for a common shift: takes without one that it finds are held by as many degrees of freedom as there are takes less one, with
+// three takes by tolerances that judge nothing.
+constexpr double kCommonLevel = 0.002;
 
 /// psi(x) and psi'(x), x > 0: recurrence to x > 8, then the asymptotic series (Abramowitz and Stegun 1964, 6.3.18 and 6.4.12).
 double digamma(double x) {
@@ -33,6 +35,31 @@ double inverse_trigamma(double value) {
     (trigamma(std::exp(middle)) > value ? low : high) = middle;
   }
   return std::exp(0.5 * (low + high));
+}
+
+/// The variance over their own that all quantities have in common, each weighted by how well it is known: sum d s^2 / (own + excess) = sum d
+/// (Paule and Mandel 1982). A mean of s^2 - own would be what the least certain quantity makes of it.
+double common_excess(const std::vector<Samples>& quantities, double all_dof) {
+  double high = 0.0;
+  for (const Samples& q : quantities) high = std::max(high, q.variance());
+  const auto is_too_small = [&](double excess) {
+    double sum = 0.0;
+    for (const Samples& q : quantities) {
+      const double expected = q.own_variance() + excess;
+      if (q.value.size() >= 2 && expected > 0.0)
+        sum += static_cast<double>(q.value.size() - 1) * q.variance() / expected;
+      if (q.value.size() >= 2 && !(expected > 0.0) && q.variance() > 0.0) return true;
+    }
+    return sum > all_dof;
+  };
+  high *= static_cast<double>(quantities.size());
+  double low = 0.0;
+  if (!is_too_small(low)) return 0.0;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = 0.5 * (low + high);
+    (is_too_small(middle) ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
 }
 
 struct Prior {
@@ -86,15 +113,10 @@ double Samples::own_variance() const {
 Scatter moderated_scatter(const std::vector<Samples>& quantities) {
   Scatter result;
   result.std.assign(quantities.size(), 0.0);
-  double all_dof = 0.0, excess = 0.0, pooled = 0.0;
-  for (const Samples& q : quantities) {
-    if (q.value.size() < 2) continue;
-    const auto d = static_cast<double>(q.value.size() - 1);
-    all_dof += d;
-    excess += d * (q.variance() - q.own_variance());
-  }
+  double all_dof = 0.0, pooled = 0.0;
+  for (const Samples& q : quantities) all_dof += q.value.size() < 2 ? 0.0 : static_cast<double>(q.value.size() - 1);
   if (!(all_dof > 0.0)) return result;
-  excess = std::max(0.0, excess / all_dof);
+  const double excess = common_excess(quantities, all_dof);
   std::vector<double> ratio, dof;
   for (const Samples& q : quantities) {
     if (q.value.size() < 2) continue;
@@ -118,7 +140,8 @@ Scatter moderated_scatter(const std::vector<Samples>& quantities) {
     if (known) ++k;
     double moderated = (prior.dof * prior.variance + d * r) / (prior.dof + d);
     if (few) moderated = std::max(prior.variance, r);
-    result.std[i] = std::sqrt(std::max(0.0, moderated * (own + excess) - own));
+    // Values that lie together by luck, nearer than the analyses' own deviations, are no proof of a smaller scatter.
+    result.std[i] = std::sqrt(std::max(moderated * excess, moderated * (own + excess) - own));
     if (known) least_dof = std::min(least_dof, prior.dof + d);
   }
   result.dof = least_dof;

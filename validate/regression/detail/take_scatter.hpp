@@ -22,15 +22,15 @@ struct Scatter {
 };
 
 /// Variances that borrow strength from each other (empirical Bayes): with v_i the variance over the takes, o_i what the analyses
-/// explain and E = mean(v - o), the ratios v_i / (o_i + E) are drawn towards their prior s0^2 as d0 takes more would:
+/// explain and E what all have in common beyond it (Paule and Mandel 1982: sum d v / (o + E) = sum d), the ratios v_i / (o_i + E) are drawn towards their prior s0^2 as d0 takes more would:
 ///   (d0 s0^2 + d_i ratio_i) / (d0 + d_i),  dof = d0 + d_i, never more than all quantities have together.
-/// d0 and s0 follow from the spread of ln(ratio) (trigamma); where that is no wider than chance, d0 is infinite and all
+/// scatter^2 = max(s^2 E, s^2 (o_i + E) - o_i) with that moderated s^2. d0 and s0 follow from the spread of ln(ratio) (trigamma); where that is no wider than chance, d0 is infinite and all
 /// quantities share one scatter. Below three quantities: each the larger of its own and the mean.
 /// Source: Smyth 2004, Stat. Appl. Genet. Mol. Biol. 3(1), 3, section 6.2.
 Scatter moderated_scatter(const std::vector<Samples>& quantities);
 
 /// Standard deviation of the takes' common shift (mean over the quantities found in all takes of value - mean over the takes),
-/// where an analysis of variance says that takes do shift as a whole (F of takes over residual above its 5 % point); else 0,
+/// where an analysis of variance says that takes do shift as a whole (F of takes over residual above its 0.2 % point); else 0,
 /// and the shift's scatter follows from the quantities'.
 double common_scatter(const std::vector<Samples>& quantities, std::size_t n_takes);
 

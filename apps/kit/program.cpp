@@ -191,9 +191,13 @@ std::string Program::flag_of_field(const CLI::App& command, const std::string& f
 }
 
 std::string Program::flag_or_field(const std::string& field) const {
+  std::string own_flag = "--" + field;
+  std::replace(own_flag.begin(), own_flag.end(), '_', '-');
   for (const Subcommand& subcommand : subcommands_) {
+    if (!subcommand.app->parsed()) continue;
     const std::string flag = flag_of_field(*subcommand.app, field);
-    if (subcommand.app->parsed() && !flag.empty()) return flag;
+    if (!flag.empty()) return flag;
+    if (subcommand.app->get_option_no_throw(own_flag) != nullptr) return own_flag;
   }
   return field;
 }

@@ -41,7 +41,8 @@ class Program {
   int run_parsed() const;
   /// Of an exception that is being handled: the one place where it becomes an exit code.
   int exit_code_of_exception(const std::vector<std::string>& words) const;
-  /// The flag of a field of the options of the subcommand that was called, or the field's name.
+  /// The flag of a field of the options of the subcommand that was called: what it calls the field, else an option of that name
+  /// ("frame_step_s", --frame-step-s), else the field's name.
   std::string flag_or_field(const std::string& field) const;
   /// "help X" becomes "X --help", no words "--help". @throws InputError for an X that is no subcommand
   void ask_for_help(std::vector<std::string>& words) const;

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/bubble/bubble_formulas.hpp"
 #include "core/sound/audio/fft.hpp"
 #include "fit/bubble/bubble_search.hpp"

@@ -4,6 +4,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parse_json.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "fit/instrument/fitted_body.hpp"
 
@@ -54,7 +55,7 @@ std::vector<instrument::ModalBank> read_banks(const std::filesystem::path& path,
   const std::string kind = text_under(read_result_json(path), "kind");
   std::vector<instrument::ModalBank> banks;
   if (kind == "analysis") {
-    if (!specimen.empty()) throw InputError("--specimen", "belongs to a fit.json, not to an analysis", specimen);
+    if (!specimen.empty()) throw option_error("specimen", "belongs to a fit.json, not to an analysis", specimen);
     banks.push_back(bank_of(read_analysis_document(path)));
   } else if (kind == "fit") {
     const FitDocument fit = read_fit_document(path);

@@ -8,6 +8,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/sound/instrument/modal_bank.hpp"
@@ -195,10 +196,10 @@ ChimeSet chime_set(const FitDocument& fit, const std::filesystem::path& path, co
                    Monitor& monitor) {
   std::vector<int> keys;
   std::set<int> seen;
-  if (options.notes.empty()) throw InputError("--notes", "names no note", "", "\"D5 E5 G5\"");
+  if (options.notes.empty()) throw option_error("notes", "names no note", "", "\"D5 E5 G5\"");
   for (const std::string& note : options.notes) {
     keys.push_back(audio::key_of_note(note));
-    if (!seen.insert(keys.back()).second) throw InputError("--notes", "a note is there twice", note);
+    if (!seen.insert(keys.back()).second) throw option_error("notes", "has a note twice", note);
   }
   const std::vector<Stock> stocks = stocks_of(fit, path, options.specimen, monitor);
   const std::optional<double> relative_std = frequency_std(fit);

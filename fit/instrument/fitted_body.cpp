@@ -6,6 +6,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/parse_json.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/solid/fitted_material.hpp"
@@ -114,7 +115,8 @@ FittedBody fitted_body(const FitDocument& fit, const std::filesystem::path& path
     if (!changed.shape->dims.contains(dimension)) {
       std::vector<std::string> known;
       for (const auto& [known_name, known_value] : changed.shape->dims) known.push_back(known_name);
-      throw unknown_word("--dims", "unknown dimension", dimension, dimension, known);
+      throw option_error("dims", "names an unknown dimension", dimension,
+                         word_list(known) + did_you_mean(dimension, known));
     }
     changed.shape->dims[dimension] = value;
   }

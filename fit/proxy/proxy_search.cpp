@@ -9,6 +9,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "fit/least_squares/least_squares.hpp"
 #include "fit/proxy/proxy_cost.hpp"
 

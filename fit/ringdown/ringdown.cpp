@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/fft.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/audio/strikes.hpp"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What a formatted tree must keep to (docs/developer/style.md): no function above 100 lines or of 7 parameters and more, no header above 300, no source above 500,
 no include that climbs ("../") or names a detail header of another room, no call of Ceres past fit/least_squares (which keeps it
-silent), no subject of a commit above 72 characters.
+silent), no flag of the command line in a text of the library (it names fields, apps/ maps them to flags), no subject of a commit above 72 characters.
 
     structure.py [--commits RANGE] FILE...
 
@@ -36,6 +36,7 @@ def functions(lines):
 
 
 KERNELS = re.compile(r"kernel|lapack|blas|legendre\.cpp$")  # numeric kernels and wrappers of LAPACK pass what these pass
+LIBRARY = re.compile(r"(core|fit|datasets-synthetic|validate)/")
 NO_CALL = {"if", "for", "while", "switch", "return", "sizeof", "catch", "static_assert", "decltype", "assert"}
 PARAMETER = re.compile(r"^(const\s+)?[\w:<>,\s*&]+[\s*&]+\w+(\s*=\s*.+)?$", re.S)
 
@@ -92,6 +93,8 @@ def findings(path):
     for number, line in enumerate(lines, 1):
         if "ceres::Solve(" in line and not path.startswith("fit/least_squares/"):
             yield f"{path}:{number}: ceres::Solve outside fit/least_squares, where its messages are silenced"
+        if LIBRARY.match(path) and re.search(r'"--[a-z]', line.partition("//")[0]):
+            yield f"{path}:{number}: a flag in the library: name the field (option_error), the command says its flag"
         include = re.match(r'^#include "([^"]+)"', line)
         if not include:
             continue

@@ -71,6 +71,10 @@ Violation out_of_range(std::string field, double value, const Range& range) {
   return {std::move(field), "is out of range", to_text(value), allowed.empty() ? "a finite number" : allowed};
 }
 
+OptionsError option_error(std::string field, std::string problem, std::string value, std::string allowed) {
+  return {{}, {{std::move(field), std::move(problem), std::move(value), std::move(allowed)}}};
+}
+
 void throw_violations(std::string_view place, std::vector<Violation> violations) {
   if (!violations.empty()) throw OptionsError(std::string(place), std::move(violations));
 }

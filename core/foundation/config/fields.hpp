@@ -273,6 +273,9 @@ std::vector<Violation> violations_of(const T& value) {
 /// For rules that a range cannot tell, as "high_hz above low_hz".
 Violation out_of_range(std::string field, double value, const Range& range);
 
+/// One option that breaks a rule. A command line calls the field by its flag.
+OptionsError option_error(std::string field, std::string problem, std::string value = {}, std::string allowed = {});
+
 /// Throws one OptionsError that lists every violation, if there is one.
 void throw_violations(std::string_view place, std::vector<Violation> violations);
 

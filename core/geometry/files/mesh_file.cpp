@@ -7,6 +7,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/files/byte_cursor.hpp"
 #include "core/geometry/files/detail/mesh_formats.hpp"
 #include "core/geometry/files/surface_file.hpp"
@@ -105,14 +106,10 @@ TetMesh mesh_of_surface_file(const std::filesystem::path& path, const LoadOption
 }  // namespace
 
 void LoadOptions::validate() const {
-  const std::string place = "mesh options";
-  if (order != 1 && order != 2) throw InputError(place, "order", std::to_string(order), "1 or 2");
-  checked_open(place, "unit_m", unit_m, 0.0, 1e6);
-  checked(place, "max_edge_m", max_edge_m, 0.0, 1e6);
-  checked(place, "wavelength_m", wavelength_m, 0.0, 1e6);
-  if (max_triangles != 0 && (max_triangles < 100 || max_triangles > 20000000))
-    throw InputError(place, "max_triangles is out of range", std::to_string(max_triangles), "0, or 100 to 2e7");
-  checked(place, "elements_per_wavelength", elements_per_wavelength, 0.5, 1000.0);
+  std::vector<Violation> violations = violations_of(*this);
+  if (max_triangles > 0 && max_triangles < 100)
+    violations.push_back({"max_triangles", "is out of range", std::to_string(max_triangles), "0, or 100 to 2e7"});
+  throw_violations("mesh options", std::move(violations));
 }
 
 TetMesh read_tet_mesh_bytes(std::string_view bytes, std::string_view extension, const std::string& name) {

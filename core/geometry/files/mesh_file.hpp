@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/mesh/surface_decimation.hpp"
 #include "core/geometry/mesh/surface_repair.hpp"
 #include "core/geometry/mesh/tet_mesh.hpp"
@@ -50,6 +51,20 @@ struct LoadOptions {
   double elements_per_wavelength = 4.0;  ///< of quadratic elements (linear ones get twice as many)
   int max_triangles = 0;                 ///< surfaces only: decimate above this many; 0: as they are
   void validate() const;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"order", "Order of the elements", between(1.0, 2.0)}, self.order);
+    visit({"unit_m", "Length of the file's unit", inside(0.0, 1e6)}, self.unit_m);
+    visit({"max_edge_m", "Longest edge of a surface's tetrahedra; 0: from the wavelength, or the default",
+           between(0.0, 1e6)},
+          self.max_edge_m);
+    visit({"wavelength_m", "Shortest structural wavelength to resolve; 0: none", between(0.0, 1e6)}, self.wavelength_m);
+    visit({"elements_per_wavelength", "Quadratic elements per structural wavelength", between(0.5, 1000.0)},
+          self.elements_per_wavelength);
+    visit({"max_triangles", "A surface of more triangles is decimated, 100 to 2e7; 0: never", between(0.0, 2e7)},
+          self.max_triangles);
+  }
 };
 
 /// What a user should hear of a body from a file. Both functions may be empty; they are called as soon as it is known, a

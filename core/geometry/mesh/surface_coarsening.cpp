@@ -229,10 +229,7 @@ class Collapser {
 
 }  // namespace
 
-void CoarseningOptions::validate() const {
-  checked_open("coarsening", "edge_m", edge_m, 0.0, HUGE_VAL);
-  checked("coarsening", "tolerance_m", tolerance_m, 0.0, 1e9);
-}
+void CoarseningOptions::validate() const { validate_fields("coarsening", *this); }
 
 SurfaceMesh coarsened(const SurfaceMesh& surface, const CoarseningOptions& options,
                       const std::vector<int>& planes_of_vertex) {

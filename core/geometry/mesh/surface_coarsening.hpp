@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/mesh/tet_mesh.hpp"
 
 namespace klang::mesh {
@@ -10,6 +11,15 @@ struct CoarseningOptions {
   double tolerance_m = 0.0;   ///< rms distance of a vertex to the planes it stands for, >= 0
   int stop_at_triangles = 0;  ///< > 0: no further once there are no more than these
   void validate() const;      ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"edge_m", "Wanted length of an edge", above(0.0)}, self.edge_m);
+    visit({"tolerance_m", "Root mean square distance of a vertex to the planes that it stands for", between(0.0, 1e9)},
+          self.tolerance_m);
+    visit({"stop_at_triangles", "No further once there are no more triangles; 0: no such limit", at_least(0.0)},
+          self.stop_at_triangles);
+  }
 };
 
 /// A coarser closed surface of the same shape and connection: edges are collapsed from the shortest up, each to the point

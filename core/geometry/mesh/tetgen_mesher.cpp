@@ -194,14 +194,7 @@ std::optional<int> run_in_own_process(const SurfaceMesh& surface, const SurfaceP
 
 }  // namespace
 
-void TetgenOptions::validate() const {
-  const std::string place = "TetGen options";
-  checked(place, "max_edge_m", max_edge_m, 0.0, 1e6);
-  checked(place, "radius_edge_ratio", radius_edge_ratio, 1.1, 10.0);
-  checked(place, "min_dihedral_deg", min_dihedral_deg, 0.0, 18.0);
-  checked(place, "max_elements", max_elements, 1.0, 2e7);
-  if (order != 1 && order != 2) throw InputError(place, "order", std::to_string(order), "1 or 2");
-}
+void TetgenOptions::validate() const { validate_fields("TetGen options", *this); }
 
 double expected_elements(const SurfaceMesh& surface, double volume_m3, const TetgenOptions& options) {
   const auto at = [&surface](Eigen::Index t, int c) -> Eigen::Vector3d {

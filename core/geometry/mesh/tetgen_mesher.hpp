@@ -2,6 +2,7 @@
 #include <string>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
 #include "core/geometry/mesh/tet_mesh.hpp"
 
@@ -17,6 +18,18 @@ struct TetgenOptions {
   /// Not inside parallel jobs.
   bool in_child = false;
   void validate() const;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"max_edge_m", "Longest edge of the tetrahedra; 0: from the surface alone", between(0.0, 1e6)},
+          self.max_edge_m);
+    visit({"radius_edge_ratio", "Bound of the refinement's quality", between(1.1, 10.0)}, self.radius_edge_ratio);
+    visit({"min_dihedral_deg", "Smallest dihedral angle as TetGen tries to reach it", between(0.0, 18.0)},
+          self.min_dihedral_deg);
+    visit({"order", "Order of the elements", between(1.0, 2.0)}, self.order);
+    visit({"max_elements", "More are refused before meshing", between(1.0, 2e7)}, self.max_elements);
+    visit({"in_child", "In a process of its own, whose crash becomes an error"}, self.in_child);
+  }
 };
 
 /// How many tetrahedra mesh_surface() will make, to about a factor of two: those that max_edge_m asks for in the volume, and

@@ -101,11 +101,7 @@ class Sampled final : public BubbleMotion {
 
 }  // namespace
 
-void RiseOptions::validate() const {
-  checked("rise", "speed_m_s", speed_m_s, -100.0, 100.0);
-  checked("rise", "drag_coefficient", drag_coefficient, 1e-3, 100.0);
-  checked("rise", "stop_depth_radii", stop_depth_radii, 1.0, 100.0);
-}
+void RiseOptions::validate() const { validate_fields("rise", *this); }
 
 std::shared_ptr<const BubbleMotion> analytic_rise(const Eigen::Vector3d& position_m, double radius_m,
                                                   const RiseOptions& options, const BubbleMedium& medium) {

@@ -1,9 +1,11 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <limits>
 #include <memory>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/foundation/math/spline.hpp"
 #include "core/foundation/math/taylor.hpp"
 #include "core/physics/bubble/bubble_medium.hpp"
@@ -24,6 +26,10 @@ class BubbleMotion {
 };
 
 enum class RiseKind { kFixed, kConstantSpeed, kTerminal };
+constexpr auto words_of(RiseKind) {
+  return std::array{Word{RiseKind::kFixed, "fixed"}, Word{RiseKind::kConstantSpeed, "constant"},
+                    Word{RiseKind::kTerminal, "terminal"}};
+}
 
 struct RiseOptions {
   RiseKind kind = RiseKind::kFixed;
@@ -31,6 +37,15 @@ struct RiseOptions {
   double drag_coefficient = 0.2;   ///< on 4 pi r^2; 1e-3 to 100
   double stop_depth_radii = 1.05;  ///< the bubble rests when its centre is this many radii below the surface; 1 to 100
   void validate() const;           ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"kind", "How a bubble rises"}, self.kind);
+    visit({"speed_m_s", "Upward speed: the constant one, or that at birth", between(-100.0, 100.0)}, self.speed_m_s);
+    visit({"drag_coefficient", "Of a fixed drag law, on 4 pi r^2", between(1e-3, 100.0)}, self.drag_coefficient);
+    visit({"stop_depth_radii", "Depth of the centre, in radii, at which a bubble rests", between(1.0, 100.0)},
+          self.stop_depth_radii);
+  }
 };
 
 /// A bubble that rises straight up, by the closed forms of rise_formulas.hpp, and rests below the surface.

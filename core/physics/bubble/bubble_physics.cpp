@@ -1,6 +1,7 @@
 #include "core/physics/bubble/bubble_physics.hpp"
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/bubble/bubble_formulas.hpp"
 
 namespace klang::bubble {

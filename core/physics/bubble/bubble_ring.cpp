@@ -104,10 +104,7 @@ Complex carried_over(Complex log_z, Complex before, Complex after) {
 
 }  // namespace
 
-void RingOptions::validate() const {
-  checked("ring", "longest_block_s", longest_block_s, 1e-5, 1.0);
-  checked("ring", "longest_life_s", longest_life_s, 1e-3, 3600.0);
-}
+void RingOptions::validate() const { validate_fields("ring", *this); }
 
 RingTrack ring_track(const RingingBubble& bubble, const RingOptions& options) {
   options.validate();

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/bubble/bubble_medium.hpp"
 #include "core/physics/bubble/bubble_motion.hpp"
 #include "core/physics/bubble/pitch_formulas.hpp"
@@ -50,6 +51,13 @@ struct RingOptions {
   double longest_block_s = 0.005;  ///< 1e-5 to 1
   double longest_life_s = 60.0;    ///< 1e-3 to 3600
   void validate() const;           ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"longest_block_s", "Longest block within which a bubble's state is constant", between(1e-5, 1.0)},
+          self.longest_block_s);
+    visit({"longest_life_s", "A bubble is followed no longer", between(1e-3, 3600.0)}, self.longest_life_s);
+  }
 };
 
 /// Lambda' = lambda solves the Riccati equation lambda' + lambda^2 + 2 beta lambda + omega0^2 = 0. Its slowly varying

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
 
 namespace klang::events {
 namespace {

@@ -10,6 +10,7 @@
 #include "core/foundation/base/memory.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/foundation/la/block_mass.hpp"
 #include "core/physics/modal/detail/cluster_orientation.hpp"
 #include "core/physics/modal/detail/eigen_problem.hpp"
@@ -260,19 +261,10 @@ void ModeSearch::finish(EigenStatus status, std::string message) {
 }  // namespace
 
 void EigenOptions::validate() const {
-  const char* place = "eigenmodes";
-  if (count < 0) throw InputError(place, "count must not be negative", std::to_string(count), "0 or more");
-  checked(place, "band.low_hz", band.low_hz, 0, 1e12);
-  if (count == 0) {
-    checked_open(place, "band.high_hz", band.high_hz, band.low_hz, 1e12);
-  }
-  if (most < 0) throw InputError(place, "most must not be negative", std::to_string(most), "0 or more");
-  checked(place, "tolerance", tolerance, 1e-14, 1e-3);
-  if (max_restarts < 1)
-    throw InputError(place, "max_restarts must be positive", std::to_string(max_restarts), "1 or more");
-  if (dense_limit_nodes < 0) {
-    throw InputError(place, "dense_limit_nodes must not be negative", std::to_string(dense_limit_nodes), "0 or more");
-  }
+  std::vector<Violation> violations = violations_of(*this);
+  if (count == 0 && !(band.high_hz > band.low_hz && band.high_hz < 1e12))
+    violations.push_back(out_of_range("band.high_hz", band.high_hz, inside(band.low_hz, 1e12)));
+  throw_violations("eigenmodes", std::move(violations));
 }
 
 EigenResult solve_modes(const mesh::TetMesh& mesh, const solid::AssembledSolid& assembled,

@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "core/physics/solid/assembly.hpp"
 
@@ -25,6 +26,19 @@ struct EigenOptions {
   bool prove_none_missing = true;    ///< Sturm count above the last mode
   bool estimate_mesh_error = false;  ///< modal/mesh_error.hpp; costs a fifth to a quarter of the rest
   void validate() const;             ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"count", "Elastic modes from the lowest up; 0: all within the band", at_least(0.0)}, self.count);
+    visit({"band.low_hz", "Lowest frequency of a mode that is returned", between(0.0, 1e12)}, self.band.low_hz);
+    visit({"most", "With count 0, the lowest of the band only; 0: all", at_least(0.0)}, self.most);
+    visit({"dense_limit_nodes", "Bodies of fewer free nodes are solved densely", at_least(0.0)},
+          self.dense_limit_nodes);
+    visit({"tolerance", "Relative residual of a mode", between(1e-14, 1e-3)}, self.tolerance);
+    visit({"max_restarts", "Restarts of the block Lanczos process at most", at_least(1.0)}, self.max_restarts);
+    visit({"prove_none_missing", "Count the modes below the last one by Sturm's theorem"}, self.prove_none_missing);
+    visit({"estimate_mesh_error", "Estimate what the mesh leaves out"}, self.estimate_mesh_error);
+  }
 };
 
 struct EigenResult {

@@ -78,11 +78,7 @@ void lowest_eigenpairs(Eigen::MatrixXd& matrix, int count, Eigen::VectorXd& valu
 
 }  // namespace
 
-void EllipsoidModeOptions::validate() const {
-  if (degree < 3 || degree > 24) throw InputError("ellipsoid", "degree", std::to_string(degree), "3 to 24");
-  if (per_class < 1 || per_class > 1000)
-    throw InputError("ellipsoid", "per_class", std::to_string(per_class), "1 to 1000");
-}
+void EllipsoidModeOptions::validate() const { validate_fields("ellipsoid", *this); }
 
 int rigid_motions(int mode_class) {
   const int odd = std::popcount(static_cast<unsigned>(mode_class));

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/solid/material.hpp"
 
 namespace klang::modal {
@@ -24,6 +25,13 @@ struct EllipsoidModeOptions {
   int per_class = 12;  ///< modes kept in each class, 1 to 1000
   bool residuals = false;
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"degree", "Degree of the polynomials", between(3.0, 24.0)}, self.degree);
+    visit({"per_class", "Modes kept in each symmetry class", between(1.0, 1000.0)}, self.per_class);
+    visit({"residuals", "Compute the modes' residuals"}, self.residuals);
+  }
 };
 
 /// Elastic modes of a free isotropic ellipsoid by the Rayleigh-Ritz method: displacements are polynomials in xi = (x/a, y/b, z/c),

@@ -159,9 +159,7 @@ double lowest_elastic(const Problem& problem, double shift) {
 
 }  // namespace
 
-void PolynomialModeOptions::validate() const {
-  if (degree < 2 || degree > 10) throw InputError("polynomial modes", "degree", std::to_string(degree), "2 to 10");
-}
+void PolynomialModeOptions::validate() const { validate_fields("polynomial modes", *this); }
 
 double lowest_frequency_hz(const mesh::SurfaceMesh& surface, const solid::Material& material,
                            const PolynomialModeOptions& options) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/mesh/tet_mesh.hpp"
 #include "core/physics/solid/material.hpp"
 
@@ -9,6 +10,11 @@ namespace klang::modal {
 struct PolynomialModeOptions {
   int degree = 6;         ///< total, of the polynomials: 2 to 10. (degree + 1)(degree + 2)(degree + 3) / 2 unknowns
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"degree", "Total degree of the polynomials", between(2.0, 10.0)}, self.degree);
+  }
 };
 
 /// The lowest elastic frequency of a free homogeneous body from its surface alone: no mesh. Rayleigh-Ritz with all polynomials up to a

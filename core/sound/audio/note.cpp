@@ -9,6 +9,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields.hpp"
 
 namespace klang::audio {
 namespace {
@@ -127,9 +128,8 @@ Temperament Temperament::parse(const std::string& text) {
   if (text == "equal") return equal();
   if (text == "just") return just();
   if (text.ends_with(".scl")) return read_scala(text);
-  throw InputError(
-      InputError("--temperament", "unknown choice", text.substr(0, 80), "equal, just or a .scl file").what() +
-      did_you_mean(text, {"equal", "just"}));
+  throw option_error("temperament", "is unknown", text.substr(0, 80),
+                     "equal, just or a .scl file" + did_you_mean(text, {"equal", "just"}));
 }
 
 double Temperament::frequency_hz(int key, double a4_hz) const {

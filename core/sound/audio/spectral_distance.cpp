@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/nyquist.hpp"
 #include "core/sound/audio/resample.hpp"
 #include "core/sound/audio/stft.hpp"
@@ -70,11 +71,10 @@ FrameDistance frame_distance(const Eigen::MatrixXf& reference, const Eigen::Matr
 }  // namespace
 
 void SpectralDistanceOptions::validate() const {
-  checked_open(kPlace, "band.low_hz", band.low_hz, 0.0, 1e9);
-  checked_open(kPlace, "band.high_hz", band.high_hz, band.low_hz, 1e9);
-  checked(kPlace, "window_s", window_s, 0.005, 1.0);
-  checked(kPlace, "floor_db", floor_db, -120.0, -10.0);
-  checked(kPlace, "n_mel", n_mel, 8, 256);
+  std::vector<Violation> violations = violations_of(*this);
+  if (!(band.high_hz > band.low_hz))
+    violations.push_back(out_of_range("band.high_hz", band.high_hz, inside(band.low_hz, 1e9)));
+  throw_violations("spectral distance", std::move(violations));
 }
 
 FramePowers frame_powers(const Signal& signal, const Band& band, const SpectralDistanceOptions& options) {

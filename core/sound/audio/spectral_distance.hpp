@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/foundation/base/conventions.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/audio/sound_level.hpp"
 
@@ -16,6 +17,18 @@ struct SpectralDistanceOptions {
   int n_mel = 64;            ///< mel bands, 8 to 256
   bool align_level = false;  ///< scale the sound to the reference's energy in the band first
   void validate() const;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"band.low_hz", "Lowest frequency", inside(0.0, 1e9)}, self.band.low_hz);
+    visit({"band.high_hz", "Highest frequency", inside(0.0, 1e9)}, self.band.high_hz);
+    visit({"window_s", "Length of the Hann window", between(0.005, 1.0)}, self.window_s);
+    visit({"floor_db", "Level against the reference's loudest cell below which nothing is told apart",
+           between(-120.0, -10.0)},
+          self.floor_db);
+    visit({"n_mel", "Mel bands", between(8.0, 256.0)}, self.n_mel);
+    visit({"align_level", "Scale the sound to the reference's energy in the band first"}, self.align_level);
+  }
 };
 
 struct BandDifference {

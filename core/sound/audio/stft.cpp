@@ -10,12 +10,7 @@
 
 namespace klang::audio {
 
-void StftOptions::validate() const {
-  checked_open("stft", "window_s", window_s, 0, 1e4);
-  checked_open("stft", "hop_s", hop_s, 0, 1e4);
-  checked("stft", "padding", padding, 1, 16);
-  checked("stft", "max_frames", max_frames, 1, 1e6);
-}
+void StftOptions::validate() const { validate_fields("stft", *this); }
 
 Stft stft(const Signal& signal, const StftOptions& options) {
   options.validate();

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/signal.hpp"
 
 namespace klang::audio {
@@ -12,6 +13,14 @@ struct StftOptions {
   int padding = 1;         ///< transform length / window length, 1 to 16
   int max_frames = 20000;  ///< the hop grows so that no more are made, 1 to 1e6
   void validate() const;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"window_s", "Length of the Hann window", inside(0.0, 1e4)}, self.window_s);
+    visit({"hop_s", "Time between frames", inside(0.0, 1e4)}, self.hop_s);
+    visit({"padding", "Length of the transform over that of the window", between(1.0, 16.0)}, self.padding);
+    visit({"max_frames", "The hop grows so that no more are made", between(1.0, 1e6)}, self.max_frames);
+  }
 };
 
 /// Short-time power. times_s (n_times) at window centres, frequencies_hz (n_frequencies) from 0 to half the

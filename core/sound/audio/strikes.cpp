@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/fft.hpp"
 #include "core/sound/audio/resample.hpp"
 
@@ -219,11 +220,10 @@ double last_push_s(const Signal& signal, double strike_s, double end_s) {
 }  // namespace
 
 void StrikeOptions::validate() const {
-  checked("strikes", "band.low_hz", band.low_hz, 0, 1e9);
-  checked_open("strikes", "band.high_hz", band.high_hz, band.low_hz, 1e9);
-  checked("strikes", "min_rise_db", min_rise_db, 1, 60);
-  checked("strikes", "min_level_db", min_level_db, -80, 0);
-  checked("strikes", "min_interval_s", min_interval_s, 0.005, 10);
+  std::vector<Violation> violations = violations_of(*this);
+  if (!(band.high_hz > band.low_hz))
+    violations.push_back(out_of_range("band.high_hz", band.high_hz, inside(band.low_hz, 1e9)));
+  throw_violations("strikes", std::move(violations));
 }
 
 std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& options) {

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "core/foundation/base/conventions.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/signal.hpp"
 
 namespace klang::audio {
@@ -12,6 +13,15 @@ struct StrikeOptions {
   double min_level_db = -26.0;   ///< against the loudest strike, -80 to 0
   double min_interval_s = 0.03;  ///< closer ones count as one, 0.005 to 10
   void validate() const;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"band.low_hz", "Lowest frequency", between(0.0, 1e9)}, self.band.low_hz);
+    visit({"band.high_hz", "Highest frequency", inside(0.0, 1e9)}, self.band.high_hz);
+    visit({"min_rise_db", "Rise of the level within 10 ms at least", between(1.0, 60.0)}, self.min_rise_db);
+    visit({"min_level_db", "Level against the loudest strike at least", between(-80.0, 0.0)}, self.min_level_db);
+    visit({"min_interval_s", "Closer strikes count as one", between(0.005, 10.0)}, self.min_interval_s);
+  }
 };
 
 struct Strike {

@@ -59,10 +59,7 @@ double distance_to(const SurfaceField& field, const Eigen::Vector3d& x) {
 
 }  // namespace
 
-void EquivalentSourceOptions::validate() const {
-  checked("equivalent sources", "order", order, 0, 40);
-  checked("equivalent sources", "regularisation", regularisation, 0.0, 1.0);
-}
+void EquivalentSourceOptions::validate() const { validate_fields("equivalent sources", *this); }
 
 EquivalentSources fit_equivalent_sources(const SurfaceField& field, double wavenumber_per_m, const Medium& medium,
                                          const std::vector<Eigen::Vector3d>& points_m,

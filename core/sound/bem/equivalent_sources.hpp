@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/waves/multipole.hpp"
 
 namespace klang::acoustics {
@@ -17,6 +18,12 @@ struct EquivalentSourceOptions {
   int order = 1;                  ///< of each source, 0 to 40
   double regularisation = 1e-10;  ///< of the longest column, 0 to 1
   void validate() const;          ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"order", "Order of each source", between(0.0, 40.0)}, self.order);
+    visit({"regularisation", "Of the longest column", between(0.0, 1.0)}, self.regularisation);
+  }
 };
 
 struct EquivalentSources {

@@ -28,13 +28,7 @@ constexpr Complex kI{0.0, 1.0};
 
 }  // namespace
 
-void BemOptions::validate() const {
-  medium.validate();
-  checked("boundary elements", "min_elements_per_wavelength", min_elements_per_wavelength, 0.5, 100.0);
-  checked("boundary elements", "tolerance", tolerance, 1e-13, 1e-3);
-  if (max_refinements < 1 || max_refinements > 1000)
-    throw InputError("boundary elements", "max_refinements", std::to_string(max_refinements), "1 to 1000");
-}
+void BemOptions::validate() const { validate_fields("boundary elements", *this); }
 
 double check_resolution(const RadiatingSurface& surface, double frequency_hz, const BemOptions& options) {
   const double wavelength_m = options.medium.sound_speed_m_s / frequency_hz;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/foundation/opencl/session.hpp"
 #include "core/sound/bem/radiating_surface.hpp"
 #include "core/sound/waves/medium.hpp"
@@ -29,6 +30,18 @@ struct BemOptions {
   /// pressure is then within some 1e-5 of the processor's. What the device cannot do, the processor does: device_message.
   opencl::DeviceChoice device;
   void validate() const;  ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"medium", "The air or liquid around the surface"}, self.medium);
+    visit({"min_elements_per_wavelength", "Elements per wavelength of sound at least; a coarser surface is refused",
+           between(0.5, 100.0)},
+          self.min_elements_per_wavelength);
+    visit({"allow_coarse", "Solve a coarser surface all the same"}, self.allow_coarse);
+    visit({"tolerance", "Relative residual of the linear system", between(1e-13, 1e-3)}, self.tolerance);
+    visit({"max_refinements", "Steps of iterative refinement at most", between(1.0, 1000.0)}, self.max_refinements);
+    visit({"n_blas_threads", "Threads of the factorisation; 0: all", between(0.0, 1024.0)}, self.n_blas_threads);
+  }
 };
 
 struct BemResult {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/liquid/frames.hpp"
 #include "core/physics/liquid/grid.hpp"
 #include "core/sound/liquid_scene/run_folder.hpp"
@@ -22,6 +23,16 @@ struct ForeignOptions {
   std::optional<Eigen::Vector3d> low_m, high_m;  ///< the vessel's inner walls, z up, in metres
   std::string field;                             ///< of an OpenFOAM case: share of liquid; empty: the first alpha.*
   void validate() const;                         ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"frames", "Files of a series, or the folder of a case"}, self.frames);
+    visit({"frame_step_s", "Time between numbered files", at_least(0.0)}, self.frame_step_s);
+    visit({"unit_m", "Metres per unit of the files", inside(0.0, 1e6)}, self.unit_m);
+    visit({"y_up", "(x, y, z) of the files is (x, -z, y)"}, self.y_up);
+    visit({"cell_m", "Cell of the distances that are made of surfaces and cases", inside(0.0, 10.0)}, self.cell_m);
+    visit({"field", "Share of liquid in a case; empty: the first alpha.*"}, self.field);
+  }
 };
 
 /// One frame in the box of its source.

@@ -3,6 +3,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/liquid/level_set.hpp"
 #include "core/physics/liquid/surface.hpp"
 #include "core/sound/liquid_scene/foreign_frames.hpp"
@@ -22,7 +23,7 @@ std::string scene_text(const ForeignFrames& frames, const std::string& name,
   const Vector3d size = shape.size_m();
   const Vector3d ear =
       listener_m ? Vector3d(*listener_m - frames.low_m()) : Vector3d(0.5 * size.x(), -0.5, size.z() + 0.3);
-  if (!(ear.z() > 0.0)) throw InputError("--listener", "is below the box", list(ear), "in the air");
+  if (!(ear.z() > 0.0)) throw option_error("listener", "is below the box", list(ear), "in the air");
   return "# Frames of another program. Bubbles come from [entrainment] (where the frames have velocity) or [[bubble]], "
          "put here by hand;\n"
          "# then `klang scene run scene.toml -o . --stage bubbles`. The box's low corner lies at " +
@@ -36,11 +37,12 @@ std::string scene_text(const ForeignFrames& frames, const std::string& name,
 }  // namespace
 
 void ForeignOptions::validate() const {
-  checked_open("--unit-m", "unit_m", unit_m, 0.0, 1e6);
-  if (cell_m) checked_open("--cell-m", "cell_m", *cell_m, 0.0, 10.0);
-  if (low_m.has_value() != high_m.has_value()) throw InputError("--low", "goes with --high");
-  if (low_m && !(low_m->array() < high_m->array()).all())
-    throw InputError("--low", "is not below --high", list(*low_m) + " to " + list(*high_m));
+  std::vector<Violation> violations = violations_of(*this);
+  if (low_m.has_value() != high_m.has_value())
+    violations.push_back({low_m ? "low" : "high", "stands alone", {}, "both low and high"});
+  else if (low_m && !(low_m->array() < high_m->array()).all())
+    violations.push_back({"low", "is not below high", list(*low_m) + " to " + list(*high_m), {}});
+  throw_violations({}, std::move(violations));
 }
 
 void ForeignFrames::set_box(const Vector3d& low_m, const Vector3d& high_m, double cell_m) {

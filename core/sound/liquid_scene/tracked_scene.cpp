@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/entrainment/entrainment.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
 #include "core/sound/liquid_scene/toml_text.hpp"
@@ -43,8 +44,9 @@ RunDocument import_tracked(const entrainment::TrackedBubbles& tracked, const std
   checked(name, "last moment of a bubble [s]", end_s, 0.0, kLongestS);
   const Vector3d middle = 0.5 * (low + high);
   const Vector3d ear = listener_m.value_or(Vector3d(middle.x(), low.y() - 0.5, std::max(high.z(), 0.0) + 0.5));
-  if (!(ear.z() > 0.0)) throw InputError("--listener", "is not in the air", list(ear), "z above 0: our axes, z up");
-  for (const double x : ear) checked("--listener", "position [m]", x, -kFarthestM, kFarthestM);
+  if (!(ear.z() > 0.0)) throw option_error("listener", "is not in the air", list(ear), "z above 0: our axes, z up");
+  if (!(ear.cwiseAbs().maxCoeff() <= kFarthestM))
+    throw option_error("listener", "is out of range", list(ear), "within " + to_text(kFarthestM) + " m");
   constexpr int kCells = 8;
   const double cell = std::clamp(std::ceil(100.0 * (high - low).maxCoeff()) / 100.0, 0.1, 80.0) / kCells,
                size = kCells * cell;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/physics/liquid/level_set.hpp"
 #include "core/physics/liquid_vdb/vdb_file.hpp"
 #include "core/sound/dual_domain/boundary_file.hpp"
@@ -18,7 +19,7 @@ class VdbFrames : public ForeignFrames {
  public:
   VdbFrames(const ForeignOptions& options, Monitor& monitor) : options_(options) {
     if (!(options.frame_step_s > 0.0))
-      throw InputError("--frame-step-s", "is needed with .vdb", "", "seconds between two frames");
+      throw option_error("frame_step_s", "is needed with .vdb", "", "seconds between two frames");
     const bubble::BoundaryFrames found = bubble::find_frames(options.frames, options.frame_step_s);
     files_ = found.files;
     frame_step_s_ = even_step_s(found.time_s, options.frames);

@@ -339,13 +339,7 @@ Eigen::VectorXcd Shell::multipole(int order) const {
 
 }  // namespace
 
-void EllipsoidRadiationOptions::validate() const {
-  medium.validate();
-  order.validate();
-  checked("ellipsoid radiation", "boundary_tolerance", boundary_tolerance, 1e-8, 0.1);
-  if (max_refinements < 0 || max_refinements > 8)
-    throw InputError("ellipsoid radiation", "max_refinements", std::to_string(max_refinements), "0 to 8");
-}
+void EllipsoidRadiationOptions::validate() const { validate_fields("ellipsoid radiation", *this); }
 
 EllipsoidRadiation radiate(const EllipsoidModes& modes, const ModeId& mode, const EllipsoidRadiationOptions& options) {
   options.validate();

@@ -1,4 +1,5 @@
 #pragma once
+#include "core/foundation/config/fields.hpp"
 #include "core/sound/soundbank/ellipsoid.hpp"
 #include "core/sound/waves/multipole.hpp"
 
@@ -11,6 +12,16 @@ struct EllipsoidRadiationOptions {
       5e-3;  ///< rms error of the normal velocity at which refinement ends, of its rms or of 3 % of the displacement's, 1e-8 to 0.1
   int max_refinements = 6;  ///< of the sources, 0 to 8
   void validate() const;    ///< InputError
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"medium", "The air around the ellipsoid"}, self.medium);
+    visit({"order", "Order of the multipoles"}, self.order);
+    visit({"boundary_tolerance", "Root mean square error of the normal velocity at which refinement ends",
+           between(1e-8, 0.1)},
+          self.boundary_tolerance);
+    visit({"max_refinements", "Refinements of the sources at most", between(0.0, 8.0)}, self.max_refinements);
+  }
 };
 
 struct EllipsoidRadiation {

@@ -9,6 +9,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/shared_jobs.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/config/fields.hpp"
 
 namespace klang::soundbank {
 namespace {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
 
 namespace klang::stage {
 
@@ -111,9 +112,15 @@ Eigen::Vector3d half_ears(const Eigen::Vector3d& nose, double ears_m) {
   return 0.5 * ears_m * right.normalized();
 }
 
+double checked_ears(double ears_m) {
+  const Range range = between(0.001, 10.0);
+  if (!range.holds(ears_m)) throw_violations({}, {out_of_range("ears_m", ears_m, range)});
+  return ears_m;
+}
+
 Listener listener_at(const Eigen::Vector3d& x_m, std::optional<double> ears_m, const Eigen::Vector3d& faces) {
   if (!ears_m) return Listener::ears({0.0}, x_m);
-  const Eigen::Vector3d half = half_ears(faces - x_m, checked("command line", "--ears-m", *ears_m, 0.001, 10.0));
+  const Eigen::Vector3d half = half_ears(faces - x_m, checked_ears(*ears_m));
   return Listener::ears({0.0}, x_m - half, x_m + half);
 }
 

@@ -60,6 +60,9 @@ class Listener {
 /// A listener at rest at x_m; two ears facing `faces` where ears_m, their distance, is given.
 Listener listener_at(const Eigen::Vector3d& x_m, std::optional<double> ears_m, const Eigen::Vector3d& faces);
 
+/// The ears' distance where it is within 0.001 to 10 m. @throws OptionsError, field "ears_m"
+double checked_ears(double ears_m);
+
 /// Half the vector from the left ear to the right one: nose x up, up being z (x where the nose points up or down).
 Eigen::Vector3d half_ears(const Eigen::Vector3d& nose, double ears_m);
 

@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/csv.hpp"
+#include "core/foundation/config/fields.hpp"
 
 namespace klang::stage {
 namespace {
@@ -72,12 +73,12 @@ Rows rows_of(CsvFile& file, const std::filesystem::path& path) {
 
 Listener read_listener(const std::filesystem::path& path, std::optional<double> ears_m, const Eigen::Vector3d& faces) {
   CsvFile file(path, std::size_t{1} << 28);
-  if (ears_m) checked("command line", "--ears-m", *ears_m, 0.001, 10.0);
+  if (ears_m) checked_ears(*ears_m);
   const auto [columns, rows] = rows_of(file, path);
   if (columns == Columns::kFacing && !ears_m)
-    throw InputError(path.string(), "has facing columns, which need --ears-m");
+    throw option_error("ears_m", "is missing", {}, "the ears' distance, for the facing columns of " + path.string());
   if (columns == Columns::kRightEar && ears_m)
-    throw InputError(path.string(), "has a right ear, so --ears-m has no meaning");
+    throw option_error("ears_m", "has no meaning: " + path.string() + " has a right ear");
 
   const auto n = static_cast<Eigen::Index>(rows.size());
   std::vector<double> times_s;

@@ -127,8 +127,7 @@ const TomlField kSchema[] = {
 
 RiseOptions read_rise(const TomlTable& table) {
   RiseOptions rise;
-  const std::string kind = table.choice("rise", {"fixed", "constant", "terminal"});
-  rise.kind = kind == "fixed" ? RiseKind::kFixed : kind == "constant" ? RiseKind::kConstantSpeed : RiseKind::kTerminal;
+  rise.kind = *enum_from_text<RiseKind>(table.choice("rise", {"fixed", "constant", "terminal"}));
   if (rise.kind == RiseKind::kFixed && table.has("rise_speed_m_s"))
     throw InputError(table.place("rise_speed_m_s"), "has no meaning without a rise", "",
                      "rise = \"constant\" or \"terminal\"");

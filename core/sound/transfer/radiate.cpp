@@ -11,6 +11,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/shared_jobs.hpp"
 #include "core/foundation/base/stopwatch.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "core/geometry/mesh/mirrored_surface.hpp"
 #include "core/sound/transfer/modal_surface.hpp"
 

@@ -364,7 +364,7 @@ TEST(NarrowFacets, NeedlesAreRefusedBeforeTheyAreMeshedAndFansAreNot) {
       for (int a = 0; a < 3; ++a) s.vertices_m(v, a) = (s.vertices_m(v, a) - low[a]) / size[a] * (a < 2 ? width : 1.0);
     return s;
   };
-  const double n = detail::elements_along_narrow_facets(needle(1e-3));
+  const double n = mesh::detail::elements_along_narrow_facets(needle(1e-3));
   EXPECT_GE(n, 4e3);  // four long faces of two triangles
   EXPECT_LE(n, 2e4);
   expect_input_error([&] { mesh_surface(needle(1e-6), {}, "needle.off"); }, {"needle.off", "narrow", "elements"});
@@ -386,5 +386,5 @@ TEST(NarrowFacets, NeedlesAreRefusedBeforeTheyAreMeshedAndFansAreNot) {
     disc.triangles.row(4 * i + 2) << 2 * kCorners, b, a;
     disc.triangles.row(4 * i + 3) << 2 * kCorners + 1, a + 1, b + 1;
   }
-  EXPECT_LE(detail::elements_along_narrow_facets(disc), 1e4);
+  EXPECT_LE(mesh::detail::elements_along_narrow_facets(disc), 1e4);
 }

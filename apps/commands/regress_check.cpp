@@ -72,6 +72,7 @@ int run_check(const CheckCommand& command, const CommonOptions& common) {
   nlohmann::json used = command.sound.used();
   used.update({{"false_alarm_rate", options.false_alarm_rate},
                {"catch_cents", options.catch_cents},
+               {"shift_false_alarm_rate", options.shift_false_alarm_rate},
                {"catch_shift_cents", options.catch_shift_cents},
                {"catch_decay", options.catch_decay},
                {"floor_cents", options.floor_cents},
@@ -119,6 +120,7 @@ Subcommand add_regress_check(CLI::App& group, CommonOptions& common) {
   add_fields(*app, common, command->options,
              {{"false_alarm_rate"},
               {"catch_cents"},
+              {"shift_false_alarm_rate"},
               {"catch_shift_cents"},
               {"catch_decay"},
               {"floor_cents"},

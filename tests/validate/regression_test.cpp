@@ -147,7 +147,7 @@ TEST(Regression, ThreeTakesOfOneCentPassAFourthAndCatchFourCents) {
     judged += same.passed();
     sharp_passed += compare(reference, scattered(like, 4.0, random), options).passed();
   }
-  EXPECT_LE(alarms, 2);  // 0.05 % asked: 0.2, and more than three deviations
+  EXPECT_LE(alarms, 4);  // 0.25 % asked of the common shift, 0.05 % of the rest: 1.2, and three deviations
   EXPECT_GE(judged, 340);
   EXPECT_LE(sharp_passed, 4);
 }

@@ -20,8 +20,6 @@ constexpr double kHeardDb = 26.0;
 constexpr double kClearSuperfluousDb = 20.0;  // what the sound's own analysis must say of it
 // 1/s over Hz (a quality of 20), and decay times that contact lasts: beyond, a partial belongs to the blow.
 constexpr double kBurstDecay = kPi / 20.0, kBurstContact = 1.5;
-// Of the false alarms, where there are several takes: their scatter hides a shift of one partial, not that of all.
-constexpr double kShareOfAllTogether = 0.9;
 constexpr double kClearBand = 20.0;  // band power over noise, 13 dB
 constexpr double kLeastFall =
     0.5;  // decay times duration, 4 dB: below, what is not exponential decides about the decay
@@ -60,15 +58,14 @@ class Comparison {
                                               (found_.size() - pairing.pairs.size()) + 1) +
                           (options_.levels ? static_cast<double>(n_thirds_ + 1) : 0.0);
     const bool several = reference_.n_takes > 1 && reference_.scatter_dof > 0.0;
-    const double all = std::log1p(-options_.false_alarm_rate), share = several ? kShareOfAllTogether : 0.0;
-    const double each = -std::expm1((1.0 - share) * all / n_claims);
+    const double each = -std::expm1(std::log1p(-options_.false_alarm_rate) / n_claims);
     result_.factor = detail::normal_two_sided(each);
     scatter_factor_ = scatter_factor(each, reference_.scatter_dof);
     decay_scatter_factor_ = scatter_factor(each, reference_.decay_scatter_dof);
     level_scatter_factor_ = scatter_factor(each, reference_.level_scatter_dof);
     one_more_ = several ? std::sqrt(1.0 + 1.0 / reference_.n_takes) : 1.0;
     partials();
-    if (several) together(-std::expm1(share * all));
+    if (several) together(options_.shift_false_alarm_rate);
     const bool judged = std::any_of(result_.claims.begin(), result_.claims.end(),
                                     [](const Claim& claim) { return claim.not_judged.empty(); });
     thirds();

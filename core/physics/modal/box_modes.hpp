@@ -94,6 +94,7 @@ struct BoxModes {
 /// Raises the degrees until the bound on the error of no mode from low_hz to high_hz is above 1e-5, or a system has 1,000 unknowns.
 /// With a held face until 2e-4 or 3,200 unknowns, and frequencies are extrapolated: the power of the degrees with which each
 /// falls over the last two raises gives what is left, and the range of powers that it may still become gives the bound, to both sides.
+/// @throws InputError where the band would need more than 8,000 unknowns in a system
 BoxModes box_modes(const Eigen::Vector3d& half_lengths_m, const HeldFaces& held, const solid::Material& material,
                    const Band& band, Monitor& monitor = silent_monitor());
 

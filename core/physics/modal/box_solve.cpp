@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kFreeError = 1e-5, kHeldError = 2e-4;
 constexpr Eigen::Index kMostFreeUnknowns = 1000, kMostHeldUnknowns = 3200;  // of a system: about 0.1 and 1 s to solve
+constexpr Eigen::Index kMostUnknowns = 8000;  // half a GB a matrix, minutes to solve: a length typed in another unit
 constexpr double kThin = 0.3;
 
 bool is_held(const HeldFaces& held) {
@@ -200,9 +201,15 @@ Eigen::Vector3d box_half_lengths_m(const mesh::ShapeSpec& shape) {
 
 BoxModes box_modes(const Eigen::Vector3d& half_lengths_m, const HeldFaces& held, const solid::Material& material,
                    const Band& band, Monitor& monitor) {
+  const BoxDegrees start = box_degrees(half_lengths_m, material, band.high_hz);
+  if (const Eigen::Index n = largest_system(BoxBody(half_lengths_m, start, held)); n > kMostUnknowns)
+    throw InputError("box of " + to_text(2.0 * half_lengths_m.maxCoeff()) + " m",
+                     "has too many modes up to " + to_text(band.high_hz) + " Hz",
+                     std::to_string(n) + " unknowns of a kind",
+                     "up to " + std::to_string(kMostUnknowns) + ": a lower band, or lengths in metres");
   if (is_held(held)) return held_modes(half_lengths_m, held, material, band, monitor);
   BoxModes solved;
-  solved.degrees = box_degrees(half_lengths_m, material, band.high_hz);
+  solved.degrees = start;
   solved.modes = BoxBody(half_lengths_m, solved.degrees, held).modes_up_to(material, band.high_hz);
   for (;;) {
     monitor.throw_if_stopped();

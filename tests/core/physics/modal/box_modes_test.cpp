@@ -178,6 +178,12 @@ TEST(BoxModes, OfAHeldBoxThoseOfABandAreTheLowestOnes) {
     EXPECT_LE(std::abs(banded.model.frequency_hz()[i] / counted.model.frequency_hz()[i] - 1.0), 1e-4);
 }
 
+// 25 mm typed as 25 m: a fit once took 5 GB and no end.
+TEST(BoxModes, ABandWithHundredsOfThousandsOfModesIsRefusedAtOnce) {
+  const solid::Material steel = solid::from_youngs_modulus(207e9, 0.287, 7850.0);
+  EXPECT_THROW(box_modes({0.6, 12.5, 4.0}, {}, steel, {20.0, 15443.7}), InputError);
+}
+
 TEST(BoxModes, OtherSupportsAndShapesAreRefused) {
   const auto shape = box({0.1, 0.06, 0.02});
   const mesh::TetMesh mesh = mesh::mesh_shape(shape);

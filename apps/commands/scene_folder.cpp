@@ -47,6 +47,7 @@ scene::BodyRecord body_record(const scene::Scene& scene, const scene::SceneMotio
   record.mass_kg = motion.mass_kg[i];
   record.material = scene.material_of(body).name;
   record.fixed = body.fixed;
+  if (body.model == scene::BodyModel::kModal) record.n_modes = body.modal.n_modes;  // all are found, or none
   record.final = {list(end.position_m),
                   list(end.velocity_m_s),
                   list(end.angular_velocity_rad_s),

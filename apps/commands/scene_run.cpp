@@ -86,7 +86,7 @@ void add_sound(const RunOptions& options, const CommonOptions& common, const Run
   moved.document.header.wall_time_s["modes"] = watch.seconds();
   for (const scene::HeardBody& body : heard) {
     scene::BodyRecord& record = moved.document.bodies[static_cast<std::size_t>(body.body)];
-    record.n_modes = static_cast<int>(body.model->modes.n_modes());
+    if (record.n_modes == 0) record.n_modes = static_cast<int>(body.model->modes.n_modes());
     record.proxy = body.model->proxy;
     const auto [modes, transfer] = model_files(scene, body);
     record.sound = {modes, transfer, std::string(body.damping.law->name()), body.damping.parameters};

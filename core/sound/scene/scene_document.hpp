@@ -61,7 +61,8 @@ struct BodyRecord {
     visit({"fixed", "it does not move"}, self.fixed);
     visit({"n_impacts", "impacts on it"}, self.n_impacts);
     visit({"hardest_impact_n_s", "largest impulse of one of them; null without one"}, self.hardest_impact_n_s);
-    visit({"n_modes", "that are heard; 0: silent"}, self.n_modes);
+    visit({"n_modes", "elastic ones that a modal body moves with; of others those that are heard; 0: none"},
+          self.n_modes);
     visit({"proxy", "heard by an ellipsoid of a soundbank"}, self.proxy);
     visit({"sound", "where its sound comes from; null: silent"}, self.sound);
     visit({"final", "how it ended"}, self.final);

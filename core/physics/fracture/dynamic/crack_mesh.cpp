@@ -79,6 +79,10 @@ void CrackMesh::set_plastic(int element, const Sym& strain) {
   for (std::size_t i = 0; i < 6; ++i) block(element).plastic[i][element % kLanes] = strain[i];
 }
 
+void CrackMesh::set_damping_share(int element, double share) {
+  block(element).damped_m3[element % kLanes] = share * volume_m3(element);
+}
+
 Matrix3d CrackMesh::gradient_of(int element) const { return edges_of(place_m, nodes_of(element)) * beta_of(element); }
 
 double CrackMesh::mass_kg() const {
@@ -102,7 +106,7 @@ void CrackMesh::set_element(int element, const std::array<int, 4>& nodes, const 
   const int lane = element % kLanes;
   for (std::size_t k = 0; k < 4; ++k) b.node[k][lane] = nodes[k];
   for (int i = 0; i < 9; ++i) b.beta[i][lane] = beta(i / 3, i % 3);
-  b.volume_m3[lane] = volume_m3;
+  b.volume_m3[lane] = b.damped_m3[lane] = volume_m3;
 }
 
 int CrackMesh::add_node_like(int node) {

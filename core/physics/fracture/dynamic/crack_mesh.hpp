@@ -16,6 +16,7 @@ struct alignas(64) ElementBlock {
   double plastic[6][kLanes];  ///< eps_p, doubled measure
   double elastic[6][kLanes];  ///< eps - eps_p of the last step, where it flows
   double volume_m3[kLanes];   ///< at rest; 0: no element
+  double damped_m3[kLanes];   ///< volume times the share of the viscosity that the element has
   int node[4][kLanes];
 };
 
@@ -46,6 +47,8 @@ class CrackMesh {
   double volume_m3(int element) const;
   Sym plastic_of(int element) const;
   void set_plastic(int element, const Sym& strain);
+  /// Share of the viscosity that the element has; 1 when it is made.
+  void set_damping_share(int element, double share);
   /// F = sum of places times gradients.
   Eigen::Matrix3d gradient_of(int element) const;
 

@@ -111,6 +111,9 @@ void CrackOptions::validate() const {
   if (!(value > 0.0 && value <= 1e15))
     throw InputError("crack", strength_pa ? "strength_pa is out of range" : "toughness_n is out of range",
                      to_text(value), "above 0, up to 1e15");
+  if (!(snap >= 0.0 && snap <= 0.5 && smallest_height >= 0.01 && smallest_height <= 0.5))
+    throw InputError("crack", "snap or smallest_height is out of range",
+                     to_text(snap) + ", " + to_text(smallest_height), "0 to 0.5 and 0.01 to 0.5");
   if (toughness_n && criterion == CrackCriterion::kRankine)
     throw InputError("crack", "toughness_n belongs to the separation tensor", "rankine", "strength_pa");
 }

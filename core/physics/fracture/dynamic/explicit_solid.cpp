@@ -63,8 +63,10 @@ void ExplicitSolid::update_limits() {
   if (changes_seen_ == mesh_.n_changes()) return;
   changes_seen_ = mesh_.n_changes();
   const std::size_t n = at(mesh_.n_elements());
+  const bool is_first = limit_of_.empty();
   limit_of_.resize(2 * n, 0.0);  // limit and the volume it belongs to
   rest_limit_s_ = HUGE_VAL;
+  double largest_ratio = 0.0;
   const double rho = options_.material.density_kg_m3;
   for (std::size_t e = 0; e < n; ++e) {
     const double volume = mesh_.volume_m3(static_cast<int>(e));
@@ -73,11 +75,15 @@ void ExplicitSolid::update_limits() {
       const double omega =
           std::sqrt(element_omega_sq(beta, options_.material.lame_lambda_pa, options_.material.lame_mu_pa, rho));
       const double rate = element_omega_sq(beta, options_.viscosity_lambda_pa_s, options_.viscosity_mu_pa_s, rho);
-      limit_of_[2 * e] = largest_step_s(options_.integrator, omega, 0.5 * rate / omega);
+      const double ratio = 0.5 * rate / omega;
+      largest_ratio = std::max(largest_ratio, ratio);
+      if (ratio > largest_ratio_) mesh_.set_damping_share(static_cast<int>(e), largest_ratio_ / ratio);
+      limit_of_[2 * e] = largest_step_s(options_.integrator, omega, std::min(ratio, largest_ratio_));
       limit_of_[2 * e + 1] = volume;
     }
     rest_limit_s_ = std::min(rest_limit_s_, limit_of_[2 * e]);
   }
+  if (is_first && options_.damping_cap > 0.0) largest_ratio_ = std::max(options_.damping_cap, largest_ratio);
 }
 
 double ExplicitSolid::step_limit_s() const { return options_.safety * rest_limit_s_ / stretch_; }

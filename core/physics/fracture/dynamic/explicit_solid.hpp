@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -16,6 +17,9 @@ struct SolidOptions {
   Integrator integrator = Integrator::kLeapfrog;
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
   double safety = 0.7;  ///< share of the step limit that is used
+  /// Elements that cuts have made have no larger damping ratio than this and than the largest of the uncut mesh; 0: no such limit, as B99. The
+  /// ratio grows as 1/h, so that slivers would else set a step of order h^2.
+  double damping_cap = 1.0;
 };
 
 /// What presses on a node.
@@ -79,7 +83,7 @@ class ExplicitSolid {
   SolidOptions options_;
   std::vector<HoldPath> holds_;
   Pushes make_pushes_;
-  double time_s_ = 0.0, stretch_ = 1.0, rest_limit_s_ = 0.0, mean_mass_kg_ = 0.0;
+  double time_s_ = 0.0, stretch_ = 1.0, rest_limit_s_ = 0.0, largest_ratio_ = HUGE_VAL, mean_mass_kg_ = 0.0;
   double last_dt_s_ = 0.0, acceleration_term_ = 0.0, stepping_lost_j_ = 0.0;  ///< term: sum m a^2/8 of free nodes
   int changes_seen_ = -1;
   std::size_t elements_seen_ = 0;

@@ -30,6 +30,10 @@ std::vector<TomlField> crack_fields(const char* table) {
        "instead of plastic_strain_limit: D02's limit, below 1.2247"},
       {table, "viscosity_lambda_pa_s", kNumber, "0", -1e9, 1e9, "B99's phi"},
       {table, "viscosity_mu_pa_s", kNumber, "0", 0, 1e9, "B99's psi"},
+      {table, "snap", kNumber, "0.25", 0, 0.5,
+       "cuts nearer to an edge's end than this share of the shortest edge go through it"},
+      {table, "smallest_height", kNumber, "0.15", 0.01, 0.5,
+       "share of the mean edge: cuts that would leave flatter elements go through nodes"},
       {table, "integrator", kText, "`leapfrog`", -kInf, kInf,
        "`leapfrog`, or B99's `euler` and `taylor`, which need viscosity"},
       {table, "literature", kText, "`mended`", -kInf, kInf,
@@ -82,6 +86,8 @@ CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const Sce
                          flow.optional_number("yield_stress_pa"), flow.optional_number("plastic_strain_limit")};
   settings.viscosity_lambda_pa_s = number("viscosity_lambda_pa_s").value_or(0.0);
   settings.viscosity_mu_pa_s = number("viscosity_mu_pa_s").value_or(0.0);
+  crack.snap = number("snap").value_or(crack.snap);
+  crack.smallest_height = number("smallest_height").value_or(crack.smallest_height);
   settings.integrator = *enum_from_text<fracture::Integrator>(
       table_of("integrator").choice("integrator", {"leapfrog", "euler", "taylor"}));
   if (table_of("literature").choice("literature", {"mended", "paper"}) == "paper") {

@@ -175,6 +175,7 @@ DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBody
     options.viscosity_lambda_pa_s = body.crack.viscosity_lambda_pa_s;
     options.viscosity_mu_pa_s = body.crack.viscosity_mu_pa_s;
     options.integrator = body.crack.integrator;
+    if (body.crack.crack.total_stress) options.damping_cap = 0.0;  // literature = "paper"
     options.gravity_m_s2 = scene.solver.gravity_m_s2;
     options.plasticity = fracture::read_plasticity(body.crack.plasticity, material.elastic,
                                                    {"gamma1", "gamma2", "yield_stress_pa", "plastic_strain_limit"});

@@ -73,12 +73,12 @@ inline __attribute__((always_inline)) void flow(ElementBlock& b, const KernelCon
 }
 
 /// -V F S grad N of corners 1 to 3, S = (lambda tr(e) I + 2 mu e)/2.
-inline __attribute__((always_inline)) void push(const ElementBlock& b, const Lane* f, const Lane* e, double lambda,
-                                                double mu, Lane* out) {
+inline __attribute__((always_inline)) void push(const ElementBlock& b, const Lane& volume_m3, const Lane* f,
+                                                const Lane* e, double lambda, double mu, Lane* out) {
   KLANG_LANES {
     const double p = 0.5 * lambda * (e[0][l] + e[1][l] + e[2][l]);
     const double xx = mu * e[0][l] + p, yy = mu * e[1][l] + p, zz = mu * e[2][l] + p;
-    const double xy = mu * e[3][l], yz = mu * e[4][l], zx = mu * e[5][l], minus = -b.volume_m3[l];
+    const double xy = mu * e[3][l], yz = mu * e[4][l], zx = mu * e[5][l], minus = -volume_m3[l];
     for (int r = 0; r < 3; ++r) {
       const double f0 = f[3 * r][l], f1 = f[3 * r + 1][l], f2 = f[3 * r + 2][l];
       const double p0 = minus * (f0 * xx + f1 * xy + f2 * zx), p1 = minus * (f0 * xy + f1 * yy + f2 * yz),
@@ -150,7 +150,7 @@ inline __attribute__((always_inline)) void one_block(ElementBlock& b, const doub
         k.mu_pa * k.mu_pa * w.norm[l] + (0.75 * k.lambda_pa + k.mu_pa) * k.lambda_pa * w.size[l] * w.size[l];
     std::copy(w.stress_sq, w.stress_sq + kLanes, stress_sq);
   }
-  push(b, w.f, w.elastic, k.lambda_pa, k.mu_pa, w.force);
+  push(b, b.volume_m3, w.f, w.elastic, k.lambda_pa, k.mu_pa, w.force);
   scatter(b, w.force, elastic);
   if constexpr (kDamped) {
     gather(b, velocity, w.v);
@@ -168,7 +168,7 @@ inline __attribute__((always_inline)) void one_block(ElementBlock& b, const doub
       w.flow[4][l] = rate(1, 2);
       w.flow[5][l] = rate(2, 0);
     }
-    push(b, w.f, w.flow, k.phi_pa_s, k.psi_pa_s, w.damping);
+    push(b, b.damped_m3, w.f, w.flow, k.phi_pa_s, k.psi_pa_s, w.damping);
     scatter(b, w.damping, viscous);
   }
 }

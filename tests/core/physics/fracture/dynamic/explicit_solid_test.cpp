@@ -195,6 +195,32 @@ TEST(CrackMesh, CutsKeepMassMomentumVolumeAndElasticEnergyAndSayWhatLumpedMasses
   EXPECT_GT(solid.energies().lost_j, 0.0);
 }
 
+TEST(ExplicitSolid, SliversOfACutDoNotSetAStepOfOrderTwo) {
+  const auto cut_at = [](double share, double cap) {
+    SolidOptions options = soft();
+    options.viscosity_mu_pa_s = 400.0;
+    options.damping_cap = cap;
+    ExplicitSolid solid(CrackMesh(test::lattice({3, 3, 3}, {0.3, 0.3, 0.3}, 0.2), 1000.0), options);
+    const double whole = solid.step_limit_s();
+    CrackMesh& mesh = solid.mesh();
+    if (share > 0.0) mesh.bisect_edge(mesh.nodes_of(60)[0], mesh.nodes_of(60)[3], share);
+    for (std::size_t i = 0; i < mesh.rest_m.size(); ++i)
+      mesh.velocity_m_s[i] = Vector3d(std::sin(20.0 * mesh.rest_m[i].y()), 0.0, std::cos(30.0 * mesh.rest_m[i].x()));
+    solid.refresh();
+    const double step = solid.step_limit_s(), start = solid.energies().sum_j();
+    const Vector3d momentum = sums_of(mesh).momentum;
+    for (int i = 0; i < 100; ++i) solid.step(solid.step_limit_s());
+    EXPECT_LE(std::abs(solid.energies().sum_j() / start - 1.0), 1e-3);
+    EXPECT_LE((sums_of(mesh).momentum - momentum).norm(), 1e-12 * mesh.mass_kg());
+    EXPECT_GT(solid.energies().viscous_j, 0.0);
+    return step / whole;
+  };
+  EXPECT_EQ(cut_at(0.0, 1.0), cut_at(0.0, 0.0));  // the uncut mesh keeps its viscosity
+  const double fine = cut_at(0.02, 1.0) / cut_at(0.01, 1.0), free = cut_at(0.02, 0.0) / cut_at(0.01, 0.0);
+  EXPECT_LE(std::abs(std::log2(fine) - 1.0), 0.15);
+  EXPECT_LE(std::abs(std::log2(free) - 2.0), 0.3);
+}
+
 TEST(CrackMesh, HangingNodesAndInvertedElementsAreRefused) {
   mesh::TetMesh two;
   two.nodes_m.resize(8, 3);

@@ -227,7 +227,8 @@ double RigidWorld::State::push_apart(const std::vector<Contact>& contacts, const
 void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
                                const std::vector<BodyState>& there, StepRecord& record) const {
   detail::Bodies view{{const_cast<BodyState*>(there.data()), there.size()}, {}};
-  for (const BodyState& b : there) view.inverse_inertia.push_back(b.world_inverse_inertia());
+  if (std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.impact.squaredNorm() > 0; }))
+    for (const BodyState& b : there) view.inverse_inertia.push_back(b.world_inverse_inertia());
   const double begin_s = static_cast<double>(n_steps) / options.rate_hz;
   for (const Contact& c : contacts) {
     const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(std::max(c.b, 0));

@@ -188,7 +188,9 @@ void add_floor_contacts(const Part& part, const BodyState& body, double slop, st
   if (part.radius > 0) return add(body.centre - part.radius * Vector3d::UnitZ());
   if (body.centre.z() - part.floor_radius > slop) return;
   const Eigen::Matrix3d r = body.turn.toRotationMatrix();
-  for (Eigen::Index i = 0; i < part.on_floor.cols(); ++i) add(body.centre + r * part.on_floor.col(i));
+  const double near = slop + 1e-9 * part.floor_radius;
+  for (Eigen::Index i = 0; i < part.on_floor.cols(); ++i)
+    if (body.centre.z() + r.row(2).dot(part.on_floor.col(i)) <= near) add(body.centre + r * part.on_floor.col(i));
 }
 
 }  // namespace

@@ -64,6 +64,8 @@ Vector3d mobility(const Contact& c, const Bodies& bodies) {
 
 namespace {
 
+double square(double x) { return x * x; }
+
 /// One axis of a contact: what a unit impulse along it does to a body, and how the body's motion shows along it.
 struct Arm {
   Vector3d direction, turning;      // u = direction . v + turning . w
@@ -97,21 +99,21 @@ struct Row {
   double sweep();
 };
 
-/// The largest change of a velocity.
+/// The largest change of a velocity, squared: roots wait for it.
 double Row::sweep() {
   Vector3d& sum = *impulse;
   const double normal = std::max(0.0, sum[0] - (speed(0) - contact->target) / mobility[0]) - sum[0];
   if (normal != 0) push(0, normal);
   sum[0] += normal;
   const double across = std::max(mobility[1], mobility[2]), limit = contact->friction * sum[0];
-  if (!(limit > 0) && sum[1] == 0 && sum[2] == 0) return std::abs(normal) * mobility[0];
+  if (!(limit > 0) && sum[1] == 0 && sum[2] == 0) return square(normal * mobility[0]);
   Eigen::Vector2d next = sum.tail<2>() - Eigen::Vector2d(speed(1), speed(2)) / across;
-  if (next.norm() > limit) next *= limit / next.norm();
+  if (next.squaredNorm() > limit * limit) next *= limit / next.norm();
   const Eigen::Vector2d step = next - sum.tail<2>();
   push(1, step[0]);
   push(2, step[1]);
   sum.tail<2>() = next;
-  return std::max(std::abs(normal) * mobility[0], step.norm() * across);
+  return std::max(square(normal * mobility[0]), step.squaredNorm() * square(across));
 }
 
 Row row_of(Contact& c, Vector3d Contact::*impulse, Bodies& bodies) {
@@ -183,7 +185,7 @@ double solve_contacts(std::span<Contact* const> contacts, Vector3d Contact::*imp
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       double change = 0.0;
       for (Row* row : island) change = std::max(change, row->sweep());
-      if (change <= tolerance) break;
+      if (change <= square(tolerance)) break;
     }
     for (const Row* row : island)
       worst = std::max(worst, violation(*row->contact, *row->impulse, row->mobility, bodies));

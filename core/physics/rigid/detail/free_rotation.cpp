@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "core/physics/rigid/detail/body_state.hpp"
@@ -11,15 +12,18 @@ bool is_ball(const Eigen::Matrix3d& inertia) {
   return (inertia - inertia(0, 0) * Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= 1e-14 * inertia(0, 0);
 }
 
-/// One midpoint step: L1 - L0 = h (L0 + L1)/2 x w((L0 + L1)/2), by fixed-point iteration, which contracts by h |w|.
+/// One midpoint step: L1 - L0 = h (L0 + L1)/2 x w((L0 + L1)/2), by fixed-point iteration, which contracts by h |w|: what is left
+/// after an iteration is below that times its change.
 void midpoint_step(const BodyState& body, Vector3d& l, Eigen::Quaterniond& turn, double h) {
   Vector3d end = l;
+  const double size_sq = l.squaredNorm();
+  const double contraction_sq = 4.0 * h * h * (body.inverse_inertia * l).squaredNorm();
   for (int k = 0; k < 60; ++k) {
     const Vector3d mean = 0.5 * (l + end);
     const Vector3d next = l + h * mean.cross(body.inverse_inertia * mean);
-    const double change = (next - end).norm();
+    const double change_sq = (next - end).squaredNorm();
     end = next;
-    if (change <= 1e-17 * l.norm()) break;
+    if (std::min(contraction_sq, 1.0) * change_sq <= 1e-34 * size_sq) break;
   }
   const Vector3d half = 0.5 * h * (body.inverse_inertia * (0.5 * (l + end)));
   turn =
@@ -39,7 +43,8 @@ void rotate_freely(BodyState& body, double h) {
   const Vector3d world = body.angular_momentum();
   Vector3d l = body.turn.conjugate() * world;
   const double outer = 1 / (4 - std::cbrt(4.0)), inner = 1 - 4 * outer;
-  if (std::pow(h * body.spin.norm(), 3) < 1e-16) {
+  constexpr double kSmallAngle = 4.64e-6;  // its cube is 1e-16
+  if (h * body.spin.norm() < kSmallAngle) {
     midpoint_step(body, l, body.turn, h);  // its error, of third order in the angle, is round-off
   } else {
     for (const double share : {outer, outer, inner, outer, outer}) midpoint_step(body, l, body.turn, share * h);

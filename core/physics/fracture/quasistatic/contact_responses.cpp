@@ -18,7 +18,7 @@ ContactResponses::ContactResponses(FreeBodySolver& solver, std::size_t memory_li
   most_nodes_ = std::max<std::size_t>(1, memory_limit_bytes / bytes_per_node);
 }
 
-std::map<int, Eigen::Vector3d> ContactResponses::prepare(const std::vector<NodeForce>& forces) {
+std::map<int, Eigen::Vector3d> ContactResponses::sum_of(const std::vector<NodeForce>& forces) const {
   std::map<int, Eigen::Vector3d> sum;
   for (const NodeForce& at : forces) {
     if (at.node < 0 || at.node >= solver_.mesh().n_nodes())
@@ -28,6 +28,10 @@ std::map<int, Eigen::Vector3d> ContactResponses::prepare(const std::vector<NodeF
     const auto [entry, is_new] = sum.try_emplace(at.node, at.force_n);
     if (!is_new) entry->second += at.force_n;
   }
+  return sum;
+}
+
+void ContactResponses::prepare(const std::map<int, Eigen::Vector3d>& sum) {
   ++n_uses_;
   std::vector<int> missing;
   for (const auto& [node, force] : sum) {
@@ -41,7 +45,15 @@ std::map<int, Eigen::Vector3d> ContactResponses::prepare(const std::vector<NodeF
     solve_for({missing.begin() + static_cast<std::ptrdiff_t>(first),
                missing.begin() + static_cast<std::ptrdiff_t>(std::min(first + kNodesAtOnce, missing.size()))});
   if (kept_.size() > most_nodes_) drop_down_to_limit();
-  return sum;
+}
+
+Eigen::VectorXd ContactResponses::solved_whole(const std::map<int, Eigen::Vector3d>& sum) {
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(solver_.mesh().n_nodes()));
+  for (const auto& [node, force] : sum) load.segment<3>(3 * static_cast<Eigen::Index>(node)) = force;
+  const QuasistaticSolution solution = solver_.solve(load);
+  largest_residual_ = std::max(largest_residual_, solution.relative_residual.maxCoeff());
+  ++n_nodes_solved_;
+  return solution.displacement_m.col(0);
 }
 
 void ContactResponses::solve_for(const std::vector<int>& nodes) {
@@ -69,7 +81,9 @@ void ContactResponses::drop_down_to_limit() {
 }
 
 Eigen::VectorXd ContactResponses::displacement_m(const std::vector<NodeForce>& forces) {
-  const std::map<int, Eigen::Vector3d> sum = prepare(forces);
+  const std::map<int, Eigen::Vector3d> sum = sum_of(forces);
+  if (sum.size() > kMostNodes) return solved_whole(sum);
+  prepare(sum);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(solver_.mesh().n_nodes()));
   for (const auto& [node, force] : sum) {
     const auto& response = kept_.at(node).displacement_m_per_n;
@@ -84,8 +98,14 @@ StressField ContactResponses::field(const std::vector<NodeForce>& forces) {
 }
 
 double ContactResponses::strain_energy_j(const std::vector<NodeForce>& forces) {
-  const std::map<int, Eigen::Vector3d> sum = prepare(forces);
+  const std::map<int, Eigen::Vector3d> sum = sum_of(forces);
   double twice = 0.0;
+  if (sum.size() > kMostNodes) {
+    const Eigen::VectorXd u = solved_whole(sum);
+    for (const auto& [node, force] : sum) twice += force.dot(u.segment<3>(3 * static_cast<Eigen::Index>(node)));
+    return 0.5 * twice;
+  }
+  prepare(sum);
   for (const auto& [pushed, push] : sum) {
     const auto& response = kept_.at(pushed).displacement_m_per_n;
     for (const auto& [node, force] : sum)

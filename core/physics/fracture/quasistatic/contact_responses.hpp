@@ -15,9 +15,12 @@ namespace klang::fracture {
 /// of element stresses is ten times as long for linear elements, and to add nine of them up (a force in a triangle) takes
 /// longer than to add displacements and take the stress of the sum.
 ///
+/// A load on more than kMostNodes nodes is solved as it is, one column, and not kept: its nodes' responses would be three each.
+///
 /// Results have the same bits whatever was asked before: columns are solved in any company and added in the order of nodes.
 class ContactResponses {
  public:
+  static constexpr std::size_t kMostNodes = 64;
   static constexpr std::size_t kDefaultMemoryBytes = std::size_t{512} << 20;
 
   /// Keeps a reference to the solver, which must be usable(). The responses that were used longest ago are dropped above the
@@ -31,7 +34,7 @@ class ContactResponses {
   double strain_energy_j(const std::vector<NodeForce>& forces);
 
   std::size_t n_nodes_kept() const { return kept_.size(); }
-  std::int64_t n_nodes_solved() const { return n_nodes_solved_; }
+  std::int64_t n_nodes_solved() const { return n_nodes_solved_; }  ///< a load that was solved whole counts as one
   /// Largest relative residual of all responses that were solved.
   double largest_residual() const { return largest_residual_; }
 
@@ -40,8 +43,10 @@ class ContactResponses {
     Eigen::Matrix<double, Eigen::Dynamic, 3> displacement_m_per_n;
     std::int64_t last_use = 0;
   };
-  /// Sum of the forces by node, ascending; solves for what is missing.
-  std::map<int, Eigen::Vector3d> prepare(const std::vector<NodeForce>& forces);
+  /// Sum of the forces by node, ascending.
+  std::map<int, Eigen::Vector3d> sum_of(const std::vector<NodeForce>& forces) const;
+  void prepare(const std::map<int, Eigen::Vector3d>& sum);  ///< solves for what is missing
+  Eigen::VectorXd solved_whole(const std::map<int, Eigen::Vector3d>& sum);
   void solve_for(const std::vector<int>& nodes);
   void drop_down_to_limit();
 

@@ -36,6 +36,23 @@ TEST_P(Responses, CachedFieldIsThatOfADirectSolve) {
   EXPECT_LE(responses.largest_residual(), 1e-12);
 }
 
+TEST_P(Responses, ALoadOnManyNodesIsSolvedWholeAndIsTheSumOfItsParts) {
+  ContactResponses responses(solver_);
+  std::vector<NodeForce> many, first, second;
+  const int n = static_cast<int>(ContactResponses::kMostNodes) + 6;
+  ASSERT_GE(solver_.mesh().n_nodes(), n / 2);
+  for (int i = 0; i < std::min(n, solver_.mesh().n_nodes()); ++i) {
+    many.push_back({i, {std::sin(i), std::cos(2.0 * i), 0.1 * i}});
+    (i % 2 == 0 ? first : second).push_back(many.back());
+  }
+  const Eigen::VectorXd whole = responses.displacement_m(many);
+  if (many.size() > ContactResponses::kMostNodes) EXPECT_EQ(responses.n_nodes_kept(), 0u);
+  const Eigen::VectorXd parts = responses.displacement_m(first) + responses.displacement_m(second);
+  EXPECT_LE((whole - parts).cwiseAbs().maxCoeff(), 1e-10 * whole.cwiseAbs().maxCoeff());
+  const QuasistaticSolution direct = solver_.solve(nodal_force_n(solver_.mesh(), many));
+  EXPECT_LE(std::abs(responses.strain_energy_j(many) / direct.strain_energy_j[0] - 1.0), 1e-10);
+}
+
 TEST_P(Responses, BitsDoNotDependOnWhatWasAskedBefore) {
   ContactResponses fresh(solver_), used(solver_);
   used.field({{40, {1, 1, 1}}});

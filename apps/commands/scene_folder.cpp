@@ -12,11 +12,13 @@
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields_csv.hpp"
+#include "core/foundation/config/toml_table.hpp"
 #include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/scene/scene_floor.hpp"
+#include "core/sound/scene/scene_roughness.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
 
 namespace klang::apps {
@@ -39,11 +41,13 @@ std::array<double, 3> list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z
 
 scene::BodyRecord body_record(const scene::Scene& scene, const scene::SceneMotion& motion, std::size_t i) {
   const int parent = motion.log.bodies[i].parent;
-  const scene::SceneBody& body = scene.bodies[parent < 0 ? i : static_cast<std::size_t>(parent)];
+  std::size_t root = i;
+  while (motion.log.bodies[root].parent >= 0) root = static_cast<std::size_t>(motion.log.bodies[root].parent);
+  const scene::SceneBody& body = scene.bodies[root];
   const scene::FinalState& end = motion.final[i];
   scene::BodyRecord record;
   record.name = motion.log.bodies[i].name;
-  if (parent >= 0) record.parent = body.name;
+  if (parent >= 0) record.parent = motion.log.bodies[static_cast<std::size_t>(parent)].name;
   record.mass_kg = motion.mass_kg[i];
   record.material = scene.material_of(body).name;
   record.fixed = body.fixed;
@@ -151,11 +155,12 @@ void SceneFolder::require(const std::string& key) const {
 }
 
 void apply(const SceneChanges& changes, scene::Scene& scene) {
+  if (!changes.bank.empty()) scene.sound.bank = existing_file(changes.bank, "--bank", {});
   if (changes.proxies_above_hz) {
     checked("command line", "--proxies-above-hz", *changes.proxies_above_hz, 0.0, 1e6);
     if (scene.sound.bank.empty())
       throw InputError("--proxies-above-hz", "the scene names no soundbank", to_text(*changes.proxies_above_hz),
-                       "bank = FILE in its [sound]");
+                       "--bank FILE, or bank = FILE in its [sound]");
     scene.sound.proxy_above_hz = changes.proxies_above_hz;
   }
   if (changes.without_fracture_impulses) scene.fracture.impulses = false;
@@ -343,7 +348,7 @@ std::string crack_faces_csv(const scene::CrackSummary& cracks) {
 audio::Signal heard_sound(const scene::Scene& scene, const events::EventLog& log,
                           const std::vector<scene::HeardBody>& heard, double duration_s,
                           std::optional<scene::FloorRecord>* floor, Monitor& monitor) {
-  audio::Signal sound = scene::sound_of(log, heard, scene.sound, duration_s, monitor);
+  audio::Signal sound = scene::sound_of(scene::with_roughness(scene, log), heard, scene.sound, duration_s, monitor);
   if (!scene.floor_sound) return sound;
   const scene::FloorHeard slab = scene::floor_sound_of(scene, log, duration_s, monitor);
   sound.samples += slab.sound_pa.samples;

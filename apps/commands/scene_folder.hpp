@@ -37,6 +37,7 @@ class SceneFolder {
 /// What the command line says of a scene.
 struct SceneChanges {
   std::optional<double> proxies_above_hz;
+  std::string bank;  ///< instead of the scene's
   bool without_fracture_impulses = false;
 };
 

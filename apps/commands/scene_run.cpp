@@ -15,6 +15,7 @@
 #include "core/physics/events/event_log_file.hpp"
 #include "core/sound/scene/scene_draws.hpp"
 #include "core/sound/scene/scene_frames.hpp"
+#include "core/sound/scene/scene_roughness.hpp"
 #include "reports/report/report.hpp"
 
 namespace klang::apps {
@@ -100,8 +101,9 @@ void add_sound(const RunOptions& options, const CommonOptions& common, const Run
   moved.document.header.wall_time_s["sound"] = watch.seconds();
   if (!options.draws) return;
   watch = Stopwatch();
+  const events::EventLog log = scene::with_roughness(scene, moved.log);
   moved.document.draws =
-      scene::draw_sounds(scene, moved.log, heard, scene::sound_of(moved.log, heard, scene.sound, duration_s, monitor),
+      scene::draw_sounds(scene, log, heard, scene::sound_of(log, heard, scene.sound, duration_s, monitor),
                          {*options.draws, common.seed}, monitor);
   moved.document.header.wall_time_s["draws"] = watch.seconds();
 }
@@ -189,6 +191,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   if (is_liquid_file(options.scene)) {
     for (const auto& [given, flag] :
          {std::pair(options.changes.proxies_above_hz.has_value(), "--proxies-above-hz"),
+          std::pair(!options.changes.bank.empty(), "--bank"),
           std::pair(options.changes.without_fracture_impulses, "--without-fracture-impulses"),
           std::pair(options.draws.has_value(), "--draws"), std::pair(options.no_frames, "--no-frames")})
       if (given) throw InputError(flag, "belongs to scenes of solid bodies", options.scene, "a scene without [domain]");
@@ -259,6 +262,7 @@ Subcommand add_scene_run(CLI::App& group, CommonOptions& common) {
   app->add_flag("--no-frames", options->no_frames, "No pictures of the motion");
   app->add_option("--proxies-above-hz", options->changes.proxies_above_hz,
                   "Bodies whose lowest frequency is above this are heard by ellipsoids of the scene's bank; 0: all");
+  app->add_option("--bank", options->changes.bank, "Soundbank of klang proxy build, instead of the scene's");
   app->add_flag("--without-fracture-impulses", options->changes.without_fracture_impulses,
                 "Cracks push nothing: as fracture.impulses = false");
   app->add_flag("--no-page", options->no_page, "Of a liquid: no report.html");

@@ -73,8 +73,14 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
   }
   scene::Scene scene = scene::read_scene(scene_file);
   apply(options.changes, scene);
-  if (!options.listener.empty()) scene.sound.listener.position_m = parse_place("--listener", options.listener);
-  if (!options.facing.empty()) scene.sound.listener.facing = parse_place("--facing", options.facing);
+  if (!options.listener.empty()) {
+    scene.sound.listener.position_m = parse_place("--listener", options.listener);
+    scene.sound.listener.path.clear();
+  }
+  if (!options.facing.empty()) {
+    scene.sound.listener.facing = parse_place("--facing", options.facing);
+    for (scene::ListenerKey& key : scene.sound.listener.path) key.facing = scene.sound.listener.facing;
+  }
   if (options.stereo || options.mono) scene.sound.listener.stereo = options.stereo;
   scene.sound.radiation_damping |= options.radiation_damping;
   scene.sound.sample_rate_hz = options.sample_rate_hz.value_or(scene.sound.sample_rate_hz);
@@ -134,6 +140,7 @@ Subcommand add_scene_sound(CLI::App& group, CommonOptions& common) {
       ->check(CLI::Range(4000.0, 768000.0));
   app->add_option("--proxies-above-hz", options->changes.proxies_above_hz,
                   "Bodies whose lowest frequency is above this are heard by ellipsoids of the scene's bank; 0: all");
+  app->add_option("--bank", options->changes.bank, "Soundbank of klang proxy build, instead of the scene's");
   app->add_flag("--without-fracture-impulses", options->changes.without_fracture_impulses,
                 "Impulses of cracks are not heard");
   app->footer(

@@ -21,7 +21,7 @@ struct HeardRecord {
     visit({"duration_s", "of the sound"}, self.duration_s);
     visit({"sample_rate_hz", "of the sound"}, self.sample_rate_hz);
     visit({"n_channels", "1, or 2: left and right ear"}, self.n_channels);
-    visit({"listener_m", "centre of the head"}, self.listener_m);
+    visit({"listener_m", "centre of the head; of one who walks at the start of the path"}, self.listener_m);
   }
 };
 

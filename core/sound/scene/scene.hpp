@@ -32,6 +32,8 @@ struct SceneMaterial {
   std::optional<double> tensile_strength_pa, fracture_energy_j_m2;
   std::vector<std::filesystem::path> inputs;  ///< files that it was read from
   std::optional<FitSpread> spread;            ///< of a fit that says how sure it is
+  double roughness = 0.0;                     ///< rough_contacts.hpp; 0: smooth
+  double roughness_length_m = 5e-4;
 };
 
 /// How a body is heard.
@@ -122,9 +124,16 @@ struct SceneBody {
   bool sounds() const { return sound != BodySound::kNone && (sound != BodySound::kAuto || !fixed); }
 };
 
+/// Where a listener who walks is at a time, and where the nose points.
+struct ListenerKey {
+  double time_s = 0.0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero(), facing = Eigen::Vector3d::Zero();
+};
+
 struct SceneListener {
-  Eigen::Vector3d position_m{0.0, -2.0, 1.6}, facing{0.0, 1.0, 0.0};
+  Eigen::Vector3d position_m{0.0, -2.0, 1.6}, facing{0.0, 1.0, 0.0};  ///< of a path: at its start
   bool stereo = false;
+  std::vector<ListenerKey> path;  ///< rising times, straight lines between; empty: at rest
 };
 
 struct SceneSoundOptions {
@@ -167,6 +176,8 @@ struct Scene {
   SceneFrames frames;
   fracture::FractureOptions fracture;
   ForceModel force_model = ForceModel::kHertz;
+  bool skip_harmless_loads =
+      true;  ///< no key of a file: off, every load is solved, whether it has the energy to break or not
   std::vector<SceneHold> holds;
   std::vector<SceneJoint> joints;
 

@@ -4,43 +4,22 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/physics/fracture/quasistatic/contact_responses.hpp"
 #include "core/physics/fracture/quasistatic/load_request.hpp"
-#include "core/sound/scene/scene_bodies.hpp"
+#include "core/sound/scene/detail/breakable.hpp"
 
 namespace klang::scene {
 namespace {
 
+using detail::Breakable;
+using detail::UnmeshedPiece;
 using Eigen::Vector3d;
 
 constexpr double kAuthorsPerS = 1800.0;
 constexpr double kRoundOff = 1e-14;
-
-/// What one breakable body needs to be asked for its stress.
-struct Breakable {
-  Breakable(const Scene& scene, const SceneBody& body, mesh::TetMesh mesh)
-      : material(scene.material_of(body)),
-        solver(std::move(mesh), material.elastic),
-        responses(solver),
-        surface(solver.mesh()) {
-    if (!solver.usable()) throw NumericalError("stress of " + body.name + ": " + solver.message());
-    parent.mesh = solver.mesh();
-    parent.density_kg_m3 = material.elastic.density_kg_m3;
-    parent.toughness_j_m2 = *material.fracture_energy_j_m2;
-    parent.tensile_strength_pa = *material.tensile_strength_pa;
-    parent.youngs_modulus_pa = material.elastic.youngs_modulus_pa();
-    parent.poissons_ratio = material.elastic.poissons_ratio();
-    parent.score = body.score;
-    parent.name = body.name;
-  }
-  const SceneMaterial& material;
-  fracture::FreeBodySolver solver;
-  fracture::ContactResponses responses;
-  fracture::SurfacePlaces surface;
-  fracture::ParentBody parent;
-};
 
 /// How fast a body moves.
 struct Speed {
@@ -115,9 +94,11 @@ struct Breaking::State {
   const Scene& scene;
   std::uint64_t seed;
   std::map<int, std::unique_ptr<Breakable>> bodies;
+  std::map<int, UnmeshedPiece> unmeshed;  ///< pieces that nothing has struck yet, by their number
   std::vector<BreakEvent> events;
   std::vector<ScenePiece> pieces;
   std::vector<std::string> warnings;
+  std::set<int> unasked;                           ///< pieces of which a warning says so
   double contact_before_j = 0.0, claimed_j = 0.0;  ///< before this step; what breakages of this step got back
   std::int64_t n_solves = 0;
   /// Impulses of this step's contacts, by their number, before a breakage took back their rebounds: the body on the other side is
@@ -126,6 +107,9 @@ struct Breaking::State {
   /// Of contacts between two bodies that may break, by their number: the first body's share of the compression.
   std::map<std::size_t, double> share_of_a;
 
+  void mesh_struck(const rigid::StepRecord& step);
+  double strain_energy_j(const rigid::RigidWorld& world, const rigid::ContactImpulse& contact, int body);
+  bool is_harmless(int body, double energy_j) const;
   void share_compression(const rigid::RigidWorld& world, const rigid::StepRecord& step);
   fracture::ContactLoad load_on(const rigid::RigidWorld& world, const rigid::ContactImpulse& contact, int body,
                                 const Vector3d& impulse_n_s) const;
@@ -133,6 +117,8 @@ struct Breaking::State {
                                               bool shared = true) const;
   fracture::ContactLoad as_modelled(fracture::ContactLoad load) const;
   std::map<int, Speed> without_rebound(const rigid::RigidWorld& world, const rigid::StepRecord& step, int body) const;
+  std::optional<fracture::FractureResult> broken_by(int body, const fracture::LoadRequest& request, double budget_j);
+  void cannot_ask(int body, const std::exception& error);
   bool breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage);
   void take_back_rebound(rigid::RigidWorld& world, rigid::StepRecord& step, int body,
                          const std::map<int, Speed>& speeds);
@@ -169,23 +155,49 @@ fracture::ContactLoad Breaking::State::load_on(const rigid::RigidWorld& world, c
                                 pair_restitution(world, scene, contact));
 }
 
+/// With no more energy than that the body cannot break, whatever the load.
+bool Breaking::State::is_harmless(int body, double energy_j) const {
+  return scene.skip_harmless_loads && energy_j < bodies.at(body)->least_energy_j();
+}
+
+/// Of the body under this contact's largest force alone; 0 where a piece cannot be asked.
+double Breaking::State::strain_energy_j(const rigid::RigidWorld& world, const rigid::ContactImpulse& contact,
+                                        int body) {
+  Breakable& breakable = *bodies.at(body);
+  try {
+    const fracture::ContactLoad load = load_on(world, contact, body, contact.impulse_n_s);
+    const std::int64_t solved = breakable.responses().n_nodes_solved();
+    const double energy_j = breakable.responses().strain_energy_j(
+        breakable.surface().at_nodes({{load.place_m, fracture::force_n(load, load.time_s + 0.5 * load.duration_s)}}));
+    n_solves += breakable.responses().n_nodes_solved() - solved;
+    return energy_j;
+  } catch (const InputError& error) {
+    cannot_ask(body, error);
+  } catch (const NumericalError& error) {
+    cannot_ask(body, error);
+  }
+  return 0.0;
+}
+
 /// One force strains both bodies of a contact, each as it yields: before any breaks, so that their order does not matter.
 void Breaking::State::share_compression(const rigid::RigidWorld& world, const rigid::StepRecord& step) {
   share_of_a.clear();
+  std::map<int, double> whole_j;
+  const auto is_safe = [&](int body) {
+    if (scene.force_model != ForceModel::kHertz) return false;
+    const auto [entry, is_new] = whole_j.try_emplace(body, 0.0);
+    if (is_new)
+      for (const fracture::ContactLoad& load : loads_on(world, step, body, false))
+        entry->second += load.compression_energy_j;
+    return is_harmless(body, entry->second);
+  };
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {
     const rigid::ContactImpulse& contact = step.contacts[i];
     if (contact.kind != events::ImpulseKind::kImpact || !(contact.duration_s > 0.0)) continue;
     if (bodies.count(contact.a) == 0 || bodies.count(contact.b) == 0) continue;
-    const auto strain_j = [&](int body) {
-      const fracture::ContactLoad load = load_on(world, contact, body, contact.impulse_n_s);
-      Breakable& breakable = *bodies.at(body);
-      const std::int64_t solved = breakable.responses.n_nodes_solved();
-      const double energy_j = breakable.responses.strain_energy_j(
-          breakable.surface.at_nodes({{load.place_m, fracture::force_n(load, load.time_s + 0.5 * load.duration_s)}}));
-      n_solves += breakable.responses.n_nodes_solved() - solved;
-      return energy_j;
-    };
-    const double a_j = strain_j(contact.a), both_j = a_j + strain_j(contact.b);
+    if (is_safe(contact.a) && is_safe(contact.b)) continue;  // neither is asked how much of it is its own
+    const double a_j = strain_energy_j(world, contact, contact.a),
+                 both_j = a_j + strain_energy_j(world, contact, contact.b);
     share_of_a[i] = both_j > 0.0 ? a_j / both_j : 0.5;
   }
 }
@@ -235,6 +247,7 @@ void Breaking::State::take_back_rebound(rigid::RigidWorld& world, rigid::StepRec
 rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fracture::FractureResult& result,
                                          double available_j, double time_s) {
   const rigid::RigidBodySpec parent = world.spec(body);
+  const int root = bodies.at(body)->root(), generation = bodies.at(body)->generation() + 1;
   const events::Pose pose = world.pose(body);
   const Eigen::Quaterniond turn = pose.orientation();
   const Vector3d velocity = world.velocity_m_s(body), spin = world.angular_velocity_rad_s(body);
@@ -261,6 +274,9 @@ rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fra
     breakage.pieces.push_back(world.add(spec));
     const double edge_m = 0.25 * std::cbrt(piece.volume_m3);
     pieces.push_back({breakage.pieces.back(), body, fracture::fragment_surface(piece, edge_m)});
+    // Two cells need more room than their least distance.
+    if (generation < scene.fracture.generations && spec.size_m() > scene.fracture.smallest_piece_m)
+      unmeshed[breakage.pieces.back()] = {pieces.size() - 1, piece.parts, spec.name, piece.mass_kg, root, generation};
   }
   for (const fracture::CrackImpulse& crack : result.push.impulses) {
     for (const bool first : {true, false}) {
@@ -295,12 +311,68 @@ fracture::ContactLoad Breaking::State::as_modelled(fracture::ContactLoad load) c
   return load;
 }
 
-bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage) {
+/// What the body breaks into under a load that may strain it with no more than budget_j; nothing where it stays whole.
+std::optional<fracture::FractureResult> Breaking::State::broken_by(int body, const fracture::LoadRequest& request,
+                                                                   double budget_j) {
   Breakable& breakable = *bodies.at(body);
+  const std::int64_t solved = breakable.responses().n_nodes_solved();
+  const fracture::AllowedLoad load = fracture::allowed_load(breakable.responses(), breakable.surface(), request);
+  n_solves += breakable.responses().n_nodes_solved() - solved;
+  const double spendable_j = std::min(budget_j, load.strain_energy_j);
+  if (!(load.strain_energy_j > 0.0) || is_harmless(body, spendable_j)) return {};
+  const fracture::StressField field = breakable.responses().field(load.forces);
+  int n_unknown = 0;
+  const fracture::ResidualEnergy kept = [&](const std::vector<fracture::FragmentBody>& parts, double factor) {
+    const KeptStrain strain = kept_strain(parts, allowed_forces(request, load.scale), breakable.material());
+    n_unknown = strain.n_unknown;
+    return factor * factor * strain.energy_j;
+  };
+  fracture::FractureResult result =
+      fracture::fracture_body(breakable.parent(), {field.energy_density_j_m3, field.stress_pa}, scene.fracture,
+                              spendable_j, seed + static_cast<std::uint64_t>(body), kept);
+  if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) return {};
+  if (n_unknown > 0)
+    warnings.push_back("body " + breakable.parent().name + " broke at " + to_text(request.time_s) + " s: what strain " +
+                       std::to_string(n_unknown) +
+                       " loaded pieces keep was not found; it is counted as released (erratum 51)");
+  return result;
+}
+
+/// Of a piece, whose mesh is a mesher's and which collides as what its parent left of its convex parts, that may be.
+/// To be called while the error is handled: that of a body of the scene goes on.
+void Breaking::State::cannot_ask(int body, const std::exception& error) {
+  const Breakable& breakable = *bodies.at(body);
+  if (breakable.generation() == 0) throw;
+  if (unasked.insert(body).second)
+    warnings.push_back("piece " + breakable.parent().name +
+                       " was struck and not asked whether it breaks: " + error.what());
+}
+
+/// Pieces that may break in their turn are meshed when they are first struck.
+void Breaking::State::mesh_struck(const rigid::StepRecord& step) {
+  for (const rigid::ContactImpulse& contact : step.contacts) {
+    if (contact.kind != events::ImpulseKind::kImpact || !(contact.duration_s > 0.0)) continue;
+    for (const int body : {contact.a, contact.b}) {
+      const auto found = unmeshed.find(body);
+      if (found == unmeshed.end()) continue;
+      const std::string name = found->second.name;
+      const mesh::SurfaceMesh& surface = pieces[found->second.piece].surface;
+      try {
+        bodies.emplace(body, std::make_unique<Breakable>(scene, std::move(found->second), surface));
+      } catch (const InputError& error) {
+        warnings.push_back("piece " + name + " does not break again, it cannot be meshed: " + error.what());
+      }
+      unmeshed.erase(found);
+    }
+  }
+}
+
+bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, int body, rigid::Breakage& breakage) {
   std::vector<fracture::ContactLoad> loads = loads_on(world, step, body);
   double compression_j = 0.0, whole_j = 0.0;  // of this body, and with what those that struck it store
   for (const fracture::ContactLoad& load : loads) compression_j += load.compression_energy_j;
-  if (!(compression_j > 0.0)) return false;
+  const bool limited = scene.force_model == ForceModel::kHertz;
+  if (!(compression_j > 0.0) || (limited && is_harmless(body, compression_j))) return false;
   for (const fracture::ContactLoad& load : loads_on(world, step, body, false)) whole_j += load.compression_energy_j;
   // No more than this body's contacts take up to their largest compression, and than its part of what contacts took in this step
   // (what broke before got back claimed_j of it) and would take beside that without rebound.
@@ -313,31 +385,21 @@ bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, 
   const double available_j = std::min({compression_j, (taken_j + claimed_j) * (compression_j / whole_j), taken_j});
   if (!(available_j > 0.0)) return false;
   for (fracture::ContactLoad& load : loads) load = as_modelled(load);
-  const bool limited = scene.force_model == ForceModel::kHertz;
   for (const fracture::LoadRequest& request : fracture::load_requests(loads)) {
     if (request.impacts.empty() || !(request.budget_j > 0.0)) continue;
-    const std::int64_t solved = breakable.responses.n_nodes_solved();
-    const fracture::AllowedLoad load = fracture::allowed_load(breakable.responses, breakable.surface, request);
-    if (!(load.strain_energy_j > 0.0)) continue;
-    const fracture::StressField field = breakable.responses.field(load.forces);
-    n_solves += breakable.responses.n_nodes_solved() - solved;
-    int n_unknown = 0;
-    const fracture::ResidualEnergy kept = [&](const std::vector<fracture::FragmentBody>& pieces, double factor) {
-      const KeptStrain strain = kept_strain(pieces, allowed_forces(request, load.scale), breakable.material.elastic);
-      n_unknown = strain.n_unknown;
-      return factor * factor * strain.energy_j;
-    };
-    fracture::FractureResult result = fracture::fracture_body(
-        breakable.parent, {field.energy_density_j_m3, field.stress_pa}, scene.fracture,
-        limited ? std::min({available_j, request.budget_j, load.strain_energy_j}) : load.strain_energy_j,
-        seed + static_cast<std::uint64_t>(body), kept);
-    if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) continue;
+    const double budget_j = limited ? std::min(available_j, request.budget_j) : HUGE_VAL;
+    if (is_harmless(body, budget_j)) continue;
+    std::optional<fracture::FractureResult> result;
+    try {
+      result = broken_by(body, request, budget_j);
+    } catch (const InputError& error) {
+      cannot_ask(body, error);
+    } catch (const NumericalError& error) {
+      cannot_ask(body, error);
+    }
+    if (!result) continue;
     take_back_rebound(world, step, body, speeds);
-    if (n_unknown > 0)
-      warnings.push_back("body " + breakable.parent.name + " broke at " + to_text(request.time_s) + " s: what strain " +
-                         std::to_string(n_unknown) +
-                         " loaded pieces keep was not found; it is counted as released (erratum 51)");
-    breakage = replace(world, body, result, available_j, request.time_s);
+    breakage = replace(world, body, *result, available_j, request.time_s);
     return true;
   }
   return false;
@@ -347,22 +409,17 @@ Breaking::Breaking(const Scene& scene, std::uint64_t seed) : state_(std::make_un
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const SceneBody& body = scene.bodies[i];
     if (body.model != BodyModel::kBreakable) continue;
-    SceneBody meshed = body;
-    meshed.max_edge_m = body.stress_edge_m;
-    auto breakable = located(body.place, [&] { return std::make_unique<Breakable>(scene, body, mesh_of(meshed)); });
-    if (body.shape)
-      for (Eigen::Matrix3Xd& corners_m : mesh::convex_parts(*body.shape))
-        breakable->parent.parts.push_back({std::move(corners_m)});
-    located(body.place, [&] {
-      breakable->parent.validate();
-      return 0;
+    auto breakable = located(body.place, [&] {
+      auto made = std::make_unique<Breakable>(scene, static_cast<int>(i));
+      made->factor();
+      return made;
     });
     state_->bodies.emplace(static_cast<int>(i), std::move(breakable));
   }
 }
 Breaking::~Breaking() = default;
 
-bool Breaking::has_bodies() const { return !state_->bodies.empty(); }
+bool Breaking::has_bodies() const { return !state_->bodies.empty() || !state_->unmeshed.empty(); }
 const std::vector<BreakEvent>& Breaking::events() const { return state_->events; }
 std::vector<ScenePiece> Breaking::take_pieces() { return std::move(state_->pieces); }
 std::int64_t Breaking::n_stress_solves() const { return state_->n_solves; }
@@ -373,6 +430,7 @@ std::vector<rigid::Breakage> Breaking::after_step(rigid::RigidWorld& world, rigi
   std::vector<int> struck;
   state_->with_rebound.clear();
   state_->claimed_j = 0.0;
+  state_->mesh_struck(step);
   state_->share_compression(world, step);
   for (const rigid::ContactImpulse& contact : step.contacts) {
     if (contact.kind != events::ImpulseKind::kImpact) continue;

@@ -52,6 +52,9 @@ const TomlField kSchema[] = {
     {"material", "name", kText, "required", -kInf, kInf, "by which bodies name it"},
     {"material", "restitution", kNumber, "0.5", 0, 1,
      "separation over approach speed of an impact; of two materials the smaller holds"},
+    {"material", "roughness", kNumber, "0: smooth", 0, 1,
+     "of a lasting contact that moves along the surface: rms change of its force over the force, as it is heard"},
+    {"material", "roughness_length_m", kNumber, "5e-4", 1e-6, 0.1, "over which the surface is alike"},
     {"material", "friction", kNumber, "0.4", 0, 100, "Coulomb's coefficient; of two materials the smaller holds"},
     {"material", "tensile_strength_pa", kNumber, "none", 0, 1e12,
      "largest principal stress that it stands; does not follow from ringing", true},
@@ -95,6 +98,7 @@ const TomlField kSchema[] = {
     {"fracture", "alpha", kNumber, "0.15", 0, 1, "how much smaller pieces are where more energy is"},
     {"fracture", "smallest_piece_m", kNumber, "0.006", 0, 10, "least distance of cells"},
     {"fracture", "most_pieces", kNumber, "400", 2, 2000, "cells of one breakage"},
+    {"fracture", "generations", kNumber, "1", 1, 10, "how often things break: 1: pieces do not break again"},
     {"fracture", "force_model", kText, "`hertz`", -kInf, kInf,
      "`hertz`: peak of Hertz' pulse, with at most the energy of the compression; `impulse_over_step` or `authors_code` "
      "(impulse "
@@ -211,6 +215,8 @@ SceneMaterial read_scene_material(const TomlTable& table, const std::filesystem:
   material.inputs = input.files;
   material.restitution = table.number("restitution", material.restitution);
   material.friction = table.number("friction", material.friction);
+  material.roughness = table.number("roughness", 0.0);
+  material.roughness_length_m = table.number("roughness_length_m", material.roughness_length_m);
   material.tensile_strength_pa = table.optional_number("tensile_strength_pa");
   material.fracture_energy_j_m2 = table.optional_number("fracture_energy_j_m2");
   if (table.has("damping")) material.damping = damping::read_damping(table.table("damping"));
@@ -259,6 +265,10 @@ void read_fracture(const TomlTable& table, fracture::FractureOptions& options) {
   const double most = table.number("most_pieces", options.most_pieces);
   if (most != std::floor(most)) throw InputError(table.place("most_pieces"), "is no whole number", to_text(most));
   options.most_pieces = static_cast<int>(most);
+  const double generations = table.number("generations", options.generations);
+  if (generations != std::floor(generations))
+    throw InputError(table.place("generations"), "is no whole number", to_text(generations));
+  options.generations = static_cast<int>(generations);
   options.impulses = table.boolean("impulses", options.impulses);
   options.literature = *enum_from_text<fracture::Literature>(table.choice("literature", {"mended", "paper"}));
   located(table.place(), [&] {
@@ -370,6 +380,9 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
     throw InputError(root.place("duration_s"), "is missing", "",
                      "a scene with cracking or modal bodies says how long it lasts");
   detail::read_sound(root.table("sound"), folder, scene.sound);
+  if (scene.floor_sound && !scene.sound.listener.path.empty())
+    throw InputError(root.table("sound").place("listener"), "walks: a floor with sound is heard from one place", "",
+                     "position_m, or no world.floor.sound");
   for (const SceneBody& body : scene.bodies)
     if (body.sound == BodySound::kProxy && scene.sound.bank.empty())
       throw InputError(body.place, "sound = \"proxy\" needs a soundbank", body.name, "sound.bank = FILE");

@@ -108,11 +108,25 @@ double ring_time_s(const std::vector<HeardBody>& bodies, bool radiation_damping)
 }
 
 stage::Listener listener_of(const SceneListener& listener) {
-  if (!listener.stereo) return stage::Listener::ears({0.0}, listener.position_m);
+  std::vector<double> times_s = {0.0};
+  Eigen::Matrix3Xd centres_m = listener.position_m, facings;
+  if (!listener.path.empty()) {
+    const auto n = static_cast<Eigen::Index>(listener.path.size());
+    times_s.clear();
+    centres_m.resize(3, n);
+    facings.resize(3, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const ListenerKey& key = listener.path[static_cast<std::size_t>(i)];
+      times_s.push_back(key.time_s);
+      centres_m.col(i) = key.position_m;
+      facings.col(i) = key.facing.normalized();
+    }
+  }
+  if (!listener.stereo) return stage::Listener::ears(times_s, centres_m);
   stage::SphericalHead head;
   head.centre_m = listener.position_m;
   head.facing = listener.facing;
-  return stage::Listener::head({0.0}, listener.position_m, {}, head);
+  return stage::Listener::head(times_s, centres_m, facings, head);
 }
 
 audio::Signal sound_of(const events::EventLog& log, const std::vector<HeardBody>& bodies,

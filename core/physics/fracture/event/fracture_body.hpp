@@ -31,6 +31,7 @@ struct FractureOptions {
   double alpha = 0.15;
   double smallest_piece_m = 0.006;
   int most_pieces = 400;
+  int generations = 1;
   bool merge_enclosed = true;
   bool impulses = true;
   double crack_friction = 0.4;
@@ -51,6 +52,10 @@ struct FractureOptions {
            between(0.0, 10.0)},
           self.smallest_piece_m);
     visit({"most_pieces", "cells of one breakage", between(2, 2000)}, self.most_pieces);
+    visit({"generations",
+           "how often things break: 1: pieces do not break again; 2: pieces of a body do, their own do not",
+           between(1, 10)},
+          self.generations);
     visit({"merge_enclosed", "pieces that lie wholly inside another stay with it"}, self.merge_enclosed);
     visit({"impulses", "cracks that open push the pieces apart; without, that energy is heat"}, self.impulses);
     visit({"crack_friction", "of closed cracks", between(0.0, 10.0)}, self.crack_friction);

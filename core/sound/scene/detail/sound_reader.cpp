@@ -30,8 +30,14 @@ std::vector<TomlField> sound_fields() {
       {"sound", "listener", kTable, "the defaults below", -kNoLimit, kNoLimit, "where it is heard"},
       {"sound.listener", "position_m", kVector, "[0, -2, 1.6]", -1e4, 1e4, "centre of the head"},
       {"sound.listener", "facing", kVector, "[0, 1, 0]", -1e4, 1e4, "direction of the nose"},
+      {"sound.listener", "path", kTables, "none: at rest", -kNoLimit, kNoLimit,
+       "of one who walks, instead of position_m: places with their times, straight lines between, at rest before and "
+       "after"},
       {"sound.listener", "mode", kText, "`mono`", -kNoLimit, kNoLimit,
        "`mono`, or `stereo`: two ears of a spherical head"},
+      {"sound.listener.path", "time_s", kNumber, "required", 0, 3600, "rising"},
+      {"sound.listener.path", "position_m", kVector, "required", -1e4, 1e4, "centre of the head then"},
+      {"sound.listener.path", "facing", kVector, "as before", -1e4, 1e4, "direction of the nose then"},
       {"frames", "rate_hz", kNumber, "60", 1, 1000, "pictures per second of the motion"},
       {"frames", "formats", kTexts, "`[\"glb\", \"vtp\"]`", -kNoLimit, kNoLimit,
        "`glb`: scene.glb with keyframes; `vtp`: frames.pvd and a file for each picture"},
@@ -47,6 +53,32 @@ std::vector<TomlField> floor_sound_fields() {
        "most modes, from low_hz up (some 950 bending modes of the default slab lie in its band)"},
   };
 }
+
+namespace {
+
+void read_listener(const TomlTable& table, SceneListener& listener) {
+  constexpr std::size_t kMostKeys = 100000;
+  listener.position_m = table.vector("position_m", listener.position_m);
+  listener.facing = table.vector("facing", listener.facing);
+  if (!(listener.facing.norm() > 0.0)) throw InputError(table.place("facing"), "has no direction", "0, 0, 0");
+  listener.stereo = table.choice("mode", {"mono", "stereo"}) == "stereo";
+  Eigen::Vector3d facing = listener.facing;
+  for (const TomlTable& key : table.tables("path", kMostKeys)) {
+    facing = key.vector("facing", facing);
+    if (!(facing.norm() > 0.0)) throw InputError(key.place("facing"), "has no direction", "0, 0, 0");
+    const double time_s = key.number("time_s");
+    if (!listener.path.empty() && !(time_s > listener.path.back().time_s))
+      throw InputError(key.place("time_s"), "does not rise", to_text(time_s),
+                       "above " + to_text(listener.path.back().time_s));
+    listener.path.push_back({time_s, key.vector("position_m"), facing});
+  }
+  if (listener.path.empty()) return;
+  if (table.has("position_m")) throw InputError(table.place("position_m"), "stands beside a path", "", "one of both");
+  listener.position_m = listener.path.front().position_m;
+  listener.facing = listener.path.front().facing;
+}
+
+}  // namespace
 
 void read_sound(const TomlTable& table, const std::filesystem::path& folder, SceneSoundOptions& sound) {
   if (table.has("band_hz")) {
@@ -66,11 +98,7 @@ void read_sound(const TomlTable& table, const std::filesystem::path& folder, Sce
   sound.longest_tail_s = table.number("longest_tail_s", sound.longest_tail_s);
   sound.elements_per_wavelength = table.number("elements_per_wavelength", sound.elements_per_wavelength);
   sound.radiation_damping = table.boolean("radiation_damping", false);
-  const TomlTable listener = table.table("listener");
-  sound.listener.position_m = listener.vector("position_m", sound.listener.position_m);
-  sound.listener.facing = listener.vector("facing", sound.listener.facing);
-  if (!(sound.listener.facing.norm() > 0.0)) throw InputError(listener.place("facing"), "has no direction", "0, 0, 0");
-  sound.listener.stereo = listener.choice("mode", {"mono", "stereo"}) == "stereo";
+  read_listener(table.table("listener"), sound.listener);
 }
 
 FloorSound read_floor_sound(const TomlTable& table) {

@@ -174,6 +174,74 @@ TEST(SceneBreaking, TwoBodiesThatBreakOnEachOtherKeepEnergyAndMomentumWhicheverI
   }
 }
 
+TEST(SceneBreaking, LoadsThatCannotReachTheStrengthAreSkippedAndNothingChanges) {
+  // A grain that touches one of the tiles before they meet: too gently to break anything.
+  Scene scene = tiles_that_meet(true);
+  SceneBody grain = scene.bodies[0];
+  grain.name = "grain";
+  grain.model = BodyModel::kRigid;
+  grain.shape->kind = "sphere";
+  grain.shape->dims = {{"radius_m", 0.004}};
+  grain.position_m = {0.02, 0.01, -0.0081};
+  grain.velocity_m_s = {0.0, 0.0, 0.02};
+  scene.bodies.push_back(grain);
+  const SceneMotion skipped = move(scene, 0.05);
+  scene.skip_harmless_loads = false;
+  const SceneMotion solved = move(scene, 0.05);
+  EXPECT_LT(skipped.n_stress_solves, solved.n_stress_solves);
+  ASSERT_EQ(skipped.breaks.size(), solved.breaks.size());
+  ASSERT_GE(skipped.breaks.size(), 1u);
+  for (std::size_t i = 0; i < solved.breaks.size(); ++i) {
+    EXPECT_EQ(skipped.breaks[i].time_s, solved.breaks[i].time_s);
+    EXPECT_EQ(skipped.breaks[i].n_pieces, solved.breaks[i].n_pieces);
+    EXPECT_EQ(skipped.breaks[i].energies.strain_j, solved.breaks[i].energies.strain_j);
+    EXPECT_EQ(skipped.breaks[i].largest_stress_pa, solved.breaks[i].largest_stress_pa);
+  }
+  ASSERT_EQ(skipped.final.size(), solved.final.size());
+  for (std::size_t i = 0; i < solved.final.size(); ++i)
+    EXPECT_EQ(skipped.final[i].position_m, solved.final[i].position_m);
+}
+
+TEST(SceneBreaking, PiecesBreakInTheirTurnAndMassMomentumAndEnergyAreKept) {
+  Scene scene = tiles_that_meet(true);
+  // A block that the pieces fly at.
+  SceneBody block = scene.bodies[0];
+  block.name = "block";
+  block.model = BodyModel::kRigid;
+  block.shape->dims = {{"length_m", 0.4}, {"width_m", 0.4}, {"height_m", 0.4}};
+  block.position_m = {0.0, 0.0, -0.3};
+  scene.bodies.push_back(block);
+  scene.fracture.smallest_piece_m = 0.025;
+  const SceneMotion once = move(scene, 0.06);
+  scene.fracture.generations = 2;
+  const SceneMotion often = move(scene, 0.06);
+  ASSERT_EQ(once.breaks.size(), 2u);
+  ASSERT_GT(often.breaks.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(often.breaks[i].n_pieces, once.breaks[i].n_pieces);
+  EXPECT_LE(often.residual_relative, 1e-9);
+  std::vector<double> of_pieces(often.mass_kg.size(), 0.0);
+  std::vector<char> broken(often.mass_kg.size(), 0);
+  for (const BreakEvent& event : often.breaks) broken[static_cast<std::size_t>(event.body)] = 1;
+  Eigen::Vector3d carried = Eigen::Vector3d::Zero();
+  int deepest = 0;
+  for (std::size_t i = 0; i < often.mass_kg.size(); ++i) {
+    int depth = 0;
+    for (std::size_t k = i; often.log.bodies[k].parent >= 0; ++depth)
+      k = static_cast<std::size_t>(often.log.bodies[k].parent);
+    deepest = std::max(deepest, depth);
+    if (broken[i] == 0) carried += often.mass_kg[i] * often.final[i].velocity_m_s;
+    if (often.log.bodies[i].parent >= 0)
+      of_pieces[static_cast<std::size_t>(often.log.bodies[i].parent)] += often.mass_kg[i];
+  }
+  EXPECT_EQ(deepest, 2);
+  for (const BreakEvent& event : often.breaks) {
+    const auto row = static_cast<std::size_t>(event.body);
+    EXPECT_LE(std::abs(of_pieces[row] / often.mass_kg[row] - 1.0), 1e-12);
+  }
+  const double momentum = 5.0 * often.mass_kg[0];
+  EXPECT_LE((carried - Eigen::Vector3d(0, 0, -momentum)).norm(), 1e-9 * momentum);
+}
+
 TEST(SceneBreaking, SameSeedSameBitsAndAStrongTileStaysWhole) {
   const Scene scene = read_scene(kScenes / "slab.toml");
   const SceneMotion one = move(scene, 0.46, 7), two = move(scene, 0.46, 7), other = move(scene, 0.46, 8);

@@ -75,6 +75,12 @@ TEST(SceneParser, ComplainsInOneLineThatNamesThePlace) {
       {kScene + "[[body]]\nname = \"b\"\nmaterial = \"glass\"\n", "has no shape"},
       {kScene + "mesh = \"x.stl\"\n", "has a shape and a mesh"},
       {kScene + "[sound]\nband_hz = [500, 20]\n", "is no band"},
+      {kScene +
+           "[sound.listener]\npath = [{ time_s = 1, position_m = [0, 0, 1] }, { time_s = 1, position_m = [0, 0, 2] "
+           "}]\n",
+       "does not rise"},
+      {kScene + "[sound.listener]\nposition_m = [0, 0, 1]\npath = [{ time_s = 1, position_m = [0, 0, 1] }]\n",
+       "stands beside a path"},
       {kScene + "model = \"breakable\"\n", "needs a strength and a toughness"},
       {kScene + "stress_edge_m = 0.01\n", "belongs to a breakable body"},
       {"[[body]]\nname = \"b\"\n", "material"},

@@ -96,6 +96,37 @@ TEST(SceneSound, ABodyAtRestIsSilentBesideADrop) {
   EXPECT_LE(rest, 1e-6 * drop);  // -120 dB
 }
 
+// The path is that of the ears: at the moment when it passes a place, what is heard is what one hears who stands there.
+TEST(SceneSound, AListenerWhoWalksHearsWhatOneHearsWhoStandsWhereHePasses) {
+  const Scene scene = parse_scene(
+      kMaterials +
+          "[[body]]\nname = \"bar\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.3, width_m = 0.04, "
+          "height_m = 0.01 }\nmax_edge_m = 0.03\nposition_m = [0, 0, 0.055]\nrotation_deg = [3, 2, 0]\n"
+          "[sound.listener]\npath = [{ time_s = 0.1, position_m = [-2, -1, 1] }, { time_s = 0.5, position_m = [2, -1, "
+          "1] "
+          "}]\n",
+      "walk.toml");
+  const events::EventLog log = move(scene, 0.6).log;
+  const std::vector<HeardBody> bodies = heard(scene);
+  const Eigen::VectorXd walking = sound_of(log, bodies, scene.sound, 0.6).samples.col(0);
+  const double peak = walking.cwiseAbs().maxCoeff();
+  double most = 0.0, least = HUGE_VAL;
+  for (const double time_s : {0.05, 0.2, 0.3, 0.45, 0.55}) {
+    SceneSoundOptions standing = scene.sound;
+    standing.listener.path.clear();
+    standing.listener.position_m = {std::clamp(-2.0 + 10.0 * (time_s - 0.1), -2.0, 2.0), -1.0, 1.0};
+    const Eigen::VectorXd there = sound_of(log, bodies, standing, 0.6).samples.col(0);
+    const auto at = static_cast<Eigen::Index>(time_s * standing.sample_rate_hz);
+    EXPECT_LE((walking - there).segment(at - 20, 41).cwiseAbs().maxCoeff(),
+              0.02 * there.segment(at - 200, 401).cwiseAbs().maxCoeff() + 1e-9 * peak)
+        << time_s;
+    const double level_there = std::abs(there.cwiseAbs().sum());
+    most = std::max(most, level_there);
+    least = std::min(least, level_there);
+  }
+  EXPECT_GT(most, 1.3 * least);  // it matters where he is
+}
+
 TEST(SceneSound, SoundOfTwoBodiesIsTheSumOfEach) {
   std::string toml = kMaterials;
   for (const char* name : {"a", "b"})

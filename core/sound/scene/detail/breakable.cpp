@@ -1,0 +1,86 @@
+#include "core/sound/scene/detail/breakable.hpp"
+
+#include <algorithm>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/mass_properties.hpp"
+#include "core/geometry/mesh/tet_geometry.hpp"
+#include "core/geometry/mesh/tetgen_mesher.hpp"
+#include "core/physics/fracture/quasistatic/strength_energy.hpp"
+#include "core/sound/scene/scene_bodies.hpp"
+
+namespace klang::scene::detail {
+namespace {
+
+fracture::FreeBodySolver& usable(fracture::FreeBodySolver& solver) {
+  if (!solver.usable()) throw NumericalError(solver.message());
+  return solver;
+}
+
+}  // namespace
+
+Breakable::Stress::Stress(const mesh::TetMesh& mesh, const solid::Material& material)
+    : solver(mesh, material), responses(usable(solver)), surface(solver.mesh()) {}
+
+Breakable::Breakable(const Scene& scene, int body) : root_(body) {
+  const SceneBody& given = scene.bodies[static_cast<std::size_t>(body)];
+  SceneBody meshed = given;
+  meshed.max_edge_m = given.stress_edge_m;
+  parent_.mesh = mesh_of(meshed);
+  material_ = scene.material_of(given).elastic;
+  parent_.score = given.score;
+  if (given.shape)
+    for (Eigen::Matrix3Xd& corners_m : mesh::convex_parts(*given.shape))
+      parent_.parts.push_back({std::move(corners_m)});
+  set_parent(scene.material_of(given), given.name);
+}
+
+Breakable::Breakable(const Scene& scene, UnmeshedPiece piece, const mesh::SurfaceMesh& surface)
+    : root_(piece.root), generation_(piece.generation) {
+  const SceneBody& root = scene.bodies[static_cast<std::size_t>(piece.root)];
+  mesh::TetgenOptions options;
+  options.max_edge_m = root.stress_edge_m;
+  parent_.mesh = mesh::mesh_surface(surface, options, piece.name);
+  parent_.parts = std::move(piece.parts);
+  material_ = scene.material_of(root).elastic;
+  material_.density_kg_m3 = piece.mass_kg / mesh::mass_properties(parent_.mesh).volume_m3;
+  set_parent(scene.material_of(root), piece.name);
+}
+
+void Breakable::set_parent(const SceneMaterial& material, const std::string& name) {
+  parent_.density_kg_m3 = material_.density_kg_m3;
+  parent_.toughness_j_m2 = *material.fracture_energy_j_m2;
+  parent_.tensile_strength_pa = *material.tensile_strength_pa;
+  parent_.youngs_modulus_pa = material_.youngs_modulus_pa();
+  parent_.poissons_ratio = material_.poissons_ratio();
+  parent_.name = name;
+  parent_.validate();
+  // Of straight elements, as fracture_body() counts; a score is taken to run everywhere.
+  Eigen::VectorXd volume_m3(parent_.mesh.n_elements());
+  for (int e = 0; e < parent_.mesh.n_elements(); ++e) volume_m3[e] = mesh::tet_volume_m3(parent_.mesh, e);
+  const double weakest_pa =
+      parent_.tensile_strength_pa * (parent_.score ? std::min(1.0, parent_.score->strength_factor) : 1.0);
+  least_j_ = fracture::strength_energy_j(material_, volume_m3, Eigen::VectorXd::Constant(volume_m3.size(), weakest_pa));
+}
+
+void Breakable::factor() {
+  if (stress_) return;
+  try {
+    stress_ = std::make_unique<Stress>(parent_.mesh, material_);
+  } catch (const NumericalError& error) {
+    throw NumericalError("stress of " + parent_.name + ": " + error.what());
+  }
+  parent_.mesh = stress_->solver.mesh();
+}
+
+fracture::ContactResponses& Breakable::responses() {
+  factor();
+  return stress_->responses;
+}
+
+const fracture::SurfacePlaces& Breakable::surface() {
+  factor();
+  return stress_->surface;
+}
+
+}  // namespace klang::scene::detail

@@ -72,6 +72,7 @@ nlohmann::json options_json(const TransferOptions& o) {
           {"images", solver.images},
           {"method", to_text(o.series.method)},
           {"liquid_loss_factor", solver.liquid_loss_factor},
+          {"wall_admittance", solver.wall_admittance},
           {"air_vertices", o.series.air_vertices},
           {"scaled_columns", solver.scale_columns},
           {"liquid_density_kg_m3", solver.liquid.density_kg_m3},
@@ -96,7 +97,8 @@ std::vector<TankModeRecord> named_modes(const bubble::LiquidBoundary& boundary,
   }
   if (!records.empty())
     warn("the liquid, taken as a box between rigid walls, resonates near " + to_text(o.frequency_hz) + " Hz: " + text +
-         "; the pressure there is what --liquid-loss-factor " + to_text(o.solver.liquid_loss_factor) + " makes it");
+         "; the pressure there is what --liquid-loss-factor " + to_text(o.solver.liquid_loss_factor) +
+         " and --wall-admittance " + to_text(o.solver.wall_admittance) + " make it");
   return records;
 }
 
@@ -337,6 +339,7 @@ Subcommand add_bubble_transfer(CLI::App& group, CommonOptions& common) {
               {"solver.fluid_space", "--fluid-functions"},
               {"method"},
               {"solver.liquid_loss_factor", "--liquid-loss-factor"},
+              {"solver.wall_admittance", "--wall-admittance"},
               {"air_vertices"},
               {"solver.solver"},
               {"solver.ridge"},

@@ -144,7 +144,7 @@ TEST(Commands, DefaultsShownAreThoseOfTheStructs) {
   EXPECT_EQ(expect_defaults<validate::RegressionOptions>(program, "klang regress check"), 9);
   EXPECT_EQ(expect_defaults<validate::DescriptionOptions>(program, "klang regress make"), 2);
   EXPECT_EQ(expect_defaults<validate::StudyOptions>(program, "klang converge"), 2);
-  EXPECT_EQ(expect_defaults<bubble::TransferSeriesOptions>(program, "klang bubble transfer"), 14);
+  EXPECT_EQ(expect_defaults<bubble::TransferSeriesOptions>(program, "klang bubble transfer"), 15);
   EXPECT_EQ(expect_defaults<bubble::BubbleMedium>(program, "klang bubble info"), 7);
 }
 

@@ -127,7 +127,7 @@ void TwoPasses::liquid_data(const FluidField& field, Index column, Eigen::Matrix
     for (auto i = static_cast<Index>(begin); i < static_cast<Index>(end); ++i) {
       const BoundarySample& s = samples_[static_cast<std::size_t>(i)];
       const bool free = s.region == BoundaryRegion::kFreeSurface;
-      Complex value = weights[i] == 0.0 ? 0.0 : detail::incident(field, s.point_m, free ? nullptr : &s.normal);
+      Complex value = weights[i] == 0.0 ? 0.0 : liquid_.incident_condition(field, s);
       if (free && options_.surface_pressure.size() != 0) value -= options_.surface_pressure[i];
       data(i, column) = -weights[i] * value;
     }
@@ -180,6 +180,7 @@ void TwoPasses::surface_motion(std::vector<DualDomainResult>& results) const {
       const BoundarySample& s = samples_[i];
       if (s.region == BoundaryRegion::kDrySolid || (s.region != BoundaryRegion::kFreeSurface && !options_.wall_slopes))
         continue;
+      if (!liquid_.counts(static_cast<Index>(i))) continue;  // what the functions do there means nothing
       const Eigen::VectorXcd slopes = liquid_.at_sample(s, true, coefficients);
       for (std::size_t b = 0; b < results.size(); ++b)
         results[b].normal_derivative[static_cast<Index>(i)] =

@@ -50,7 +50,9 @@ struct DualDomainOptions {
   LeastSquares solver = LeastSquares::kSketch;
   Literature literature = Literature::kCorrected;
   double liquid_loss_factor =
-      0.0;                    ///< eta of the liquid: k^2 = k_0^2 (1 - i eta); a rigid tank without loss rings for ever
+      0.0;  ///< eta of the liquid: k^2 = k_0^2 (1 - i eta); a rigid tank without loss rings for ever
+  /// beta of walls: rho_f c_f times the speed at which a wall gives way over the pressure there, dP/dn = -i k_0 beta P. 0: rigid.
+  double wall_admittance = 0.0;
   double ridge = 1e-8;        ///< epsilon over the Frobenius norm of the matrix (HF section 5.6)
   bool scale_columns = true;  ///< functions scaled to length 1 on the boundary before the ridge is put on
   bool images = true;         ///< pass 1 starts from the bubble and its images in surfaces that are close
@@ -61,6 +63,8 @@ struct DualDomainOptions {
   /// Pressure on the free surface for a unit source, one per sample (others count 0); empty: none, the one-way answer. With the
   /// air's own pressure there, found in turn, pass 1 is the two-way one.
   Eigen::VectorXcd surface_pressure;
+  /// 1, or 0 where a sample counts for nothing in the liquid (a thin jet's, say: what few waves can follow); empty: all count.
+  Eigen::VectorXd sample_counts;
   void validate() const;                                                    ///< InputError
   std::complex<double> liquid_wavenumber_per_m(double frequency_hz) const;  ///< with the loss
   /// Everything as HF prints it: sources, ridge on unscaled coefficients, no images, printed formulas.
@@ -80,6 +84,11 @@ struct DualDomainOptions {
     visit({"liquid_loss_factor",
            "Loss factor η of the liquid, k² = k₀² (1 − iη); 0: a rigid tank's modes are not damped", between(0.0, 0.5)},
           self.liquid_loss_factor);
+    visit({"wall_admittance",
+           "Admittance of walls, ρc of the liquid times their speed over the pressure: 0 rigid, 1 swallows what comes "
+           "straight on",
+           between(0.0, 10.0)},
+          self.wall_admittance);
     visit({"ridge", "Ridge over the norm of the matrix", between(1e-15, 1.0)}, self.ridge);
     visit({"scale_columns", "Functions scaled to length 1 before the ridge is put on"}, self.scale_columns);
     visit({"images", "Pass 1 with images of the bubble in surfaces close to it"}, self.images);

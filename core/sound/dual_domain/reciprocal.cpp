@@ -234,9 +234,8 @@ std::vector<ReciprocalTransfer> checked_transfer(const LiquidBoundary& boundary,
     for (std::size_t i = begin; i < end; ++i) {
       const BoundarySample& s = samples[i];
       const auto row = static_cast<Index>(i);
-      const bool free = s.region == BoundaryRegion::kFreeSurface;
       if (s.region != BoundaryRegion::kDrySolid)
-        data(row, 0) = -solver.weights()[row] * detail::incident(own, s.point_m, free ? nullptr : &s.normal);
+        data(row, 0) = -solver.weights()[row] * solver.incident_condition(own, s);
     }
   });
   const detail::LiquidSolver::Solution solution = solver.solve(data);
@@ -248,8 +247,8 @@ std::vector<ReciprocalTransfer> checked_transfer(const LiquidBoundary& boundary,
   parallel_for(samples.size(), 32, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const BoundarySample& s = samples[i];
-      if (s.region == BoundaryRegion::kDrySolid) continue;
       const auto row = static_cast<Index>(i);
+      if (s.region == BoundaryRegion::kDrySolid || !solver.counts(row)) continue;
       const bool free = s.region == BoundaryRegion::kFreeSurface;
       const Complex bubble_here = detail::incident(own, s.point_m, free ? &s.normal : nullptr) +
                                   solver.at_sample(s, free, solution.coefficients)[0];
@@ -259,7 +258,11 @@ std::vector<ReciprocalTransfer> checked_transfer(const LiquidBoundary& boundary,
         if (air.q_coarse.size() != 0)
           change.row(row) = s.area_m2 * bubble_here * (air.q_coarse.row(s.vertex) - air.q.row(s.vertex));
       } else {
+        const Complex give = solver.give(s);
         correction.row(row) = s.area_m2 * bubble_here * w;
+        if (give != 0.0)
+          correction.row(row) +=
+              s.area_m2 * bubble_here * give * solver.at_sample(s, false, liquid.coefficients).transpose();
       }
     }
   });

@@ -59,6 +59,11 @@ std::vector<Birth> entrained(StageRun& run, const liquid::LiquidFrames& frames, 
   entrainment::Births found = find_births(frames, options, run.seed, run.monitor);
   const auto count = [](std::size_t n) { return static_cast<std::int64_t>(n); };
   run.document.entrainment = EntrainmentRecord{count(found.n_seeds), count(found.n_attempts), count(found.n_rejected)};
+  const std::span<const double> times = frames.time_s();
+  if (found.n_seeds == 0 && options.patches.empty() && times.size() > 1 &&
+      options.seeds.window_s < 2.0 * (times[1] - times[0]) * (1.0 - 1e-9))
+    run.warn("no seeds were found: window_s = " + to_text(options.seeds.window_s) +
+             " holds fewer than three frames, which are " + to_text(times[1] - times[0]) + " s apart");
   if (found.n_attempts >= kFewAttempts &&
       static_cast<double>(found.n_rejected) >= kNearlyAll * static_cast<double>(found.n_attempts))
     run.warn(std::to_string(found.n_rejected) + " of " + std::to_string(found.n_attempts) +

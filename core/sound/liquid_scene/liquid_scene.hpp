@@ -50,6 +50,7 @@ struct TransferTable {
   TransferMethod method = TransferMethod::kReciprocal;
   int bins_per_octave = 6;
   double liquid_loss_factor = 0.02;
+  double wall_admittance = 0.0;  ///< bubble::DualDomainOptions
 };
 
 /// A scene with a [domain]: what moves, what bubbles it makes, where it is heard (docs/liquid.md).

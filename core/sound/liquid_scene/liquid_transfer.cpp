@@ -13,6 +13,7 @@
 #include "core/sound/dual_domain/reciprocal.hpp"
 #include "core/sound/dual_domain/tank_modes.hpp"
 #include "core/sound/dual_domain/transfer_series.hpp"
+#include "core/sound/liquid_scene/thick_part.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -82,6 +83,7 @@ TransferFinder::TransferFinder(const liquid::LiquidFrames* frames, const std::ve
   options_.pass.liquid = {scene.sound.medium.liquid_density_kg_m3, scene.sound.medium.liquid_sound_speed_m_s};
   options_.pass.air = {scene.sound.air_density_kg_m3, scene.sound.air_sound_speed_m_s};
   options_.pass.liquid_loss_factor = scene.transfer.liquid_loss_factor;
+  options_.pass.wall_admittance = scene.transfer.wall_admittance;
   options_.pass.most_samples = kMostSamples;
   options_.air_vertices = kAirVertices;
   options_.estimate_air = false;
@@ -199,7 +201,11 @@ void TransferFinder::frame(std::size_t k) {
     return;
   }
   const LiquidBoundary& boundary = *made;
-  std::erase_if(alive, [&](std::size_t i) { return !in_body(boundary, i, time); });
+  const ThickPart thick(*frames_, k, boundary);
+  options_.pass.sample_counts = thick.sample_counts();
+  std::erase_if(alive, [&](std::size_t i) {
+    return !in_body(boundary, i, time) || (thick.is_body() && !thick.holds(place_at(paths_[i], time)));
+  });
   if (alive.empty()) return;
   if (boundary.inside_air_boundary(scene_.sound.listener.centre_m(time)))
     throw InputError("listener", "is in the liquid at " + to_text(time) + " s");

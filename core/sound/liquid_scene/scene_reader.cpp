@@ -118,6 +118,8 @@ const TomlField kSchema[] = {
      "`reciprocal`, `forward`, `half_space` (wide plane surface) or `unit` (|P| = 1, for comparison)"},
     {"transfer", "bins_per_octave", kNumber, "6", 1, 48, "frequencies that are solved"},
     {"transfer", "liquid_loss_factor", kNumber, "0.02", 0, 1, "η in k² = k0² (1 − i η)"},
+    {"transfer", "wall_admittance", kNumber, "0", 0, 10,
+     "of walls and floor: ρc of the liquid times their speed over the pressure; 0: rigid"},
 };
 
 /// The table above and those that scenes of bubbles have, too.
@@ -453,6 +455,7 @@ LiquidScene parse_liquid_scene(std::string_view toml, const std::string& name, c
       *enum_from_text<TransferMethod>(transfer.choice("method", {"reciprocal", "forward", "half_space", "unit"}));
   scene.transfer.bins_per_octave = static_cast<int>(std::lround(transfer.number("bins_per_octave", 6.0)));
   scene.transfer.liquid_loss_factor = transfer.number("liquid_loss_factor", scene.transfer.liquid_loss_factor);
+  scene.transfer.wall_admittance = transfer.number("wall_admittance", scene.transfer.wall_admittance);
   const TomlTable pitch = root.table("pitch");
   if (pitch.has("from")) {
     scene.pitch_from = existing_file(pitch.text("from"), pitch.place("from"), base);

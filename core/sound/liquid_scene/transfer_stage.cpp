@@ -42,16 +42,18 @@ void run_transfer(StageRun& run) {
              " bubble(s) were never inside the largest body of liquid: they are heard as below a wide plane surface");
   constexpr double kDoubtful = 0.2;
   if (found.error_estimate && !(*found.error_estimate <= kDoubtful))
-    run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *found.error_estimate)) +
-             " %: waves about one centre do not follow a surface with jets or sheets; method half_space is the one to "
-             "compare with");
+    run.warn(
+        "the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *found.error_estimate)) +
+        " %: few waves about one centre do not follow a rough surface or a high pitch; method half_space is the one to "
+        "compare with");
   if (found.n_bad_frames > 0)
     run.warn(std::to_string(found.n_bad_frames) + " frame(s) are left out of the transfer: " + found.bad_frame);
   std::erase_if(found.modes_hz, [&](double f) { return !(f <= highest); });
   if (solved && !found.modes_hz.empty())
     run.warn("the tank resonates from " + std::to_string(std::lround(found.modes_hz.front())) +
              " Hz on, within the bubbles' band; levels there are what liquid_loss_factor " +
-             to_text(run.scene.transfer.liquid_loss_factor) + " and walls taken as rigid make them");
+             to_text(run.scene.transfer.liquid_loss_factor) + " and wall_admittance " +
+             to_text(run.scene.transfer.wall_admittance) + " make them");
   run.document.n_solves = found.n_solves;
   run.document.transfer = TransferRecord{to_text(method), found.error_estimate, found.modes_hz};
   run.document.stages.transfer = StageRecord{StageStatus::kDone, watch.seconds(), watch.cpu_s(), found.n_solves};

@@ -47,6 +47,7 @@ LiquidSolver::LiquidSolver(const LiquidBoundary& boundary, double frequency_hz, 
       points_(points),
       options_(options),
       k_(options.liquid_wavenumber_per_m(frequency_hz)),
+      wall_give_(0.0, options.liquid.wavenumber_per_m(frequency_hz) * options.wall_admittance),
       order_(flat_order(points, options.fluid_space)),
       fluid_points_(order_ >= 0 ? std::vector{boundary.centre_m()} : points.fluid_m),
       functions_(k_, order_, fluid_points_, points_.solid_m),
@@ -57,6 +58,7 @@ LiquidSolver::LiquidSolver(const LiquidBoundary& boundary, double frequency_hz, 
     weights_[i] = std::sqrt(s.area_m2) * (s.region == BoundaryRegion::kFreeSurface ? 1.0
                                           : s.region == BoundaryRegion::kDrySolid  ? 0.0
                                                                                    : alpha_);
+    if (options.sample_counts.size() != 0) weights_[i] *= options.sample_counts[i];
   }
   const Index stride =
       options.most_samples > 0 ? (weights_.size() + options.most_samples - 1) / options.most_samples : 1;
@@ -104,6 +106,7 @@ LiquidSolver::Solution LiquidSolver::solve_as(const Eigen::MatrixXcd& data) cons
       assemble<Scalar>(functions_.size(), static_cast<Index>(samples.size()), options_.scale_columns,
                        [&](Index begin, Index end, la::Matrix<Scalar>& adjoint, Eigen::VectorXd& squares) {
                          auto scratch = functions_.scratch();
+                         Eigen::VectorXcd values(wall_give_ != 0.0 ? functions_.size() : 0);
                          for (Index i = begin; i < end; ++i) {
                            const BoundarySample& s = samples[static_cast<std::size_t>(i)];
                            if (weights_[i] == 0.0) {
@@ -112,6 +115,11 @@ LiquidSolver::Solution LiquidSolver::solve_as(const Eigen::MatrixXcd& data) cons
                            }
                            const bool free = s.region == BoundaryRegion::kFreeSurface;
                            functions_.row(s.point_m, free ? nullptr : &s.normal, scratch, adjoint.col(i).data());
+                           if constexpr (std::is_same_v<Scalar, Complex>)
+                             if (give(s) != 0.0) {
+                               functions_.row(s.point_m, nullptr, scratch, values.data());
+                               adjoint.col(i) += give(s) * values;
+                             }
                            adjoint.col(i) = weights_[i] * adjoint.col(i).conjugate().eval();
                            squares += adjoint.col(i).cwiseAbs2();
                          }
@@ -134,7 +142,13 @@ LiquidSolver::Solution LiquidSolver::solve_as(const Eigen::MatrixXcd& data) cons
 }
 
 LiquidSolver::Solution LiquidSolver::solve(const Eigen::MatrixXcd& data) const {
-  return k_.imag() == 0.0 ? solve_as<double>(data) : solve_as<Complex>(data);
+  return k_.imag() == 0.0 && wall_give_ == 0.0 ? solve_as<double>(data) : solve_as<Complex>(data);
+}
+
+Complex LiquidSolver::incident_condition(const FluidField& field, const BoundarySample& sample) const {
+  if (sample.region == BoundaryRegion::kFreeSurface) return incident(field, sample.point_m, nullptr);
+  const Complex slope = incident(field, sample.point_m, &sample.normal), give_here = give(sample);
+  return give_here == 0.0 ? slope : slope + give_here * incident(field, sample.point_m, nullptr);
 }
 
 Eigen::VectorXcd LiquidSolver::at_sample(const BoundarySample& sample, bool slope,

@@ -34,6 +34,15 @@ class LiquidSolver {
     int n_iterations = 0;
     double assemble_s = 0.0, solve_s = 0.0;
   };
+  bool counts(Eigen::Index sample) const {
+    return options_.sample_counts.size() == 0 || options_.sample_counts[sample] > 0.0;
+  }
+  /// i k_0 beta at walls, 0 elsewhere: there the slope along the normal plus this times the value is asked to be 0.
+  std::complex<double> give(const BoundarySample& sample) const {
+    return sample.region == BoundaryRegion::kRigidWall ? wall_give_ : 0.0;
+  }
+  /// What a bubble and its images do to the condition at a sample: their value on the free surface, elsewhere slope and give.
+  std::complex<double> incident_condition(const FluidField& field, const BoundarySample& sample) const;
   /// @param data  weighted, n_samples x n_columns
   Solution solve(const Eigen::MatrixXcd& data) const;
   /// Slope along the normal, or value, of a solution's columns at a sample.
@@ -47,7 +56,7 @@ class LiquidSolver {
   const LiquidBoundary& boundary_;
   const SourcePoints& points_;
   const DualDomainOptions options_;
-  const std::complex<double> k_;
+  const std::complex<double> k_, wall_give_;
   const int order_;
   const std::vector<Eigen::Vector3d> fluid_points_;
   const FluidFunctions functions_;

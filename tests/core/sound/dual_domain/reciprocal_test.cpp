@@ -129,6 +129,51 @@ TEST(LiquidLoss, SlopesOfATankAboveItsFirstModeAreTheImagesOfALossyLiquid) {
   EXPECT_LE(std::sqrt(error / size), 0.08);
 }
 
+/// Root of kappa tan(kappa L / 2) = i k beta: waves cos(kappa x) about the middle between two walls that give way.
+Complex across(double length_m, Complex ik_beta) {
+  Complex kappa = std::sqrt(2.0 * ik_beta / length_m);
+  for (int i = 0; i < 50; ++i) {
+    const Complex half = 0.5 * length_m * kappa, f = kappa * std::tan(half) - ik_beta;
+    kappa -= f / (std::tan(half) + half / (std::cos(half) * std::cos(half)));
+  }
+  return kappa;
+}
+
+// Between walls that give way, with the pressure cos(kx x) cos(ky y) on top, the liquid's field is a product in closed form.
+TEST(WallAdmittance, FieldOfATankWithSoftWallsIsTheClosedForm) {
+  const ClosedTank tank;
+  const LiquidBoundary boundary(tank.mesh(0.015));
+  const double frequency = 2495.0, k0 = 2.0 * kPi * frequency / 1497.0;  // c / (4 H): rigid walls make it ring for ever
+  const Vector3d at(0.13, 0.09, -0.08);
+  std::vector<double> heights;
+  for (const double beta : {0.02, 0.3}) {
+    const Complex give(0.0, k0 * beta), kx = across(tank.size_m.x(), give), ky = across(tank.size_m.y(), give),
+                                        kz = std::sqrt(k0 * k0 - kx * kx - ky * ky);
+    const auto along = [&](double over_floor) {
+      return std::cos(kz * over_floor) + give / kz * std::sin(kz * over_floor);
+    };
+    const auto level = [&](const Vector3d& x) {
+      return std::cos(kx * (x.x() - 0.5 * tank.size_m.x())) * std::cos(ky * (x.y() - 0.5 * tank.size_m.y()));
+    };
+    ReciprocalOptions options;
+    options.pass.wall_admittance = beta;
+    EarField air;
+    air.frequency_hz = frequency;
+    air.q.resize(boundary.surface().vertices_m.rows(), 1);
+    for (Eigen::Index v = 0; v < air.q.rows(); ++v)
+      air.q(v, 0) = level(boundary.surface().vertices_m.row(v).transpose());
+    const EarInLiquid found = ear_in_liquid(boundary, air, random_source_points(boundary, 60, 1, 1), options);
+    const Complex exact = level(at) * along(at.z() + tank.size_m.z()) / along(tank.size_m.z());
+    EXPECT_LE(std::abs(found.w(at, 0) - exact), 0.005 * std::abs(exact)) << beta;
+    heights.push_back(std::abs(found.w(at, 0)));
+    // The estimate, by the bubble's own field between the same walls, agrees that this is right.
+    const ReciprocalTransfer checked =
+        checked_transfer(boundary, air, found, random_source_points(boundary, 60, 1, 1), {at, kRadius_m}, options)[0];
+    EXPECT_LE(checked.error_liquid, 0.01) << beta;
+  }
+  EXPECT_GE(heights[0], 3.0 * heights[1]);
+}
+
 TEST(ClosedTankImages, ModalSumIsTheSumOverImages) {
   const ClosedTank tank;
   const double k = 2.0 * kPi * 500.0 / 1497.0;

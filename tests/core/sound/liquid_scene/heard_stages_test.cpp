@@ -8,12 +8,14 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
+#include "core/physics/liquid/surface.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/bem/radiating_surface.hpp"
 #include "core/sound/liquid_scene/bubbles_stage.hpp"
 #include "core/sound/liquid_scene/from_recording.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
 #include "core/sound/liquid_scene/sound_stage.hpp"
+#include "core/sound/liquid_scene/thick_part.hpp"
 #include "core/sound/liquid_scene/transfer_stage.hpp"
 
 namespace klang::liquid_scene {
@@ -103,6 +105,71 @@ TEST(LiquidTransfer, ABubbleInADropBesideTheBodyFallsBackAndIsCounted) {
   EXPECT_EQ(found.n_half_space, 1U);
   EXPECT_EQ(found.n_solves, 0);
   EXPECT_FALSE(found.rows[0].empty());
+}
+
+/// A tank with water to half of its height; a jet of one cell of radius that pours into it from the top.
+class TankFrames : public liquid::LiquidFrames {
+ public:
+  explicit TankFrames(bool with_jet) : with_jet_(with_jet) {
+    const liquid::GridShape shape{20, 20, 20, kCell_m};
+    liquid::Field phi(20, 20, 20);
+    for (int k = 0; k < 20; ++k)
+      for (int j = 0; j < 20; ++j)
+        for (int i = 0; i < 20; ++i) phi(i, j, k) = phi_m(0, shape.centre_m(i, j, k));
+    surface_ = liquid::liquid_surface(shape, phi, {});
+  }
+  std::span<const double> time_s() const override { return times_; }
+  liquid::LiquidSurface boundary(std::size_t) const override { return surface_; }
+  double phi_m(std::size_t, const Vector3d& x) const override {
+    const double jet = (x - Vector3d(0.08, 0.1, x.z())).norm() - kCell_m;
+    return with_jet_ ? std::min(x.z() - 0.1, jet) : x.z() - 0.1;
+  }
+  std::optional<Vector3d> velocity_m_s(std::size_t, const Vector3d&) const override { return Vector3d(0, 0, 0); }
+  double cell_m() const override { return kCell_m; }
+
+ private:
+  static constexpr double kCell_m = 0.01;
+  const bool with_jet_;
+  std::vector<double> times_ = {0.0, 0.01};
+  liquid::LiquidSurface surface_;
+};
+
+TEST(LiquidTransfer, AJetThatStandsOnTheBodyHardlyChangesABubbleBesideIt) {
+  entrainment::BubblePath path = central(1640.0);
+  for (Vector3d& x : path.position_m) x = Vector3d(0.12, 0.1, 0.07);
+  const LiquidScene scene = scene_of("reciprocal");
+  const LiquidTransfer alone =
+                           find_transfer(std::make_unique<TankFrames>(false).get(), {path}, scene, 1, silent_monitor()),
+                       jet =
+                           find_transfer(std::make_unique<TankFrames>(true).get(), {path}, scene, 1, silent_monitor());
+  ASSERT_FALSE(alone.rows[0].empty());
+  ASSERT_EQ(alone.rows[0].size(), jet.rows[0].size());
+  for (std::size_t i = 0; i < alone.rows[0].size(); ++i)
+    EXPECT_LE(std::abs(jet.rows[0][i].pressure_pa_per_m - alone.rows[0][i].pressure_pa_per_m),
+              0.08 * std::abs(alone.rows[0][i].pressure_pa_per_m))
+        << i;
+  ASSERT_TRUE(jet.error_estimate.has_value());
+  EXPECT_LE(*jet.error_estimate, 0.1);
+}
+
+TEST(ThickPart, HoldsThePoolAndNoJetNorABubbleInIt) {
+  const TankFrames frames(true);
+  const bubble::LiquidBoundary boundary(main_body(frames.boundary(0), frames.cell_m()));
+  const ThickPart thick(frames, 0, boundary);
+  ASSERT_TRUE(thick.is_body());
+  EXPECT_TRUE(thick.holds({0.12, 0.1, 0.095}));
+  EXPECT_TRUE(thick.holds({0.08, 0.1, 0.095}));
+  EXPECT_FALSE(thick.holds({0.08, 0.1, 0.15}));
+  double in_pool = 0.0, pool = 0.0, in_jet = 0.0;
+  for (std::size_t i = 0; i < boundary.samples().size(); ++i) {
+    const double counts = thick.sample_counts()[static_cast<Eigen::Index>(i)], z = boundary.samples()[i].point_m.z();
+    if (z > 0.125) in_jet += counts;
+    if (z > 0.1 + 1e-6) continue;
+    in_pool += counts;
+    ++pool;
+  }
+  EXPECT_EQ(in_jet, 0.0);
+  EXPECT_EQ(in_pool, pool);
 }
 
 TEST(MainBody, IsTheLargestWithItsHollowsAndWithoutDrops) {

@@ -7,7 +7,9 @@
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/geometry/shapes/profile_dimensions.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
 #include "core/physics/solid/support_doubt.hpp"
 #include "core/sound/audio/note.hpp"
@@ -18,7 +20,7 @@ namespace klang::apps {
 namespace {
 
 struct TuneCommand {
-  std::string shape, dims, profile, from, specimen;
+  std::string shape, dims, profile, from, specimen, output;
   std::string material = "aluminium";
   std::string temperament = "equal";
   double a4_hz = audio::kConcertPitchHz;
@@ -71,10 +73,12 @@ struct Start {
 Start start_of(const TuneCommand& options) {
   Start start;
   if (options.from.empty()) {
-    if (options.shape.empty() || options.dims.empty())
-      throw InputError("tune", "no body is given", "", "--from FIT, or --shape and --dims");
+    if (options.shape.empty() || (options.dims.empty() && options.profile.empty()))
+      throw InputError("tune", "no body is given", "", "--from FIT, or --shape and --dims or --profile");
     start.specimen.name = options.shape;
-    start.specimen.shape = mesh::ShapeSpec{options.shape, parse_assignments("--dims", options.dims), options.profile};
+    mesh::ShapeSpec shape{options.shape, {}, options.profile};
+    if (!options.dims.empty()) shape.dims = parse_assignments("--dims", options.dims);
+    start.specimen.shape = shape;
     mesh::validate(*start.specimen.shape);
     start.material = parse_material(options.material);
   } else {
@@ -112,6 +116,8 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
     if (const std::string doubt = solid::support_doubt(specimen.support, mesh::mesh_shape(*specimen.shape));
         !doubt.empty())
       warn(doubt);
+  if (!options.output.empty() && specimen.shape->profile_csv.empty())
+    throw InputError("--output", "is for the profile of a revolution", options.output);
   fit::TuneOptions tune = options.tune;
   tune.dimensions = options.vary;
   for (const std::string& target : options.targets)
@@ -124,6 +130,7 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
                                {"tolerance_cents", tune.tolerance_cents}};
   write_json(common, json_of(fit::tune_document(
                          result, make_provenance(common.command_line, common.seed, used, inputs_of(options)))));
+  if (!options.output.empty()) write_file(options.output, mesh::profile_csv(result.shape));
   for (const fit::TunedDimension& d : result.dimensions) {
     say(common, "%-18s %.6f m -> %.6f m (%+.3f mm)%s\n", d.name.c_str(), d.start_m, d.value_m,
         1e3 * (d.value_m - d.start_m), d.at_bound ? "  at its bound" : "");
@@ -157,24 +164,32 @@ Subcommand add_tune(CLI::App& program, CommonOptions& common) {
   app->add_option("--profile", options->profile, "revolution: CSV file of the closed profile");
   app->add_option("--material", options->material, "As in klang modes")->capture_default_str();
   app->add_option("--support", options->support, "As in klang modes")->capture_default_str();
-  app->add_option("--vary", options->vary, "Dimension that may change; may be repeated")->required();
+  app->add_option("-o,--output", options->output, "revolution: CSV file for the tuned profile");
+  app->add_option("--vary", options->vary,
+                  "Dimension that may change; may be repeated. Of a profile: size_m, and wall_N_m of its zone N")
+      ->required();
   app->add_option(
          "--target", options->targets,
          "MODE=HZ or MODE=NOTE, MODE/MODE=RATIO, or a NOTE alone for the first bending (else lowest) mode; MODE is an "
-         "index from 0 or \"bending N\"; may be repeated")
+         "index from 0, \"bending N\", of a body of revolution \"ring M,K\" (the K-th with M nodal diameters) or hum, "
+         "prime, "
+         "tierce, quint, nominal; may be repeated")
       ->required();
   app->add_option("--a4-hz", options->a4_hz, "Frequency of A4, 300 to 600")->capture_default_str();
   app->add_option("--temperament", options->temperament, "Of notes: equal, just (from C) or a Scala file (.scl)")
       ->capture_default_str();
   add_fields(*app, common, options->tune, {{"widest_change"}, {"tolerance_cents"}});
   app->footer(
-      "Examples (a chime brought to D5; a fitted one; a marimba bar 1:4):\n"
+      "Examples (a chime brought to D5; a fitted one; a marimba bar 1:4; a bell):\n"
       "  klang tune --shape tube --dims length_m=0.505,outer_radius_m=0.0125,wall_m=0.001 --material aluminium \\\n"
       "    --vary length_m --target \"bending 1=587.33\"\n"
       "  klang tune --from chimes/fit.json --specimen D5 --vary length_m --target E5\n"
       "  klang tune --shape undercut_bar --material youngs_modulus_pa=1.6e10,poissons_ratio=0.35,density_kg_m3=830 \\\n"
       "    --dims length_m=0.4,width_m=0.05,height_m=0.022,undercut_length_m=0.24,undercut_depth_m=0.012 \\\n"
-      "    --vary undercut_depth_m --target \"bending 2/bending 1=4\"");
+      "    --vary undercut_depth_m --target \"bending 2/bending 1=4\"\n"
+      "  klang tune --shape revolution --profile bell.csv --material bronze --vary size_m --vary wall_1_m --vary "
+      "wall_2_m \\\n"
+      "    --target nominal=A5 --target prime/hum=2 --target tierce/hum=2.4 -o tuned.csv");
   return {app,
           [options, &common] { return run_tune(*options, common); },
           {result_kind<fit::TuneDocument>("tune", "the result of `klang tune`")}};

@@ -3,7 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <new>
+#include <sstream>
 
 #include "apps/kit/ranks.hpp"
 #include "apps/kit/signals.hpp"
@@ -136,7 +138,14 @@ void Program::ask_for_help(std::vector<std::string>& words) const {
     if (const std::string wrong = unknown_subcommand(words); !wrong.empty()) throw InputError(wrong);
   }
   if (!asks && !words.empty()) return;
-  if (asks) words.erase(words.begin() + static_cast<std::ptrdiff_t>(first));
+  if (asks) {
+    // "klang help 'scene run'": a name in quotes is its words.
+    std::string rest;
+    for (std::size_t i = 0; i < words.size(); ++i)
+      if (i != first) rest += words[i] + " ";
+    std::istringstream separate(rest);
+    words.assign(std::istream_iterator<std::string>(separate), {});
+  }
   if (const std::string wrong = unknown_subcommand(words); !wrong.empty()) throw InputError(wrong);
   words.emplace_back("--help");
 }

@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "core/foundation/base/checked_index.hpp"
@@ -10,9 +9,10 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/stopwatch.hpp"
-#include "core/geometry/shapes/shape_registry.hpp"
+#include "core/geometry/shapes/profile_dimensions.hpp"
 #include "fit/elastic/parameter_space.hpp"
 #include "fit/elastic/reduced_spectrum.hpp"
+#include "fit/tune/mode_names.hpp"
 
 namespace klang::fit {
 namespace {
@@ -20,75 +20,17 @@ namespace {
 constexpr const char* kPlace = "tune";
 constexpr double kLongestStep = 0.1;  // of ln(dimension) in a round
 
-/// Share of a mode's motion that is cross-sections moving sideways as a whole, and the number of sign changes along the
-/// body of the stronger direction. Slices are bins along the axis.
-struct Flexure {
-  double share = 0.0;
-  int n_nodes = 0;
-  int direction = 0;
-};
-
-Flexure flexure(const mesh::TetMesh& mesh, const Eigen::Ref<const Eigen::VectorXd>& shape, int axis) {
-  constexpr int kSlices = 40;
-  const auto coordinate = mesh.nodes_m.col(axis);
-  const double low = coordinate.minCoeff(), span = coordinate.maxCoeff() - low;
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(kSlices, 3);
-  Eigen::VectorXd count = Eigen::VectorXd::Zero(kSlices);
-  double total = 0.0;
-  for (Eigen::Index node = 0; node < mesh.nodes_m.rows(); ++node) {
-    const auto slice =
-        std::min<Eigen::Index>(kSlices - 1, static_cast<Eigen::Index>((coordinate[node] - low) / span * kSlices));
-    const Eigen::Vector3d u = shape.segment<3>(3 * node);
-    sum.row(slice) += u.transpose();
-    count[slice] += 1.0;
-    total += u.squaredNorm();
-  }
-  Flexure result;
-  double best = -1.0, sideways = 0.0;
-  for (int direction = 0; direction < 3; ++direction) {
-    if (direction == axis) continue;
-    double energy = 0.0;
-    int sign = 0, changes = 0;
-    const double largest = sum.col(direction).cwiseAbs().cwiseQuotient(count.cwiseMax(1.0)).maxCoeff();
-    for (int slice = 0; slice < kSlices; ++slice) {
-      if (count[slice] == 0.0) continue;
-      const double mean = sum(slice, direction) / count[slice];
-      energy += count[slice] * mean * mean;
-      if (std::abs(mean) < 0.02 * largest) continue;
-      const int now = mean > 0.0 ? 1 : -1;
-      changes += sign != 0 && now != sign;
-      sign = now;
-    }
-    sideways += energy;
-    if (energy > best) best = energy, result.n_nodes = changes, result.direction = direction;
-  }
-  result.share = total > 0.0 ? sideways / total : 0.0;
-  return result;
-}
-
-int mode_of(const std::string& mode, const mesh::ShapeSpec& shape, const modal::ModalModel& model) {
-  if (mode.rfind("bending ", 0) == 0) {
-    int n = 0;
-    std::from_chars(mode.data() + 8, mode.data() + mode.size(), n);
-    const auto families = bending_modes(shape, model);
-    if (n >= 1 && n <= static_cast<int>(families.size()) && !item(families, n - 1).empty()) {
-      return item(families, n - 1).front();
-    }
-    throw InputError(kPlace, "no such bending mode among the computed ones", mode,
-                     "bending 1 to bending " + std::to_string(families.size()));
-  }
-  int index = -1;
-  const auto end = std::from_chars(mode.data(), mode.data() + mode.size(), index);
-  if (end.ec != std::errc{} || end.ptr != mode.data() + mode.size() || index < 0 || index >= model.n_modes()) {
-    throw InputError(kPlace, "unknown mode", mode, "0 to " + std::to_string(model.n_modes() - 1) + ", or bending N");
-  }
-  return index;
+/// Those it is given by, and those that a drawn profile has besides.
+std::map<std::string, double> changeable_dimensions_m(const mesh::ShapeSpec& shape) {
+  std::map<std::string, double> dims = shape.dims;
+  dims.merge(mesh::drawn_dimensions_m(shape));
+  return dims;
 }
 
 /// The lowest one of a body, as a scale for its meshes.
 double first_frequency_hz(const Specimen& specimen, const solid::Material& material) {
   double longest_m = 0.0;
-  for (const auto& [name, value] : specimen.shape->dims) longest_m = std::max(longest_m, value);
+  for (const auto& [name, value] : changeable_dimensions_m(*specimen.shape)) longest_m = std::max(longest_m, value);
   const double highest_hz = std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3) / longest_m;
   const SpecimenBody body = make_body(specimen, material, highest_hz);
   ReducedSpectrumOptions options;
@@ -170,9 +112,10 @@ void TuneOptions::validate(const Specimen& specimen) const {
   if (dimensions.empty()) throw InputError(kPlace, "no dimension is free");
   if (targets.empty()) throw InputError(kPlace, "no target frequency is given");
   std::vector<std::string> known;
-  for (const auto& [name, value] : specimen.shape->dims) known.push_back(name);
+  const std::map<std::string, double> own = changeable_dimensions_m(*specimen.shape);
+  for (const auto& [name, value] : own) known.push_back(name);
   for (const std::string& name : dimensions) {
-    if (!specimen.shape->dims.count(name)) throw unknown_word(kPlace, "unknown dimension", name, name, known);
+    if (!own.count(name)) throw unknown_word(kPlace, "unknown dimension", name, name, known);
     if (std::count(dimensions.begin(), dimensions.end(), name) > 1)
       throw InputError(kPlace, "dimension named twice", name);
   }
@@ -184,41 +127,20 @@ void TuneOptions::validate(const Specimen& specimen) const {
   validate_fields(kPlace, *this);
 }
 
-std::vector<std::vector<int>> bending_modes(const mesh::ShapeSpec& shape, const modal::ModalModel& model) {
-  const auto axis = mesh::find_shape(shape.kind).long_axis(shape);
-  std::vector<std::vector<int>> families;
-  if (!axis) return families;
-  // A flat bar has two families of its own: n counts within the direction of the lowest flexural mode; a tube's pair
-  // turns freely in the plane, so that both members count.
-  int direction = -1;
-  for (Eigen::Index k = 0; k < model.n_modes(); ++k) {
-    const Flexure f = flexure(model.mesh, model.shapes.col(k), axis->axis);
-    if (f.share < 0.5 || f.n_nodes < 2) continue;
-    if (direction < 0) direction = f.direction;
-    if (!axis->round && f.direction != direction) continue;
-    const auto n = static_cast<std::size_t>(f.n_nodes - 1);
-    if (n > families.size() + 1) continue;
-    if (families.size() < n) families.resize(n);
-    auto& family = families[n - 1];
-    const bool partner =
-        family.empty() || cents(model.angular_frequency_rad_s[k], model.angular_frequency_rad_s[family.front()]) < 5.0;
-    if (partner) family.push_back(static_cast<int>(k));
-  }
-  return families;
-}
-
 TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& material, const TuneOptions& options,
                            Monitor& monitor) {
   options.validate(specimen);
   const Stopwatch watch;
   TuneResult result;
-  result.shape = *specimen.shape;
   const double highest_hz = highest_target_hz(specimen, material, options);
   Specimen current = specimen;
   current.name = specimen.name.empty() ? "body" : specimen.name;
+  // Of a drawn profile those alone that vary: walls that are not named go with the size.
+  const std::map<std::string, double> own = changeable_dimensions_m(*specimen.shape);
+  for (const std::string& name : options.dimensions) current.shape->dims[name] = own.at(name);
   SpecimenBody body = make_body(current, material, 1.5 * highest_hz);
   for (const std::string& name : options.dimensions) {
-    const double start = specimen.shape->dims.at(name);
+    const double start = own.at(name);
     result.dimensions.push_back(
         {name, start, start, start * (1.0 - options.widest_change), start * (1.0 + options.widest_change), false});
   }
@@ -253,10 +175,10 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
     for (std::size_t t = 0; t < options.targets.size(); ++t) {
       TunedTarget& target = result.targets[t];
       target.mode = options.targets[t].mode;
-      target.mode_index = mode_of(target.mode, current.shape.value(), model);
+      target.mode_index = named_mode(target.mode, current.shape.value(), model);
       target.reached_hz = frequency[target.mode_index];
       const bool is_ratio = !options.targets[t].over.empty();
-      const int base = is_ratio ? mode_of(options.targets[t].over, current.shape.value(), model) : -1;
+      const int base = is_ratio ? named_mode(options.targets[t].over, current.shape.value(), model) : -1;
       target.wanted_hz = is_ratio ? options.targets[t].ratio * frequency[base] : options.targets[t].frequency_hz;
       if (round == 0) target.start_hz = target.reached_hz;
       target.residual_cents = cents(target.reached_hz, target.wanted_hz);

@@ -42,11 +42,11 @@ double wanted_edge_m(const ShapeMeshOptions& options) {
 
 /// Every dimension is there, in its range, and none is unknown or lost beside the others.
 void check_ranges(const ShapeSpec& spec, const ShapeKind& kind, const std::string& place) {
+  if (kind.facts().has_profile) return;  // each may be left out, and the profile says which there are
   const std::vector<std::string>& names = kind.dimension_names();
   for (const auto& [name, value] : spec.dims)
     if (std::find(names.begin(), names.end(), name) == names.end())
-      throw names.empty() ? InputError(place, "unknown dimension", name, "none, profile_csv gives the shape")
-                          : unknown_word(place, "unknown dimension", name, name, names);
+      throw unknown_word(place, "unknown dimension", name, name, names);
   for (const ShapeDimension& dimension : kind.facts().dimensions) {
     const auto it = spec.dims.find(dimension.name);
     if (it == spec.dims.end()) throw InputError(place, "missing dimension", dimension.name, word_list(names));
@@ -78,7 +78,8 @@ void validate(const ShapeSpec& spec) {
   check_ranges(spec, kind, place);
   if (kind.facts().has_profile) {
     if (spec.profile_csv.empty()) throw InputError(place, "missing profile_csv", "", "a file with columns r_m, z_m");
-    return;  // the profile itself is checked when it is read
+    if (!spec.dims.empty()) kind.check_relations(spec);
+    return;  // without changes the profile itself is checked when it is read
   }
   if (!spec.profile_csv.empty())
     throw InputError(place, "profile_csv is for kind " + kinds_with_profile(), spec.profile_csv.string());

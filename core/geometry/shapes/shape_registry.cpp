@@ -38,7 +38,14 @@ std::string shapes_table() {
     const ShapeFacts& facts = shape->facts();
     std::string first = "| `" + facts.name + "` | " + facts.meaning + "; " + facts.placement;
     if (facts.has_profile)
-      table += first + " | `profile_csv` | a file | closed polygon with columns `r_m`, `z_m`, r_m at least 0 |\n";
+      table +=
+          first +
+          " | `profile_csv` | a file | closed polygon with columns `r_m`, `z_m`, r_m at least 0; a third, `zone`, "
+          "numbers the points of a wall |\n"
+          "| |  | `size_m` | 0.001 to 1000 times the drawn | may be left out: longer side of the profile's bounding "
+          "box; the body is scaled to it |\n"
+          "| |  | `wall_N_m` | 0.2 to 3 times the drawn | may be left out: mean thickness of the wall of zone N, "
+          "whose points move along their normals |\n";
     for (const ShapeDimension& dimension : facts.dimensions) {
       table += first + " | `" + dimension.name + "` | above " + to_text(dimension.low_m) + ", below " +
                to_text(dimension.high_m) + " | " + dimension.meaning + " |\n";

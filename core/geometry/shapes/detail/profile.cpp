@@ -49,9 +49,12 @@ bool segments_meet(const Vector2d& a, const Vector2d& b, const Vector2d& c, cons
 
 std::string side_name(std::size_t i, std::size_t n) { return std::to_string(i) + " to " + std::to_string((i + 1) % n); }
 
-void close_polygon(std::vector<Vector2d>& p, const std::string& name, double tolerance_m) {
+void close_polygon(Profile& profile, double tolerance_m) {
+  std::vector<Vector2d>& p = profile.points_m;
+  const std::string& name = profile.name;
   if (p.size() > 1 && (p.front() - p.back()).norm() <= tolerance_m) {
     p.pop_back();
+    profile.zones.pop_back();
     return;
   }
   if (p.front().x() == 0.0 && p.back().x() == 0.0) return;
@@ -63,7 +66,38 @@ void close_polygon(std::vector<Vector2d>& p, const std::string& name, double tol
                      "a closed polygon; repeat the first point to force it");
 }
 
+constexpr int kMostZones = 99;
+
+/// The zone of a line's third number, 0 where it has none.
+int zone_of(const std::vector<double>& numbers, const std::string& place) {
+  if (numbers.size() < 3) return 0;
+  if (!(numbers[2] >= 0.0 && numbers[2] <= kMostZones) || numbers[2] != std::floor(numbers[2]))
+    throw InputError(place, "zone", to_text(numbers[2]), "a whole number, 0 to " + std::to_string(kMostZones));
+  return static_cast<int>(numbers[2]);
+}
+
 }  // namespace
+
+void check_simple(const std::vector<Vector2d>& p, const std::string& name, double tolerance) {
+  const std::size_t n = p.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2d& a = p[i];
+    const Vector2d& b = p[(i + 1) % n];
+    const Vector2d& next = p[(i + 2) % n];
+    // A side that turns straight back touches its neighbour along a line.
+    if (std::abs(cross(b - a, next - b)) <= tolerance * (b - a).norm() && (b - a).dot(next - b) < 0.0)
+      throw InputError(name, "profile touches itself at side (0-based points)", side_name(i, n), "a simple polygon");
+    for (std::size_t j = i + 2; j < n; ++j) {
+      if (i == 0 && j == n - 1) continue;
+      if (std::max(p[j].x(), p[(j + 1) % n].x()) < std::min(a.x(), b.x()) - tolerance ||
+          std::min(p[j].x(), p[(j + 1) % n].x()) > std::max(a.x(), b.x()) + tolerance)
+        continue;
+      if (segments_meet(a, b, p[j], p[(j + 1) % n], tolerance))
+        throw InputError(name, "profile touches or crosses itself: sides (0-based points)",
+                         side_name(i, n) + " and " + side_name(j, n), "a simple polygon");
+    }
+  }
+}
 
 Profile parse_profile(std::string_view text, const std::string& name) {
   Profile profile;
@@ -85,17 +119,19 @@ Profile parse_profile(std::string_view text, const std::string& name) {
     if (!numeric && first) {  // header
       const std::size_t r_at = line.find("r_m"), z_at = line.find("z_m");
       if (r_at == std::string_view::npos || z_at == std::string_view::npos || r_at > z_at)
-        throw InputError(place, "not a profile", std::string(line.substr(0, 40)), "header r_m,z_m, or two numbers");
+        throw InputError(place, "not a profile", std::string(line.substr(0, 40)),
+                         "header r_m,z_m or r_m,z_m,zone, or two or three numbers");
       first = false;
       continue;
     }
     first = false;
-    if (!numeric || numbers.size() != 2)
-      throw InputError(place, "not two numbers", std::string(line.substr(0, 40)), "r_m, z_m");
+    if (!numeric || numbers.size() < 2 || numbers.size() > 3)
+      throw InputError(place, "not two numbers", std::string(line.substr(0, 40)), "r_m, z_m, and a zone where wanted");
     if (!std::isfinite(numbers[0]) || !std::isfinite(numbers[1]) || std::abs(numbers[1]) > 1e6)
       throw InputError(place, "not a finite length", std::string(line.substr(0, 40)), "up to 1e6 m");
     if (!(numbers[0] >= 0.0 && numbers[0] <= 1e6)) throw InputError(place, "r_m", to_text(numbers[0]), "0 to 1e6");
     p.push_back({numbers[0], numbers[1]});
+    profile.zones.push_back(zone_of(numbers, place));
     lines.push_back(line_number);
     if (p.size() > 20000) throw InputError(place, "too many points", "", "up to 20000");
   }
@@ -110,7 +146,7 @@ Profile parse_profile(std::string_view text, const std::string& name) {
   const double tolerance = 1e-9 * size;
   for (Vector2d& point : p)
     if (point.x() <= 1e-9 * size) point.x() = 0.0;
-  close_polygon(p, name, tolerance);
+  close_polygon(profile, tolerance);
   const std::size_t n = p.size();
   if (n < 3) throw InputError(name, "too few points", std::to_string(n), "3 or more");
 
@@ -119,25 +155,9 @@ Profile parse_profile(std::string_view text, const std::string& name) {
   for (std::size_t i = 0; i < n; ++i)
     if ((p[(i + 1) % n] - p[i]).norm() <= tolerance)
       throw InputError(name + ": line " + std::to_string(lines[i]), "repeated point", "", "distinct points");
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vector2d& a = p[i];
-    const Vector2d& b = p[(i + 1) % n];
-    const Vector2d& next = p[(i + 2) % n];
-    // A side that turns straight back touches its neighbour along a line.
-    if (std::abs(cross(b - a, next - b)) <= tolerance * (b - a).norm() && (b - a).dot(next - b) < 0.0)
-      throw InputError(name, "profile touches itself at side (0-based points)", side_name(i, n), "a simple polygon");
-    for (std::size_t j = i + 2; j < n; ++j) {
-      if (i == 0 && j == n - 1) continue;
-      if (std::max(p[j].x(), p[(j + 1) % n].x()) < std::min(a.x(), b.x()) - tolerance ||
-          std::min(p[j].x(), p[(j + 1) % n].x()) > std::max(a.x(), b.x()) + tolerance)
-        continue;
-      if (segments_meet(a, b, p[j], p[(j + 1) % n], tolerance))
-        throw InputError(name, "profile touches or crosses itself: sides (0-based points)",
-                         side_name(i, n) + " and " + side_name(j, n), "a simple polygon");
-    }
-  }
+  check_simple(p, name, tolerance);
   if (!(std::abs(area) > 1e-10 * size * size)) throw InputError(name, "profile encloses no area");
-  if (area < 0.0) std::reverse(p.begin(), p.end());
+  if (area < 0.0) std::reverse(p.begin(), p.end()), std::reverse(profile.zones.begin(), profile.zones.end());
   for (std::size_t i = 0; i < n; ++i)
     if (p[i].x() == 0.0 && p[(i + 1) % n].x() > 0.0 && p[(i + n - 1) % n].x() > 0.0)
       throw InputError(name, "profile touches the axis in a single point, z_m", to_text(p[i].y()),

@@ -46,16 +46,49 @@ double angle_at(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
 }
 
 /// Cuts off the ear with the largest smallest angle until a triangle is left.
+/// Whether a point lies inside a straight side.
+bool is_within_a_side(const Profile& profile, std::size_t i) {
+  const std::size_t n = profile.points_m.size();
+  const Vector2d& before = profile.points_m[(i + n - 1) % n];
+  const Vector2d& at = profile.points_m[i];
+  const Vector2d& after = profile.points_m[(i + 1) % n];
+  return !(std::abs(twice_area(before, at, after)) > 1e-7 * (at - before).norm() * (after - at).norm());
+}
+
+/// Points of a zone inside a straight side become nodes, since a wall that changes makes a kink there: each halves the triangle at its side.
+void add_zone_points(const Profile& profile, FlatMesh& mesh) {
+  const auto node_at = [&](const Vector2d& x) {
+    return static_cast<int>(std::find(mesh.points_m.begin(), mesh.points_m.end(), x) - mesh.points_m.begin());
+  };
+  const std::size_t n = profile.points_m.size();
+  const auto is_node = [&](std::size_t i) { return !is_within_a_side(profile, i) || profile.zones[i] != 0; };
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!is_within_a_side(profile, i) || profile.zones[i] == 0) continue;
+    std::size_t before = (i + n - 1) % n, after = (i + 1) % n;  // points of the side before are nodes by now
+    while (!is_node(before) || node_at(profile.points_m[before]) == static_cast<int>(mesh.points_m.size()))
+      before = (before + n - 1) % n;
+    while (is_within_a_side(profile, after)) after = (after + 1) % n;
+    const int a = node_at(profile.points_m[before]), b = node_at(profile.points_m[after]);
+    const int added = static_cast<int>(mesh.points_m.size());
+    mesh.points_m.push_back(profile.points_m[i]);
+    for (std::size_t t = 0, n_triangles = mesh.triangles.size(); t < n_triangles; ++t) {
+      auto& corners = mesh.triangles[t];
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (corners[k] != a || corners[(k + 1) % 3] != b) continue;
+        const int opposite = corners[(k + 2) % 3];
+        corners = {a, added, opposite};
+        mesh.triangles.push_back({added, b, opposite});
+        t = n_triangles;
+        break;
+      }
+    }
+  }
+}
+
 FlatMesh clip_ears(const Profile& profile, const std::string& name) {
   FlatMesh mesh;
-  const std::size_t n_all = profile.points_m.size();
-  for (std::size_t i = 0; i < n_all; ++i) {  // points inside a straight side would make flat ears
-    const Vector2d& before = profile.points_m[(i + n_all - 1) % n_all];
-    const Vector2d& at = profile.points_m[i];
-    const Vector2d& after = profile.points_m[(i + 1) % n_all];
-    if (std::abs(twice_area(before, at, after)) > 1e-7 * (at - before).norm() * (after - at).norm())
-      mesh.points_m.push_back(at);
-  }
+  for (std::size_t i = 0; i < profile.points_m.size(); ++i)  // points inside a straight side would make flat ears
+    if (!is_within_a_side(profile, i)) mesh.points_m.push_back(profile.points_m[i]);
   const std::vector<Vector2d>& p = mesh.points_m;
   std::vector<int> ring(p.size());
   for (std::size_t i = 0; i < p.size(); ++i) ring[i] = static_cast<int>(i);
@@ -185,6 +218,7 @@ void smooth(FlatMesh& mesh) {
 
 FlatMesh mesh_profile(const Profile& profile, double edge_m) {
   FlatMesh mesh = clip_ears(profile, profile.name);
+  add_zone_points(profile, mesh);
   flip_to_delaunay(mesh);
   while (split_long_edges(mesh, edge_m)) {
     check_element_count(18.0 * static_cast<double>(mesh.triangles.size()));

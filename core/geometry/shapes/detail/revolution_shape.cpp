@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/geometry/shapes/detail/block_shape.hpp"
 #include "core/geometry/shapes/detail/profile.hpp"
+#include "core/geometry/shapes/detail/profile_change.hpp"
 #include "core/geometry/shapes/detail/revolution.hpp"
 #include "core/geometry/shapes/detail/section_patches.hpp"
 
@@ -14,7 +16,19 @@ namespace {
 
 using Eigen::Vector2d;
 
-Profile profile_of(const ShapeSpec& spec) { return read_profile(spec.profile_csv); }
+ProfileChange change_of(const ShapeSpec& spec) { return {read_profile(spec.profile_csv), spec.dims}; }
+
+Profile profile_of(const ShapeSpec& spec) { return change_of(spec).changed(); }
+
+/// The drawn body's nodes moved to where the changed one has them.
+void move_nodes(const ProfileChange& change, TetMesh& mesh) {
+  for (Eigen::Index node = 0; node < mesh.nodes_m.rows(); ++node) {
+    const double r_m = std::hypot(mesh.nodes_m(node, 0), mesh.nodes_m(node, 1));
+    const Vector2d moved = change({r_m, mesh.nodes_m(node, 2)});
+    if (r_m > 0.0) mesh.nodes_m.row(node).head<2>() *= moved.x() / r_m;
+    mesh.nodes_m(node, 2) = moved.y();
+  }
+}
 
 /// Counts: around, divisions of the profile's extent, halvings of the flat triangles.
 class RevolutionShape : public ShapeKind {
@@ -22,6 +36,8 @@ class RevolutionShape : public ShapeKind {
   RevolutionShape()
       : ShapeKind(
             {"revolution", "polygon turned about the z axis", "axis z, heights as in the profile", {}, true, true}) {}
+
+  void check_relations(const ShapeSpec& spec) const override { change_of(spec); }
 
   double volume_m3(const ShapeSpec& spec) const override { return profile_volume_m3(profile_of(spec)); }
   double area_m2(const ShapeSpec& spec) const override { return profile_area_m2(profile_of(spec)); }
@@ -42,7 +58,9 @@ class RevolutionShape : public ShapeKind {
   }
 
   TetMesh mesh(const ShapeSpec& spec, const ShapeDivisions& divisions, int order) const override {
-    return mesh_revolution(profile_of(spec), divisions.counts, order);
+    TetMesh mesh = mesh_revolution(read_profile(spec.profile_csv), divisions.counts, order);
+    if (!spec.dims.empty()) move_nodes(change_of(spec), mesh);
+    return mesh;
   }
 
   ShapeDivisions resonance_divisions(const ShapeSpec& spec, double, double) const override {
@@ -66,8 +84,13 @@ class RevolutionShape : public ShapeKind {
   }
 
   std::vector<SectionPatch> section_patches(const ShapeSpec& spec, const std::array<int, 3>& n) const override {
-    const Profile profile = profile_of(spec);
-    return profile_patches(profile, profile_extent_m(profile) / n[0]);
+    const Profile drawn = read_profile(spec.profile_csv);
+    std::vector<SectionPatch> patches = profile_patches(drawn, profile_extent_m(drawn) / n[0]);
+    if (spec.dims.empty()) return patches;
+    const auto change = std::make_shared<ProfileChange>(drawn, spec.dims);
+    for (SectionPatch& patch : patches)
+      patch.map = [change, drawn_map = patch.map](double u, double v) { return (*change)(drawn_map(u, v)); };
+    return patches;
   }
 };
 

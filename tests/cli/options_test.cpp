@@ -141,7 +141,7 @@ TEST(Commands, DefaultsShownAreThoseOfTheStructs) {
   EXPECT_EQ(expect_defaults<acoustics::RadiateOptions>(program, "klang transfer"), 5);
   EXPECT_EQ(expect_defaults<soundbank::BuildOptions>(program, "klang proxy build"), 9);
   EXPECT_EQ(expect_defaults<validate::DebrisStudyOptions>(program, "klang proxy study"), 16);
-  EXPECT_EQ(expect_defaults<validate::RegressionOptions>(program, "klang regress check"), 9);
+  EXPECT_EQ(expect_defaults<validate::RegressionOptions>(program, "klang regress check"), 10);
   EXPECT_EQ(expect_defaults<validate::DescriptionOptions>(program, "klang regress make"), 2);
   EXPECT_EQ(expect_defaults<validate::StudyOptions>(program, "klang converge"), 2);
   EXPECT_EQ(expect_defaults<bubble::TransferSeriesOptions>(program, "klang bubble transfer"), 15);

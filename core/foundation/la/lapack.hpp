@@ -27,12 +27,6 @@ void cgetrs_(const char* trans, const int* n, const int* n_rhs, const std::compl
 void zgetrf_(const int* m, const int* n, std::complex<double>* a, const int* lda, int* pivots, int* info);
 void zgetrs_(const char* trans, const int* n, const int* n_rhs, const std::complex<double>* a, const int* lda,
              const int* pivots, std::complex<double>* b, const int* ldb, int* info);
-void zgeev_(const char* left, const char* right, const int* n, std::complex<double>* a, const int* lda,
-            std::complex<double>* w, std::complex<double>* vl, const int* ldvl, std::complex<double>* vr,
-            const int* ldvr, std::complex<double>* work, const int* n_work, double* real_work, int* info);
-void zgesdd_(const char* jobz, const int* m, const int* n, std::complex<double>* a, const int* lda, double* s,
-             std::complex<double>* u, const int* ldu, std::complex<double>* vt, const int* ldvt,
-             std::complex<double>* work, const int* n_work, double* real_work, int* integer_work, int* info);
 void dsyevr_(const char* jobz, const char* range, const char* uplo, const int* n, double* a, const int* lda,
              const double* vl, const double* vu, const int* il, const int* iu, const double* abstol, int* m, double* w,
              double* z, const int* ldz, int* isuppz, double* work, const int* lwork, int* iwork, const int* liwork,

@@ -1,12 +1,11 @@
 #include "fit/frf/detail/pole_estimators.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/la/complex_decompositions.hpp"
 #include "core/sound/audio/fft.hpp"
 
 namespace klang::fit::detail {
@@ -24,7 +23,7 @@ VectorXcd roots_of(const VectorXcd& a) {
   MatrixXcd companion = MatrixXcd::Zero(n, n);
   companion.bottomLeftCorner(n - 1, n - 1).setIdentity();
   companion.col(n - 1) = -a.head(n) / a[n];
-  return la::eigenvalues(std::move(companion));
+  return Eigen::ComplexEigenSolver<MatrixXcd>(companion, false).eigenvalues();
 }
 
 void keep_if_ringing(Pole pole, const Band& band, std::vector<Pole>& poles) {
@@ -147,16 +146,17 @@ std::vector<OrderPoles> era_poles(const MatrixXcd& pulses, double step_s, double
       h1.block(i * p, j, p, 1) = pulses.col(std::min(n, 2 + i + j));
     }
   }
-  const la::SingularValues svd = la::singular_values(std::move(h0));
-  const Eigen::VectorXd& s = svd.s;
+  const Eigen::BDCSVD<MatrixXcd> svd(h0, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd& s = svd.singularValues();
   std::vector<OrderPoles> chart;
   for (int order = 2; order <= most && order <= s.size(); order += 2) {
     if (!(s[order - 1] > 1e-11 * s[0])) break;
     const Eigen::VectorXcd root = s.head(order).cwiseSqrt().cwiseInverse().cast<std::complex<double>>();
-    const MatrixXcd a =
-        root.asDiagonal() * (svd.u.leftCols(order).adjoint() * h1 * svd.v.leftCols(order)) * root.asDiagonal();
+    const MatrixXcd a = root.asDiagonal() *
+                        (svd.matrixU().leftCols(order).adjoint() * h1 * svd.matrixV().leftCols(order)) *
+                        root.asDiagonal();
     OrderPoles found{order, {}};
-    const VectorXcd values = la::eigenvalues(a);
+    const VectorXcd values = Eigen::ComplexEigenSolver<MatrixXcd>(a, false).eigenvalues();
     for (const std::complex<double>& value : values) {
       if (std::abs(value) == 0) continue;
       std::complex<double> rate = std::log(value) / step_s;

@@ -9,13 +9,14 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/quality.hpp"
+#include "tests/process_file.hpp"
 
 namespace klang::mesh {
 namespace {
 
 /// A hollow cylinder with a wall of 10 mm whose inside has two points in zone 1.
 ShapeSpec cylinder(std::map<std::string, double> dims = {}) {
-  const auto path = std::filesystem::temp_directory_path() / "klang_profile_dimensions.csv";
+  const auto path = klang::test::process_file("profile.csv");
   std::ofstream(path) << "r_m,z_m,zone\n0.04,0,0\n0.05,0,0\n0.05,0.1,0\n0.04,0.1,0\n0.04,0.07,1\n0.04,0.03,1\n";
   return {"revolution", std::move(dims), path};
 }
@@ -62,7 +63,7 @@ TEST(ProfileDimensions, MeshOfAChangedBodyKeepsItsTopologyAndFillsIt) {
 }
 
 TEST(ProfileDimensions, WrittenProfileIsTheChangedBodyAgain) {
-  const auto path = std::filesystem::temp_directory_path() / "klang_profile_written.csv";
+  const auto path = klang::test::process_file("written.csv");
   std::ofstream(path) << profile_csv(cylinder({{"size_m", 0.12}, {"wall_1_m", 0.009}}));
   const ShapeSpec read{"revolution", {}, path};
   EXPECT_LE(std::abs(shape_volume_m3(read) / shape_volume_m3(cylinder({{"size_m", 0.12}, {"wall_1_m", 0.009}})) - 1.0),

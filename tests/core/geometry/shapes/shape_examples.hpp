@@ -8,6 +8,7 @@
 
 #include "core/foundation/base/output_file.hpp"
 #include "core/geometry/shapes/shape.hpp"
+#include "tests/process_file.hpp"
 
 namespace klang::mesh::test {
 
@@ -52,7 +53,7 @@ inline std::vector<ShapeSpec> examples() {
 }
 
 inline ShapeSpec cone_stump() {
-  const auto path = std::filesystem::temp_directory_path() / "klang_registry_profile.csv";
+  const auto path = klang::test::process_file("cone.csv");
   std::ofstream(path) << "r_m,z_m\n0,0\n0.03,0\n0.02,0.05\n0,0.05\n";
   return {"revolution", {}, path};
 }

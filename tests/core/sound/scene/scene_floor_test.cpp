@@ -12,6 +12,7 @@
 #include "core/sound/scene/scene_proxies.hpp"
 #include "core/sound/soundbank/soundbank_build.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
+#include "tests/process_file.hpp"
 
 namespace klang::scene {
 namespace {
@@ -69,7 +70,7 @@ class Proxies : public ::testing::Test {
     options.degree = 8;
     options.check_shapes = 3;
     options.boundary_tolerance = 0.05;
-    bank_ = std::filesystem::temp_directory_path() / "klang_scene_proxies_test.bank";
+    bank_ = klang::test::process_file("proxies.bank");
     soundbank::write_soundbank(bank_, soundbank::build_soundbank(options).bank);
   }
   static void TearDownTestSuite() { std::filesystem::remove(bank_); }

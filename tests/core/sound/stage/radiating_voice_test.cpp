@@ -346,7 +346,7 @@ TEST_F(PathFile, RefusesWhatIsNoPathAndNamesTheLine) {
   expect_refused("time_s,x_m,y_m,z_m\n0,1,nan,3\n", ":2");
   expect_refused("time_s,x_m,y_m,z_m\n0,1,1e9,3\n", "1e9");
   expect_refused("t,x,y,z\n0,1,2,3\n", "columns");
-  expect_refused("time_s,x_m,y_m,z_m,facing_x,facing_y,facing_z\n0,1,2,3,0,5,0\n", "--ears-m");
+  expect_refused("time_s,x_m,y_m,z_m,facing_x,facing_y,facing_z\n0,1,2,3,0,5,0\n", "ears_m");
   expect_refused("time_s,x_m,y_m,z_m,facing_x,facing_y,facing_z\n0,1,2,3,0,0,0\n", "facing", 0.2);
   expect_refused("0,1,2,3,4,5,6\n", "right ear", 0.2);
   expect_refused("0,1,2,3,4\n", ":1");

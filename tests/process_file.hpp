@@ -5,6 +5,7 @@
 #include <list>
 #include <string>
 #include <system_error>
+#include <utility>
 
 namespace klang::test {
 
@@ -12,6 +13,9 @@ namespace klang::test {
 /// the process ends.
 inline std::filesystem::path process_file(const std::string& name) {
   struct File {
+    explicit File(std::filesystem::path of) : path(std::move(of)) {}
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
     std::filesystem::path path;
     ~File() {
       std::error_code ignored;

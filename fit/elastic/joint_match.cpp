@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 
@@ -223,20 +222,22 @@ bool better(const JointMatch& a, const JointMatch& b) {
   return a.evidence > b.evidence + 1e-9;
 }
 
-/// The end with the best evidence of those whose alternatives have not been tried, where it is near enough to the best of all that an
-/// alternative of it may be better still: a right match with one pair of partials exchanged can look worse than a wrong one of few partials.
-std::optional<std::size_t> most_promising(const std::vector<JointMatch>& ends,
+/// The end whose alternatives are to be tried next: the best of all, or of those that the starts led to, the first n_starts, one near enough to
+/// it that an alternative may be better still: a right match with one pair of partials exchanged can look worse than a wrong one of few partials.
+std::optional<std::size_t> most_promising(const std::vector<JointMatch>& ends, std::size_t n_starts,
                                           const std::set<std::vector<int>>& tried) {
   constexpr double kHorizon = 6.0;  // log odds
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < ends.size(); ++i) best = better(ends[i], ends[best]) ? i : best;
+  const auto is_open = [&](std::size_t i) {
+    return ends[i].n_matched > 0 && !tried.contains(assignment(ends[i].lines, ends[i].matches));
+  };
+  if (is_open(best)) return best;
   std::optional<std::size_t> next;
-  double best = -std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    if (ends[i].n_matched == 0) continue;
-    best = std::max(best, ends[i].evidence);
-    if (tried.contains(assignment(ends[i].lines, ends[i].matches))) continue;
+  for (std::size_t i = 0; i < n_starts; ++i) {
+    if (!is_open(i) || !(ends[i].evidence >= ends[best].evidence - kHorizon)) continue;
     if (!next || better(ends[i], ends[*next])) next = i;
   }
-  if (next && !(ends[*next].evidence >= best - kHorizon)) next.reset();
   return next;
 }
 
@@ -319,7 +320,7 @@ JointMatch match_and_fit(const ParameterSpace& space, const SpectrumModels& mode
   constexpr int kMostSteps = 12;
   for (int step = 0; step < kMostSteps; ++step) {
     monitor.throw_if_stopped();
-    const std::optional<std::size_t> next = most_promising(ends, tried);
+    const std::optional<std::size_t> next = most_promising(ends, starts.size(), tried);
     if (!next) break;
     tried.insert(assignment(ends[*next].lines, ends[*next].matches));
     for (JointMatch& other : tried_alternatives(c, ends[*next])) ends.push_back(std::move(other));

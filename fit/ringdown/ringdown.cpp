@@ -8,6 +8,7 @@
 #include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/fft.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "core/sound/audio/stretch.hpp"
 #include "core/sound/audio/strikes.hpp"
 #include "fit/ringdown/detail/partial_judge.hpp"
 #include "fit/ringdown/detail/tail_noise.hpp"
@@ -26,6 +27,7 @@ constexpr double kWeakPart = 1e-3;    ///< of the loudest amplitude at the strik
 constexpr double kBeyondBand = 0.03;  ///< of its ends: so far the search looks beyond the band
 constexpr double kLeastOnLines =
     0.3;  ///< of the energy: from there on lines that are no exponentials are a ring all the same
+constexpr Eigen::Index kFewestFrames = 16;
 constexpr double kSilence = 1e-30;  ///< of full scale; the square of less may be no number
 constexpr double kPi2 = 2 * kPi;
 
@@ -323,20 +325,11 @@ void judge_explained(RingdownResult& result, const RingData& data, const std::ve
                              : told + "; the rest is noise, other sounds, or no free ringing");
 }
 
-}  // namespace
-
-void RingdownOptions::validate() const {
-  std::vector<Violation> violations = violations_of(*this);
-  if (!(band.high_hz > band.low_hz))
-    violations.push_back(out_of_range("band.high_hz", band.high_hz, inside(band.low_hz, 1e9)));
-  throw_violations("ringdown", std::move(violations));
-}
-
-RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options, Monitor& monitor) {
+RingdownResult identify_sounding(const audio::Signal& recording, const RingdownOptions& options, Monitor& monitor) {
   options.validate();
   const std::string place = recording.origin.empty() ? "recording" : recording.origin;
   checked_open(place, "sample_rate_hz", recording.sample_rate_hz, 0, 1e9);
-  checked(place, "number of samples", static_cast<double>(recording.n_frames()), 16, 1e12);
+  checked(place, "number of samples", static_cast<double>(recording.n_frames()), kFewestFrames, 1e12);
   checked(place, "number of channels", static_cast<double>(recording.n_channels()), 1, kMaxChannels);
   if (!recording.samples.allFinite()) throw InputError(place, "has samples that are not finite numbers");
   checked(place, "largest sample", recording.samples.cwiseAbs().maxCoeff(), 0, audio::kLargestSample);
@@ -408,6 +401,27 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   measure_fit(result, *data, rings, band);
   judge_explained(result, *data, rings, band, options);
   result.wall_time_s["total"] = total.seconds();
+  return result;
+}
+
+}  // namespace
+
+void RingdownOptions::validate() const {
+  std::vector<Violation> violations = violations_of(*this);
+  if (!(band.high_hz > band.low_hz))
+    violations.push_back(out_of_range("band.high_hz", band.high_hz, inside(band.low_hz, 1e9)));
+  throw_violations("ringdown", std::move(violations));
+}
+
+RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options, Monitor& monitor) {
+  // Digital silence at the ends says nothing of the body, but would move every frame, the mean and the end of the windows.
+  const audio::Stretch sound = audio::sounding_stretch(recording);
+  if (sound.size() == recording.n_frames() || sound.size() < kFewestFrames)
+    return identify_sounding(recording, options, monitor);
+  audio::Signal part = recording;
+  part.samples = recording.samples.middleRows(sound.begin, sound.size());
+  RingdownResult result = identify_sounding(part, options, monitor);
+  for (double& strike_s : result.strikes_s) strike_s += static_cast<double>(sound.begin) / recording.sample_rate_hz;
   return result;
 }
 

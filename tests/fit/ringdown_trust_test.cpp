@@ -62,6 +62,26 @@ TEST(RingdownTrust, CutsPaddingAndOtherBandsLoseNoPartial) {
   expect_bell(whole, 0, "narrow band", narrow);
 }
 
+TEST(RingdownTrust, DigitalSilenceAtTheEndsChangesNoDigit) {
+  Signal begun = ringing(kBell, 44100, 1.2, 1e-4, 3);
+  begun.samples = begun.samples.bottomRows(begun.n_frames() - 2205).eval();  // rings from its first frame
+  const auto expected = identify_ringdown(begun, {});
+  ASSERT_EQ(expected.status, RingdownStatus::kOk);
+  Signal padded = begun;
+  padded.samples = Eigen::MatrixXd::Zero(begun.n_frames() + 9876, 1);
+  padded.samples.middleRows(4411, begun.n_frames()) = begun.samples;  // no whole number of the 2.5 ms frames
+  const auto found = identify_ringdown(padded, {});
+  ASSERT_EQ(found.partials.partials.size(), expected.partials.partials.size());
+  for (std::size_t i = 0; i < found.partials.partials.size(); ++i) {
+    EXPECT_EQ(found.partials.partials[i].frequency_hz, expected.partials.partials[i].frequency_hz);
+    EXPECT_EQ(found.partials.partials[i].decay_per_s, expected.partials.partials[i].decay_per_s);
+    EXPECT_EQ(found.partials.partials[i].amplitude, expected.partials.partials[i].amplitude);
+  }
+  EXPECT_EQ(found.explained_energy, expected.explained_energy);
+  ASSERT_EQ(found.strikes_s.size(), 1u);
+  EXPECT_NEAR(found.strikes_s[0], expected.strikes_s[0] + 4411 / 44100.0, 1e-12);
+}
+
 TEST(RingdownTrust, NoiseThatFollowsTheSignalAsACodecsDoesHidesNoPartial) {
   // Noise 40 dB under the ring's own level, changing with it, and digital silence at the end.
   Signal signal = ringing(kBell, 44100, 1.5, 0.0, 3, 0.1);

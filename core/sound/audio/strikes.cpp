@@ -17,6 +17,7 @@ constexpr Eigen::Index kBands = 24;
 constexpr Eigen::Index kTopBands = 6;  ///< a strike shows in at least this many
 constexpr double kFrameS = 0.010;
 constexpr double kHopS = 0.0025;
+constexpr double kEnvelopeS = 0.0005;
 constexpr Eigen::Index kLagMin = 4;   ///< frames: 10 ms, the windows do not overlap
 constexpr Eigen::Index kLagMax = 16;  ///< frames: 40 ms
 constexpr double kMaxRiseDb = 20.0;   ///< of one band, so that no single band carries the score
@@ -107,7 +108,7 @@ Eigen::VectorXd rises_db(const Frames& frames) {
 Eigen::VectorXd envelope(const Signal& signal, Eigen::Index begin, Eigen::Index end) {
   const double rate = signal.sample_rate_hz;
   const double pole = std::exp(-2 * kPi * std::min(100.0, 0.05 * rate) / rate);
-  const auto width = std::max<Eigen::Index>(1, std::llround(0.0005 * rate));
+  const auto width = std::max<Eigen::Index>(1, std::llround(kEnvelopeS * rate));
   const Eigen::Index warm = std::max<Eigen::Index>(0, begin - std::llround(0.02 * rate));
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(end - begin);
   for (Eigen::Index channel = 0; channel < signal.n_channels(); ++channel) {
@@ -135,17 +136,17 @@ Strike refined(const Signal& signal, Eigen::Index begin, Eigen::Index guess, Eig
   const Eigen::VectorXd e = envelope(signal, begin, end);
   Strike strike;
   Eigen::Index onset = starts_at_begin ? 0 : std::clamp<Eigen::Index>(guess - begin, 0, e.size() - 1);
-  if (!starts_at_begin) {
-    const Eigen::Index quiet = std::clamp<Eigen::Index>(std::llround(0.010 * rate), 1, e.size());
-    const double before = e.head(quiet).maxCoeff();
-    const double threshold = std::max(1.3 * before, 0.02 * e.maxCoeff());
-    for (Eigen::Index i = 0; i < e.size(); ++i) {
-      if (e[i] > threshold) {
-        onset = i;
-        break;
-      }
+  // What begins within the signal's first 10 ms has nothing to be compared with before it.
+  const Eigen::Index quiet = std::clamp<Eigen::Index>(std::llround(0.010 * rate), 1, e.size());
+  const double before = starts_at_begin ? 0.0 : e.head(quiet).maxCoeff();
+  const double threshold = std::max(1.3 * before, 0.02 * e.maxCoeff());
+  for (Eigen::Index i = 0; i < e.size(); ++i) {
+    if (e[i] > threshold) {
+      onset = i;
+      break;
     }
   }
+  if (starts_at_begin && static_cast<double>(onset) <= kEnvelopeS * rate) onset = 0;  // it sounds from the first frame
   const Eigen::Index span = std::min<Eigen::Index>(e.size() - onset, std::llround(0.008 * rate) + 1);
   const double top = e.segment(onset, span).maxCoeff();
   Eigen::Index half = onset;

@@ -82,6 +82,16 @@ Eigen::MatrixXd block_stiffness(const std::vector<BasisFunction>& basis,
   return stiffness;
 }
 
+constexpr int kHighestOrder = 40;
+constexpr std::size_t kLargestBlock = 8000;  // half a GB a matrix, minutes to solve
+
+/// @throws InputError where the band holds waves too short for kHighestOrder: the frequencies would be too high
+void check_resolvable(double highest_hz, double order) {
+  if (order <= kHighestOrder) return;
+  throw InputError("box", "has waves too short for its polynomials up to " + to_text(highest_hz) + " Hz",
+                   "degree " + to_text(order), "up to " + std::to_string(kHighestOrder) + ": a lower highest_hz");
+}
+
 // Degrees that resolve the shortest wave of the band to about 1e-7: pi/2 a half-wave, and some for the edges.
 std::array<int, 3> default_orders(const Eigen::Vector3d& size_m, const solid::Material& material, double highest_hz) {
   const double thickness = size_m.minCoeff();
@@ -95,8 +105,9 @@ std::array<int, 3> default_orders(const Eigen::Vector3d& size_m, const solid::Ma
     const bool thin = size_m[d] < 0.5 * size_m.maxCoeff() && size_m[d] <= thickness * 1.5;
     const double wave_m = thin ? shear_m : std::min(bending_m, shear_m);
     const double half_waves = 2.0 * size_m[d] / wave_m;
-    orders[static_cast<std::size_t>(d)] =
-        std::clamp(static_cast<int>(std::ceil((thin ? 7.0 : 10.0) + 1.6 * half_waves)), 3, 40);
+    const double order = std::ceil((thin ? 7.0 : 10.0) + 1.6 * half_waves);
+    check_resolvable(highest_hz, order);
+    orders[static_cast<std::size_t>(d)] = std::max(static_cast<int>(order), 3);
   }
   return orders;
 }
@@ -112,8 +123,10 @@ RitzBox::RitzBox(const Eigen::Vector3d& size_m, const solid::Material& material,
   const std::array<int, 3> automatic = default_orders(size_m, material, options.highest_hz);
   for (std::size_t d = 0; d < 3; ++d) {
     if (orders_[d] == 0) orders_[d] = automatic[d];
-    checked("box", "order", orders_[d], 3, 40);
+    checked("box", "order", orders_[d], 3, kHighestOrder);
   }
+  const std::size_t largest = block_basis({0, 0, 0}, orders_).size();
+  checked("box", "number of products of one parity", static_cast<double>(largest), 1, kLargestBlock);
   std::array<detail::LegendreIntegrals, 3> integrals = {detail::LegendreIntegrals(orders_[0], size_m[0]),
                                                         detail::LegendreIntegrals(orders_[1], size_m[1]),
                                                         detail::LegendreIntegrals(orders_[2], size_m[2])};

@@ -71,6 +71,8 @@ Eigen::MatrixXd picked(const Eigen::MatrixXd& matrix, const std::vector<int>& ro
   return matrix(rows, cols);
 }
 
+constexpr int kHighestAxialOrder = 120;
+
 int default_axial_order(double length_m, double outer_m, double wall_m, const solid::Material& material,
                         double highest_hz) {
   // The shortest waves are those of bending as a beam or of the wall as a plate.
@@ -85,7 +87,11 @@ int default_axial_order(double length_m, double outer_m, double wall_m, const so
   // Shell edge layers of about sqrt(radius wall) at the ends, where polynomials are dense as 1 / degree^2.
   const double ends = 6.5 * std::sqrt(length_m / std::sqrt(outer_m * wall_m));
   const double waves = 16.0 + 1.6 * 2.0 * length_m / wave_m;
-  return std::clamp(static_cast<int>(std::ceil(std::max(ends, waves))), 4, 120);
+  const double order = std::ceil(std::max(ends, waves));
+  if (!(order <= kHighestAxialOrder))
+    throw InputError("tube", "has waves too short for its polynomials up to " + to_text(highest_hz) + " Hz",
+                     "degree " + to_text(order), "up to " + std::to_string(kHighestAxialOrder) + ": a lower highest_hz");
+  return std::max(static_cast<int>(order), 4);
 }
 
 }  // namespace
@@ -188,7 +194,7 @@ RitzTube::RitzTube(double length_m, double outer_radius_m, double wall_m, const 
   if (axial_order_ == 0) {
     axial_order_ = default_axial_order(length_m, outer_radius_m, wall_m, material, options.highest_hz);
   }
-  checked("tube", "axial_order", axial_order_, 4, 120);
+  checked("tube", "axial_order", axial_order_, 4, kHighestAxialOrder);
   checked("tube", "wall_order", wall_order_, 1, 12);
   wall_basis_ = orthonormal_wall_basis(wall_order_, inner_m_, outer_m_);
 

@@ -179,6 +179,15 @@ TEST(RitzTube, ShapesAreMassOrthonormalAndBothOrientationsDiffer) {
   EXPECT_LE((mass - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(), 1e-10);
 }
 
+TEST(Ritz, WavesTooShortForThePolynomialsAreRefusedAndNotCutOff) {
+  const solid::Material soft = material_of(26214.0, 15729.0, 2650.0);  // 65536 typed where 65.536e9 was meant: waves of 0.2 mm
+  EXPECT_THROW(RitzBox({0.1, 0.1, 0.008}, soft), InputError);
+  EXPECT_THROW(RitzTube(0.5, 0.0125, 0.001, soft), InputError);
+  RitzBoxOptions many;
+  many.orders = {40, 40, 40};
+  EXPECT_THROW(RitzBox({0.1, 0.1, 0.1}, kAluminium, many), InputError);  // 13,000 products of one parity
+}
+
 TEST(Ritz, BadDimensionsAreInputErrors) {
   EXPECT_THROW(RitzBox({0.1, -0.1, 0.1}, kAluminium), InputError);
   EXPECT_THROW(RitzTube(0.5, 0.01, 0.02, kAluminium), InputError);

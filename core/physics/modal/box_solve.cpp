@@ -204,7 +204,7 @@ BoxModes box_modes(const Eigen::Vector3d& half_lengths_m, const HeldFaces& held,
   const BoxDegrees start = box_degrees(half_lengths_m, material, band.high_hz);
   if (const Eigen::Index n = largest_system(BoxBody(half_lengths_m, start, held)); n > kMostUnknowns)
     throw InputError("box of " + to_text(2.0 * half_lengths_m.maxCoeff()) + " m",
-                     "has too many modes up to " + to_text(band.high_hz) + " Hz",
+                     "has too many modes up to " + to_text(std::round(band.high_hz)) + " Hz",
                      std::to_string(n) + " unknowns of a kind",
                      "up to " + std::to_string(kMostUnknowns) + ": a lower band, or lengths in metres");
   if (is_held(held)) return held_modes(half_lengths_m, held, material, band, monitor);

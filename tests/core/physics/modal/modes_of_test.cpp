@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/physics/modal/expected_modes.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 
 using namespace klang;
@@ -89,4 +90,34 @@ TEST(ModesOf, BothMethodsGiveTheBitsOfTheirSolvers) {
   EXPECT_EQ(tetrahedra.wall_time_s.count("assembly"), 1u);
   EXPECT_TRUE(tetrahedra.model.angular_frequency_rad_s ==
               solve_modes(mesh, solid::assemble(mesh), kSteel, {}, options.eigen).model.angular_frequency_rad_s);
+}
+
+TEST(ModesOf, ExpectedModesCountABlockAndAPlateWithinAFactorOfTwo) {
+  const std::vector<std::pair<mesh::ShapeSpec, double>> bodies = {
+      {{"box", {{"length_m", 0.1}, {"width_m", 0.09}, {"height_m", 0.08}}, {}}, 90e3},
+      {{"box", {{"length_m", 0.1}, {"width_m", 0.08}, {"height_m", 0.002}}, {}}, 60e3}};
+  for (const auto& [shape, high_hz] : bodies) {
+    const mesh::TetMesh mesh = mesh::mesh_shape(shape);
+    ModesOptions options;
+    options.eigen.band = {0.0, high_hz};
+    options.eigen.prove_none_missing = false;
+    const EigenResult result = modes_of({shape, {}}, mesh, kSteel, options);
+    ASSERT_TRUE(result.usable()) << result.message;
+    ASSERT_GT(result.model.n_modes(), 50);
+    const double ratio = expected_modes(mesh, kSteel, high_hz) / static_cast<double>(result.model.n_modes());
+    EXPECT_GE(ratio, 0.5);
+    EXPECT_LE(ratio, 2.0);
+  }
+}
+
+TEST(ModesOf, AModulusInGigapascalsWherePascalsAreMeantIsRefusedByEveryMethod) {
+  const solid::Material soft = solid::from_youngs_modulus(65536, 0.29, 7850);
+  for (const mesh::ShapeSpec& shape : {kTube, kBox, kFlat}) {
+    const mesh::TetMesh mesh = mesh::mesh_shape(shape);
+    EXPECT_THROW(modes_of({shape, {}}, mesh, soft, {}), InputError) << shape.kind;
+    EXPECT_THROW(modes_of({shape, {}}, mesh, soft, with(ModesMethod::kTetrahedra)), InputError) << shape.kind;
+    ModesOptions lowest;
+    lowest.eigen.count = 1;
+    EXPECT_TRUE(modes_of({shape, {}}, mesh, soft, lowest).usable()) << shape.kind;
+  }
 }

@@ -90,7 +90,8 @@ int default_axial_order(double length_m, double outer_m, double wall_m, const so
   const double order = std::ceil(std::max(ends, waves));
   if (!(order <= kHighestAxialOrder))
     throw InputError("tube", "has waves too short for its polynomials up to " + to_text(highest_hz) + " Hz",
-                     "degree " + to_text(order), "up to " + std::to_string(kHighestAxialOrder) + ": a lower highest_hz");
+                     "degree " + to_text(order),
+                     "up to " + std::to_string(kHighestAxialOrder) + ": a lower highest_hz");
   return std::max(static_cast<int>(order), 4);
 }
 

@@ -11,6 +11,7 @@
 #include "core/geometry/files/mesh_file.hpp"
 #include "core/geometry/mesh/quality.hpp"
 #include "core/physics/modal/ellipsoid_solve.hpp"
+#include "core/physics/modal/expected_modes.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/modal/revolution_modes.hpp"
 #include "core/sound/stage/surface_coupling.hpp"
@@ -18,6 +19,8 @@
 
 namespace klang::fit {
 namespace {
+
+constexpr double kMostModes = 2000;  ///< of which measured partials could still be told
 
 constexpr double kBasisCut = 1e-6;          // of the largest direction
 constexpr double kClusterTolerance = 1e-6;  // relative, of omega^2: derivatives are shared
@@ -93,6 +96,8 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
                                  Monitor& monitor)
     : mass_kg_(specimen.mass_kg) {
   validate_fields("reduced spectrum", options);
+  modal::check_expected_modes("specimen " + specimen.name, body.mesh, body.material, options.band.high_hz,
+                              !body.section && !body.polynomials, kMostModes);
   const auto system = detail::elastic_blocks(specimen, body, 0, monitor);
   // Where material ratio or shape change, the modes at the solution are solved for and proven then.
   auto lowest = system->lowest(body.material, options, !options.vary_ratio && free_dimensions.empty());

@@ -180,7 +180,8 @@ TEST(RitzTube, ShapesAreMassOrthonormalAndBothOrientationsDiffer) {
 }
 
 TEST(Ritz, WavesTooShortForThePolynomialsAreRefusedAndNotCutOff) {
-  const solid::Material soft = material_of(26214.0, 15729.0, 2650.0);  // 65536 typed where 65.536e9 was meant: waves of 0.2 mm
+  const solid::Material soft =
+      material_of(26214.0, 15729.0, 2650.0);  // 65536 typed where 65.536e9 was meant: waves of 0.2 mm
   EXPECT_THROW(RitzBox({0.1, 0.1, 0.008}, soft), InputError);
   EXPECT_THROW(RitzTube(0.5, 0.0125, 0.001, soft), InputError);
   RitzBoxOptions many;

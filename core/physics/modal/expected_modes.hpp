@@ -1,4 +1,6 @@
 #pragma once
+#include <string_view>
+
 #include "core/geometry/mesh/tet_mesh.hpp"
 #include "core/physics/solid/material.hpp"
 
@@ -11,5 +13,10 @@ namespace klang::modal {
 /// Sources: Dupuis, Mazo & Onsager 1960, J. Chem. Phys. 33, 1452 (volume); Courant & Hilbert, Methods of Mathematical Physics I,
 /// section VI.4 (plate).
 double expected_modes(const mesh::TetMesh& mesh, const solid::Material& material, double frequency_hz);
+
+/// Refuses a band of more than most expected modes: memory or time would end first. by_mesh: the mesh's own unknowns bound them.
+/// @throws InputError
+void check_expected_modes(std::string_view place, const mesh::TetMesh& mesh, const solid::Material& material,
+                          double frequency_hz, bool by_mesh, double most = 20000.0);
 
 }  // namespace klang::modal

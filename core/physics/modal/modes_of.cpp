@@ -1,8 +1,5 @@
 #include "core/physics/modal/modes_of.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/stopwatch.hpp"
@@ -14,22 +11,6 @@
 #include "core/physics/modal/revolution_modes.hpp"
 
 namespace klang::modal {
-namespace {
-
-constexpr double kMostModes = 20000;  ///< of a band; with more a unit is wrong, and memory or time would end first
-
-void check_number_of_modes(const mesh::TetMesh& mesh, const solid::Material& material, ModesMethod method,
-                           const EigenOptions& options) {
-  if (options.count > 0 || mesh.n_elements() == 0) return;
-  double expected = expected_modes(mesh, material, options.band.high_hz);
-  if (method == ModesMethod::kTetrahedra) expected = std::min(expected, 3.0 * mesh.n_nodes());
-  if (expected <= kMostModes) return;
-  throw InputError("modes", "too many up to " + klang::to_text(std::round(options.band.high_hz)) + " Hz",
-                   "some " + klang::to_text(std::pow(10.0, std::round(std::log10(expected)))),
-                   "up to " + klang::to_text(kMostModes) + ": a lower band, a count, or lengths in m and moduli in Pa");
-}
-
-}  // namespace
 
 bool harmonics_apply(const ModesBody& body, solid::MassKind mass) {
   return body.shape && mesh::is_axisymmetric(*body.shape) && body.support.kind == solid::SupportKind::kFree &&
@@ -85,7 +66,8 @@ EigenResult modes_of(const ModesBody& body, const mesh::TetMesh& mesh, const sol
                      const ModesOptions& options, Monitor& monitor) {
   KLANG_CHECK(!body.shape || mesh.order() == body.element_order, "modes_of: the mesh is of another element order");
   const ModesMethod method = chosen_method(body, options);
-  check_number_of_modes(mesh, material, method, options.eigen);
+  if (options.eigen.count == 0)
+    check_expected_modes("the body", mesh, material, options.eigen.band.high_hz, method == ModesMethod::kTetrahedra);
   const bool is_ellipsoid = body.shape && ellipsoid_axes_m(*body.shape);
   if (method == ModesMethod::kPolynomial && is_ellipsoid) {
     EigenResult result = solve_ellipsoid_modes(*body.shape, mesh, material, options.eigen, monitor);

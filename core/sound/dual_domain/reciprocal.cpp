@@ -126,12 +126,16 @@ MatrixXcd EarElements::Carrier::operator()(const MatrixXcd& q) const {
 }
 
 EarElements::Carrier EarElements::carrier(const LiquidBoundary& boundary) const {
-  const auto n = static_cast<std::size_t>(boundary.surface().vertices_m.rows());
+  return carrier(Eigen::Matrix3Xd(boundary.surface().vertices_m.transpose()));
+}
+
+EarElements::Carrier EarElements::carrier(const Eigen::Matrix3Xd& points_m) const {
+  const auto n = static_cast<std::size_t>(points_m.cols());
   Carrier result{std::vector<std::array<int, 3>>(n, {0, 0, 0}), std::vector<std::array<double, 3>>(n, {1.0, 0.0, 0.0})};
   const acoustics::RadiatingSurface& s = data_->solver.surface();
   parallel_for(n, 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      const Vector3d x = boundary.surface().vertices_m.row(static_cast<Index>(v)).transpose();
+      const Vector3d x = points_m.col(static_cast<Index>(v));
       double best = HUGE_VAL;
       int nearest = 0;
       Vector3d at = x;

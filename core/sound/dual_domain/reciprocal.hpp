@@ -48,6 +48,7 @@ class EarElements {
     Eigen::MatrixXcd operator()(const Eigen::MatrixXcd& q) const;
   };
   Carrier carrier(const LiquidBoundary& boundary) const;
+  Carrier carrier(const Eigen::Matrix3Xd& points_m) const;  ///< to points near the surface
   int n_elements() const;
   double elements_per_wavelength(double frequency_hz, const acoustics::Medium& air) const;
 

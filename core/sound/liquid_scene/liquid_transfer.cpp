@@ -13,6 +13,7 @@
 #include "core/sound/dual_domain/reciprocal.hpp"
 #include "core/sound/dual_domain/tank_modes.hpp"
 #include "core/sound/dual_domain/transfer_series.hpp"
+#include "core/sound/liquid_scene/detail/cell_ear.hpp"
 #include "core/sound/liquid_scene/thick_part.hpp"
 
 namespace klang::liquid_scene {
@@ -28,6 +29,7 @@ using Row = bubble::TransferSeries::Row;
 constexpr double kLowestBin_hz = 20.0, kEarStep_s = 0.04, kHalfSpaceStep_s = 0.004;
 constexpr int kAirVertices = 500, kFluidSources = 40, kAirSources = 60, kMostSamples = 8000;
 constexpr std::int64_t kSolvesPerCheck = 64;
+constexpr int kChecksPerAir = 2;
 
 /// Share and the later sample of a time.
 std::pair<std::size_t, double> between(const std::vector<double>& times, double time_s) {
@@ -51,11 +53,16 @@ class TransferFinder {
 
  private:
   void frame(std::size_t k);
+  bool by_cells(std::size_t k, std::vector<std::size_t> alive);
+  std::map<int, std::vector<std::size_t>> bins_of(double time_s, const std::vector<std::size_t>& alive) const;
+  std::optional<LiquidBoundary> boundary_of(const bubble::BoundaryMesh& mesh);
+  void look_around(const LiquidBoundary& boundary, double time_s);
   void reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
   void forward(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
   void half_space(std::size_t i);
-  void check(const LiquidBoundary& boundary, const bubble::EarField& air, const bubble::EarInLiquid& liquid,
-             std::size_t i, double time_s);
+  void check_cells(std::size_t k, const LiquidBoundary& boundary, const std::vector<std::size_t>& alive);
+  double error(const LiquidBoundary& boundary, const bubble::EarField& both, Complex found, std::size_t i,
+               double time_s) const;
   bool in_body(const LiquidBoundary& boundary, std::size_t i, double time_s) const;
   bubble::SwingingBubble swinging(std::size_t i, double time_s) const {
     return {place_at(paths_[i], time_s), heard_[i]->radius_m};
@@ -72,6 +79,7 @@ class TransferFinder {
   double elements_from_s_ = -1e300;
   Vector3d ear_m_ = Vector3d::Zero();
   std::map<int, Eigen::MatrixXcd> ear_of_bin_;
+  std::optional<CellEar> cells_;  ///< none: the surface is not one for cells
   std::vector<double> errors_;
   LiquidTransfer result_;
 };
@@ -95,29 +103,97 @@ bool TransferFinder::in_body(const LiquidBoundary& boundary, std::size_t i, doub
   return boundary.inside_liquid(x) && boundary.distance_m(x) > 0.1 * heard_[i]->radius_m;
 }
 
-void TransferFinder::check(const LiquidBoundary& boundary, const bubble::EarField& air,
-                           const bubble::EarInLiquid& liquid, std::size_t i, double time_s) {
-  bubble::EarField both = air;
-  const bubble::EarElements coarse(boundary, std::max(elements_->n_elements() / 8, 22));
-  both.q_coarse = coarse.carrier(boundary)(coarse.field(air.frequency_hz, {ear_m_}, options_.pass.air, monitor_));
+/// Of a pressure that was found: against waves about the centre on all samples with what their dual-weighted residual corrects.
+double TransferFinder::error(const LiquidBoundary& boundary, const bubble::EarField& both, Complex found, std::size_t i,
+                             double time_s) const {
   const bubble::SourcePoints points = bubble::random_source_points(boundary, kFluidSources, 1, seed_);
   // Between the samples that a solve takes its functions are free: it is held against one that takes all of them.
   bubble::ReciprocalOptions all = options_;
   all.pass.most_samples = 0;
   const bubble::EarInLiquid whole = bubble::ear_in_liquid(boundary, both, points, all, monitor_);
-  const bubble::ReciprocalTransfer found =
-      bubble::checked_transfer(boundary, both, whole, points, swinging(i, time_s), all)[0];
-  errors_.push_back(bubble::error_estimate(liquid.pressure(swinging(i, time_s), 0), found));
+  return bubble::error_estimate(found,
+                                bubble::checked_transfer(boundary, both, whole, points, swinging(i, time_s), all)[0]);
+}
+
+std::map<int, std::vector<std::size_t>> TransferFinder::bins_of(double time_s,
+                                                                const std::vector<std::size_t>& alive) const {
+  std::map<int, std::vector<std::size_t>> of_bin;
+  for (const std::size_t i : alive) {
+    const int below = bin_below(pitch_at(paths_[i], time_s), scene_.transfer.bins_per_octave);
+    of_bin[below].push_back(i);
+    of_bin[below + 1].push_back(i);
+  }
+  return of_bin;
+}
+
+std::optional<LiquidBoundary> TransferFinder::boundary_of(const bubble::BoundaryMesh& mesh) {
+  try {
+    return LiquidBoundary(mesh);
+  } catch (
+      const InputError& error) {  // one frame of a splash that cannot be meshed is no reason to lose all the others
+    if (result_.n_bad_frames++ == 0) result_.bad_frame = error.what();
+    return std::nullopt;
+  }
+}
+
+void TransferFinder::look_around(const LiquidBoundary& boundary, double time_s) {
+  if (boundary.inside_air_boundary(scene_.sound.listener.centre_m(time_s)))
+    throw InputError("listener", "is in the liquid at " + to_text(time_s) + " s");
+  if (result_.n_solves == 0 && result_.modes_hz.empty())
+    for (const auto& mode : bubble::tank_modes(boundary, options_.pass.liquid.sound_speed_m_s, 0.0, 2e4))
+      result_.modes_hz.push_back(mode.frequency_hz);
+}
+
+/// Some bubbles of a frame in which the air is new.
+void TransferFinder::check_cells(std::size_t k, const LiquidBoundary& boundary, const std::vector<std::size_t>& alive) {
+  const double time = frames_->time_s()[k];
+  const ThickPart thick(*frames_, k, boundary);
+  options_.pass.sample_counts = thick.sample_counts();
+  const std::size_t first = 7919 * errors_.size();  // any of them, no two runs of neighbours
+  int n_checked = 0;
+  for (std::size_t n = 0; n < alive.size(); ++n) {
+    const std::size_t i = alive[(first + n) % alive.size()];
+    if (!in_body(boundary, i, time) || (thick.is_body() && !thick.holds(place_at(paths_[i], time)))) continue;
+    monitor_.throw_if_stopped();
+    std::optional<double> found = cells_->error(i, swinging(i, time), boundary, k);
+    if (!found)
+      found = error(boundary, cells_->air_field(i, boundary), cells_->pressure(i, swinging(i, time)), i, time);
+    errors_.push_back(*found);
+    if (++n_checked == kChecksPerAir) return;
+  }
+}
+
+bool TransferFinder::by_cells(std::size_t k, std::vector<std::size_t> alive) {
+  const double time = frames_->time_s()[k];
+  std::optional<LiquidBoundary> made;
+  if (cells_->due(time)) {
+    bubble::BoundaryMesh mesh = main_body(frames_->boundary(k), frames_->cell_m());
+    made = boundary_of(mesh);
+    if (!made) return true;
+    look_around(*made, time);
+    const liquid::LiquidSurface body{std::move(mesh.surface), std::move(mesh.region)};
+    if (!cells_->renew(*made, body, scene_.sound.listener.centre_m(time), time)) {
+      cells_.reset();
+      return false;
+    }
+  }
+  cells_->enter(k);
+  std::erase_if(alive, [&](std::size_t i) {
+    const Vector3d x = place_at(paths_[i], time);
+    return !cells_->holds(x) || !(frames_->phi_m(k, x) < -0.1 * heard_[i]->radius_m);
+  });
+  std::map<std::size_t, double> pitches;
+  for (const std::size_t i : alive) pitches[i] = pitch_at(paths_[i], time);
+  cells_->solve(pitches);
+  result_.n_solves += static_cast<std::int64_t>(alive.size());
+  for (const auto& [i, pitch] : pitches)
+    result_.rows[i].push_back({time, pitch, cells_->pressure(i, swinging(i, time))});
+  if (made) check_cells(k, *made, alive);
+  return true;
 }
 
 void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive) {
   const int per_octave = scene_.transfer.bins_per_octave;
-  std::map<int, std::vector<std::size_t>> of_bin;
-  for (const std::size_t i : alive) {
-    const int below = bin_below(pitch_at(paths_[i], time_s), per_octave);
-    of_bin[below].push_back(i);
-    of_bin[below + 1].push_back(i);
-  }
   if (time_s - elements_from_s_ >= kEarStep_s * (1.0 - 1e-9)) {
     elements_.emplace(boundary, kAirVertices);
     elements_from_s_ = time_s;
@@ -126,7 +202,7 @@ void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, c
   }
   const bubble::EarElements::Carrier carried = elements_->carrier(boundary);
   const bubble::SourcePoints points = bubble::random_source_points(boundary, kFluidSources, 1, seed_);
-  for (const auto& [bin, bubbles] : of_bin) {
+  for (const auto& [bin, bubbles] : bins_of(time_s, alive)) {
     monitor_.throw_if_stopped();
     const double frequency = bin_hz(bin, per_octave);
     Eigen::MatrixXcd& q = ear_of_bin_[bin];
@@ -137,7 +213,11 @@ void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, c
     const bubble::EarInLiquid liquid = bubble::ear_in_liquid(boundary, air, points, options_, monitor_);
     for (const std::size_t i : bubbles)
       result_.rows[i].push_back({time_s, frequency, liquid.pressure(swinging(i, time_s), 0)});
-    if (result_.n_solves++ % kSolvesPerCheck == 0) check(boundary, air, liquid, bubbles.front(), time_s);
+    if (result_.n_solves++ % kSolvesPerCheck != 0) continue;
+    const bubble::EarElements coarse(boundary, std::max(elements_->n_elements() / 8, 22));
+    air.q_coarse = coarse.carrier(boundary)(coarse.field(frequency, {ear_m_}, options_.pass.air, monitor_));
+    errors_.push_back(
+        error(boundary, air, liquid.pressure(swinging(bubbles.front(), time_s), 0), bubbles.front(), time_s));
   }
 }
 
@@ -192,14 +272,9 @@ void TransferFinder::frame(std::size_t k) {
   for (std::size_t i = 0; i < paths_.size(); ++i)
     if (heard_[i] && time > heard_[i]->birth_s - step && time < heard_[i]->faded_s + step) alive.push_back(i);
   if (alive.empty()) return;
-  std::optional<LiquidBoundary> made;
-  try {
-    made.emplace(main_body(frames_->boundary(k), frames_->cell_m()));
-  } catch (
-      const InputError& error) {  // one frame of a splash that cannot be meshed is no reason to lose all the others
-    if (result_.n_bad_frames++ == 0) result_.bad_frame = error.what();
-    return;
-  }
+  if (cells_ && by_cells(k, alive)) return;
+  const std::optional<LiquidBoundary> made = boundary_of(main_body(frames_->boundary(k), frames_->cell_m()));
+  if (!made) return;
   const LiquidBoundary& boundary = *made;
   const ThickPart thick(*frames_, k, boundary);
   options_.pass.sample_counts = thick.sample_counts();
@@ -207,11 +282,7 @@ void TransferFinder::frame(std::size_t k) {
     return !in_body(boundary, i, time) || (thick.is_body() && !thick.holds(place_at(paths_[i], time)));
   });
   if (alive.empty()) return;
-  if (boundary.inside_air_boundary(scene_.sound.listener.centre_m(time)))
-    throw InputError("listener", "is in the liquid at " + to_text(time) + " s");
-  if (result_.n_solves == 0 && result_.modes_hz.empty())
-    for (const auto& mode : bubble::tank_modes(boundary, options_.pass.liquid.sound_speed_m_s, 0.0, 2e4))
-      result_.modes_hz.push_back(mode.frequency_hz);
+  look_around(boundary, time);
   if (scene_.transfer.method == TransferMethod::kForward) {
     forward(boundary, time, alive);
   } else {
@@ -224,6 +295,8 @@ LiquidTransfer TransferFinder::find() {
       scene_.transfer.method == TransferMethod::kReciprocal || scene_.transfer.method == TransferMethod::kForward;
   if (solved) {
     KLANG_CHECK(frames_ != nullptr, "the transfer needs frames");
+    if (scene_.transfer.method == TransferMethod::kReciprocal)
+      cells_.emplace(*frames_, options_, scene_.transfer.bins_per_octave, monitor_);
     const std::size_t n = frames_->time_s().size();
     for (std::size_t k = 0; k < n; ++k) {
       monitor_.throw_if_stopped();

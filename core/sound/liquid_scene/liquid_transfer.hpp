@@ -36,9 +36,10 @@ struct LiquidTransfer {
   std::vector<double> modes_hz;          ///< of the tank, in the first frame that was solved, up to 20 kHz
 };
 
-/// Transfer of every bubble to the listener's centre, over time and over frequencies bins_per_octave apart (from 20 Hz), only where a bubble sounds.
-/// reciprocal: the ear's field in the air anew 25 times per second, in the liquid for each frame and bin; forward: each bubble
-/// and frame by itself, at its momentary pitch; half_space: closed form, needs no frames.
+/// Transfer of every bubble to the listener's centre over time, only where it sounds. reciprocal: the ear's field in the air at bins
+/// of frequency (bins_per_octave, from 20 Hz) and anew when it has changed, in the liquid on the frame's cells at each bubble's momentary
+/// pitch; where solids or slanting walls stand in the liquid, by waves about its centre at the bins' frequencies. forward: each
+/// bubble and frame by itself, at its momentary pitch; half_space: closed form, needs no frames.
 LiquidTransfer find_transfer(const liquid::LiquidFrames* frames, const std::vector<entrainment::BubblePath>& paths,
                              const LiquidScene& scene, std::uint64_t seed, Monitor& monitor);
 

@@ -1,0 +1,203 @@
+#include "core/sound/liquid_scene/detail/cell_ear.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
+#include "core/foundation/config/fields.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double kLowestBin_hz = 20.0;
+constexpr double kFirstLife_s = 0.08, kLongestLife_s = 0.64, kSmallChange = 0.1, kLargeChange = 0.25;
+constexpr double kEnoughElements = 4.0;  // per wavelength
+constexpr double kTolerance =
+    1e-4;  // a resonance of Q 50 is then right to a percent, with 3e-3 by nothing (LiquidCells.*)
+constexpr int kMostIterations = 1000;
+
+}  // namespace
+
+CellEar::CellEar(const liquid::LiquidFrames& frames, const bubble::ReciprocalOptions& options, int bins_per_octave,
+                 Monitor& monitor)
+    : frames_(frames), options_(options), bins_per_octave_(bins_per_octave), monitor_(monitor), life_s_(kFirstLife_s) {}
+
+double CellEar::bin_hz(int bin) const { return kLowestBin_hz * std::exp2(static_cast<double>(bin) / bins_per_octave_); }
+
+bool CellEar::due(double time_s) const { return !elements_[0] || time_s - made_s_ >= life_s_ * (1.0 - 1e-9); }
+
+std::size_t CellEar::level(double frequency_hz) const {
+  return elements_[0]->elements_per_wavelength(frequency_hz, options_.pass.air) >= kEnoughElements ? 0 : 1;
+}
+
+Eigen::MatrixXcd CellEar::field(const bubble::EarElements& elements, double frequency_hz) const {
+  return elements.field(frequency_hz, {ear_m_}, options_.pass.air, monitor_);
+}
+
+bool CellEar::renew(const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body,
+                    const Eigen::Vector3d& ear_m, double time_s) {
+  std::optional<CellBox> box = cell_box(body, frames_.cell_m());
+  if (!box) return false;
+  if (!box_ || !box_->same_cells(*box)) waves_.clear();
+  box_ = box;
+  old_q_.clear();
+  for (auto& [bin, q] : q_)
+    if (level(bin_hz(bin)) == 0) old_q_[bin] = std::move(q);
+  q_.clear();
+  old_elements_ = std::move(elements_[0]);
+  for (const int level : {0, 1})
+    elements_[static_cast<std::size_t>(level)] =
+        std::make_unique<const bubble::EarElements>(boundary, options_.air_vertices << level);
+  ear_m_ = ear_m;
+  made_s_ = time_s;
+  return true;
+}
+
+void CellEar::enter(std::size_t frame) {
+  cells_.emplace(frames_, frame, *box_);
+  for (const std::size_t level : {0U, 1U}) carriers_[level] = elements_[level]->carrier(cells_->surface_m());
+  heard_.clear();
+}
+
+const Eigen::VectorXcd& CellEar::heard_in_bin(int bin) {
+  Eigen::VectorXcd& here = heard_[bin];
+  if (here.size() != 0) return here;
+  const std::size_t of = level(bin_hz(bin));
+  Eigen::MatrixXcd& q = q_[bin];
+  if (q.size() == 0) q = field(*elements_[of], bin_hz(bin));
+  return here = carriers_[of](q).col(0);
+}
+
+Eigen::VectorXcd CellEar::heard(double frequency_hz) {
+  const double place = bins_per_octave_ * std::log2(frequency_hz / kLowestBin_hz);
+  const int below = static_cast<int>(std::floor(place));
+  const double share = place - below;
+  const Eigen::VectorXcd &low = heard_in_bin(below), &high = heard_in_bin(below + 1);
+  const auto k = [&](double hz) { return options_.pass.air.wavenumber_per_m(hz); };
+  Eigen::VectorXcd q(low.size());
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const double way = (cells_->surface_m().col(i) - ear_m_).norm();
+    q[i] = (1.0 - share) * low[i] * std::polar(1.0, (k(bin_hz(below)) - k(frequency_hz)) * way) +
+           share * high[i] * std::polar(1.0, (k(bin_hz(below + 1)) - k(frequency_hz)) * way);
+  }
+  return q;
+}
+
+void CellEar::note_change() {
+  const bubble::EarElements::Carrier old = old_elements_->carrier(cells_->surface_m());
+  bool any = false;
+  double change = 0.0;
+  for (const auto& [bin, q] : old_q_) {
+    const auto again = q_.find(bin);
+    if (again == q_.end() || level(bin_hz(bin)) != 0) continue;
+    const Eigen::MatrixXcd before = old(q), now = carriers_[0](again->second);
+    change = std::max(change, (now - before).norm() / now.norm());
+    any = true;
+  }
+  old_elements_.reset();
+  old_q_.clear();
+  if (!any) return;
+  change_ = change;
+  if (change < kSmallChange) life_s_ = std::min(2.0 * life_s_, kLongestLife_s);
+  if (change > kLargeChange) life_s_ = std::max(0.5 * life_s_, kFirstLife_s);
+}
+
+LiquidCells::Question CellEar::question(double frequency_hz, Eigen::VectorXcd q,
+                                        const std::vector<std::complex<float>>* start) const {
+  const Complex give(0.0, options_.pass.liquid.wavenumber_per_m(frequency_hz) * options_.pass.wall_admittance);
+  return {options_.pass.liquid_wavenumber_per_m(frequency_hz), give, std::move(q), start};
+}
+
+/// Its own waves of the frame before, or those of the nearest pitch.
+const std::vector<std::complex<float>>* CellEar::start(std::size_t bubble, double frequency_hz) const {
+  const auto own = waves_.find(bubble);
+  if (own != waves_.end()) return &own->second.waves.w;
+  const Wave* nearest = nullptr;
+  for (const auto& [number, wave] : waves_)
+    if (nearest == nullptr ||
+        std::abs(wave.frequency_hz - frequency_hz) < std::abs(nearest->frequency_hz - frequency_hz))
+      nearest = &wave;
+  return nearest == nullptr ? nullptr : &nearest->waves.w;
+}
+
+void CellEar::solve(const std::map<std::size_t, double>& pitch_of_bubble) {
+  // Neighbours in frequency are solved side by side.
+  std::vector<std::pair<double, std::size_t>> order;
+  for (const auto& [bubble, pitch] : pitch_of_bubble) order.emplace_back(pitch, bubble);
+  std::sort(order.begin(), order.end());
+  std::vector<LiquidCells::Question> questions;
+  for (const auto& [pitch, bubble] : order) {
+    monitor_.throw_if_stopped();
+    questions.push_back(question(pitch, heard(pitch), start(bubble, pitch)));
+  }
+  std::vector<LiquidCells::Waves> found = cells_->solve(questions, kTolerance, kMostIterations);
+  std::map<std::size_t, Wave> next;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (!found[i].converged)
+      throw NumericalError("the ear's field in the liquid at " + to_text(order[i].first) +
+                           " Hz did not converge; method half_space, or a larger liquid_loss_factor");
+    next[order[i].second] = {order[i].first, std::move(questions[i].q), std::move(found[i])};
+  }
+  waves_ = std::move(next);
+  if (old_elements_) note_change();
+}
+
+Complex CellEar::strength(const Wave& wave, const bubble::SwingingBubble& at) const {
+  return options_.pass.air.density_kg_m3 / options_.pass.liquid.density_kg_m3 *
+         bubble::bubble_source_strength(at.radius_m, wave.frequency_hz, options_.pass.liquid.density_kg_m3);
+}
+
+Complex CellEar::pressure(std::size_t bubble, const bubble::SwingingBubble& at) const {
+  const Wave& of = waves_.at(bubble);
+  return strength(of, at) * cells_->at(at.position_m, of.waves, of.heard);
+}
+
+std::pair<Eigen::VectorXcd, double> CellEar::coarse_air(double frequency_hz, const bubble::LiquidBoundary& boundary,
+                                                        const Eigen::Matrix3Xd& points_m) const {
+  const std::size_t of = level(frequency_hz);
+  if (of == 1 && elements_[0]->n_elements() < elements_[1]->n_elements())
+    return {elements_[0]->carrier(points_m)(field(*elements_[0], frequency_hz)).col(0),
+            static_cast<double>(elements_[1]->n_elements()) / elements_[0]->n_elements()};
+  const int n = elements_[of]->n_elements();
+  const bubble::EarElements coarse(boundary, std::max(n / 8, 22));
+  return {coarse.carrier(points_m)(field(coarse, frequency_hz)).col(0),
+          std::max(1.5, static_cast<double>(n) / coarse.n_elements())};
+}
+
+std::optional<double> CellEar::error(std::size_t bubble, const bubble::SwingingBubble& at,
+                                     const bubble::LiquidBoundary& boundary, std::size_t frame) {
+  const Wave& of = waves_.at(bubble);
+  const auto coarse_box = coarser_box(*box_);
+  if (!coarse_box) return std::nullopt;
+  const Complex here = cells_->at(at.position_m, of.waves, of.heard);
+  const std::size_t level_here = level(of.frequency_hz);
+  const auto change_with = [&](const LiquidCells& cells, const Eigen::VectorXcd& q) {
+    const auto waves = cells.solve({question(of.frequency_hz, q, &of.waves.w)}, kTolerance, kMostIterations);
+    return std::abs(cells.at(at.position_m, waves[0], q) - here);
+  };
+  const Eigen::MatrixXcd own = field(*elements_[level_here], of.frequency_hz);
+  const double between_bins = change_with(*cells_, carriers_[level_here](own).col(0));
+  const auto [heard, times_fewer] = coarse_air(of.frequency_hz, boundary, cells_->surface_m());
+  const double air = change_with(*cells_, heard) / (times_fewer - 1.0);
+  const LiquidCells coarse(frames_, frame, *coarse_box);
+  const double ratio = coarse_box->cell_m / box_->cell_m;
+  const double cells =
+      change_with(coarse, elements_[level_here]->carrier(coarse.surface_m())(own).col(0)) / (ratio * ratio - 1.0);
+  return (between_bins + air + cells) / std::abs(here) + 0.5 * change_;
+}
+
+bubble::EarField CellEar::air_field(std::size_t bubble, const bubble::LiquidBoundary& boundary) const {
+  const double frequency_hz = waves_.at(bubble).frequency_hz;
+  const bubble::EarElements& elements = *elements_[level(frequency_hz)];
+  bubble::EarField air;
+  air.frequency_hz = frequency_hz;
+  air.q = elements.carrier(boundary)(field(elements, frequency_hz));
+  const Eigen::Matrix3Xd points = boundary.surface().vertices_m.transpose();
+  const auto [coarse, times_fewer] = coarse_air(frequency_hz, boundary, points);
+  air.q_coarse = air.q.col(0) + 3.0 / (times_fewer - 1.0) * (coarse - air.q.col(0));  // a third of it counts
+  return air;
+}
+
+}  // namespace klang::liquid_scene

@@ -1,0 +1,161 @@
+#include "core/sound/liquid_scene/detail/cell_waves.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/physics/liquid/surface.hpp"
+
+namespace klang::liquid_scene {
+namespace {
+
+using Complex = std::complex<double>;
+using Eigen::Vector3d;
+
+constexpr double kSide_m = 0.2, kDepth_m = 0.1037;  // the surface is no plane between cells
+
+/// One frame of what a distance says in a box of kSide_m.
+class OneFrame : public liquid::LiquidFrames {
+ public:
+  OneFrame(int n_cells, std::function<double(const Vector3d&)> phi) : cell_m_(kSide_m / n_cells), phi_(std::move(phi)) {
+    const liquid::GridShape shape{n_cells, n_cells, n_cells, cell_m_};
+    liquid::Field field(n_cells, n_cells, n_cells);
+    for (int k = 0; k < n_cells; ++k)
+      for (int j = 0; j < n_cells; ++j)
+        for (int i = 0; i < n_cells; ++i) field(i, j, k) = phi_(shape.centre_m(i, j, k));
+    surface_ = liquid::liquid_surface(shape, field, {});
+  }
+  std::span<const double> time_s() const override { return times_; }
+  liquid::LiquidSurface boundary(std::size_t) const override { return surface_; }
+  double phi_m(std::size_t, const Vector3d& x) const override { return phi_(x); }
+  std::optional<Vector3d> velocity_m_s(std::size_t, const Vector3d&) const override { return std::nullopt; }
+  double cell_m() const override { return cell_m_; }
+
+ private:
+  double cell_m_;
+  std::function<double(const Vector3d&)> phi_;
+  std::vector<double> times_ = {0.0};
+  liquid::LiquidSurface surface_;
+};
+
+double level(const Vector3d& x) { return x.z() - kDepth_m; }
+
+/// cos(pi x / L) on the surface of a tank: cos(pi x / L) cosh(kappa z) / cosh(kappa H) in it.
+double largest_error(int n_cells, double frequency_hz, double half_waves, double tolerance = 1e-4) {
+  const OneFrame frames(n_cells, level);
+  const std::optional<CellBox> box = cell_box(frames.boundary(0), frames.cell_m());
+  if (!box) return HUGE_VAL;
+  const LiquidCells cells(frames, 0, *box);
+  const double across = half_waves * kPi / kSide_m;
+  const Complex k = 2.0 * kPi * frequency_hz / 1497.0 * std::sqrt(Complex(1.0, -0.02)),
+                kappa = std::sqrt(across * across - k * k);
+  LiquidCells::Question question{k, 0.0, {}, nullptr};
+  question.q.resize(cells.surface_m().cols());
+  for (Eigen::Index i = 0; i < question.q.size(); ++i) question.q[i] = std::cos(across * cells.surface_m()(0, i));
+  const auto waves = cells.solve({question}, tolerance);
+  if (!waves[0].converged) return HUGE_VAL;
+  double largest = 0.0, scale = 0.0;
+  for (const double z : {0.004, 0.03, 0.06, 0.09, 0.102})
+    for (const double x : {0.013, 0.1, 0.171}) {
+      const Complex exact = std::cos(across * x) * std::cosh(kappa * z) / std::cosh(kappa * kDepth_m);
+      scale = std::max(scale, std::abs(exact));
+      largest = std::max(largest, std::abs(cells.at({x, 0.07, z}, waves[0], question.q) - exact));
+    }
+  return largest / scale;
+}
+
+TEST(LiquidCells, WavesOfATankAreTheClosedFormAlsoAtResonance) {
+  const double mode_hz = 1497.0 / (4.0 * kDepth_m);
+  for (const double f : {0.99 * mode_hz, mode_hz}) EXPECT_LE(largest_error(40, f, 0.0), 0.03) << f;  // Q is 50
+  for (const double f : {500.0, 1.3 * mode_hz, 2.5 * mode_hz}) EXPECT_LE(largest_error(40, f, 0.0), 0.01) << f;
+  for (const double f : {500.0, 5000.0}) EXPECT_LE(largest_error(40, f, 3.0), 0.01) << f;
+}
+
+// The cut faces' distances differ from grid to grid, so that the ratio is not 4 sharp.
+TEST(LiquidCells, ErrorFallsAboutAsTheSquareOfTheCells) {
+  EXPECT_LE(largest_error(40, 2000.0, 1.0, 1e-6), largest_error(20, 2000.0, 1.0, 1e-6) / 2.5);
+}
+
+TEST(LiquidCells, BesideASurfaceItIsWhatTheSurfaceHears) {
+  const OneFrame frames(20, level);
+  const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
+  const LiquidCells::Question question{10.0, 0.0,
+                                       Eigen::VectorXcd::Constant(cells.surface_m().cols(), Complex(0.3, -2)), nullptr};
+  const auto waves = cells.solve({question}, 1e-4);
+  EXPECT_LE(std::abs(cells.at({0.1, 0.1, kDepth_m - 1e-5}, waves[0], question.q) - Complex(0.3, -2)), 0.01);
+}
+
+TEST(LiquidCells, AFrameThatHasNotChangedTakesNoIterations) {
+  const OneFrame frames(20, level);
+  const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
+  LiquidCells::Question question{10.0, 0.0, Eigen::VectorXcd::Constant(cells.surface_m().cols(), 1.0), nullptr};
+  const auto first = cells.solve({question}, 1e-4);
+  EXPECT_GT(first[0].iterations, 3);
+  question.start = &first[0].w;
+  EXPECT_LE(cells.solve({question}, 1e-3)[0].iterations, 1);
+}
+
+TEST(LiquidCells, DropsAreNoPartSmallHollowsAreLiquidAndLargeOnesHearNothing) {
+  const auto with = [](double radius_m) {
+    return [=](const Vector3d& x) {
+      const double hollow = radius_m - (x - Vector3d(0.105, 0.105, 0.055)).norm(),
+                   drop = (x - Vector3d(0.1, 0.1, 0.16)).norm() - 0.02;
+      return std::min(std::max(level(x), hollow), drop);
+    };
+  };
+  std::vector<std::size_t> unknowns;
+  for (const double radius_m : {0.0, 0.012, 0.03}) {
+    const OneFrame frames(20, with(radius_m));
+    const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
+    unknowns.push_back(cells.n_unknowns());
+    EXPECT_FALSE(cells.holds({0.1, 0.1, 0.16}));
+    EXPECT_TRUE(cells.holds({0.05, 0.05, 0.05}));
+    const LiquidCells::Question question{4.0, 0.0, Eigen::VectorXcd::Constant(cells.surface_m().cols(), 1.0), nullptr};
+    const auto waves = cells.solve({question}, 1e-4);
+    const double beside = std::abs(cells.at({0.105 + 0.035, 0.105, 0.055}, waves[0], question.q));
+    if (radius_m < 0.02) {
+      EXPECT_NEAR(beside, 1.0, 0.2);
+    } else {
+      EXPECT_LE(beside, 0.5);
+    }
+  }
+  EXPECT_EQ(unknowns[0], 20U * 20U * 10U);
+  EXPECT_EQ(unknowns[1], unknowns[0]);
+  EXPECT_LT(unknowns[2], unknowns[0]);
+}
+
+TEST(LiquidCells, WallsThatAreNoSidesAndSolidsAreNotForThem) {
+  const OneFrame frames(20, level);
+  liquid::LiquidSurface surface = frames.boundary(0);
+  ASSERT_TRUE(cell_box(surface, frames.cell_m()).has_value());
+  EXPECT_TRUE(cell_box(surface, frames.cell_m())->wall[0][0]);
+  EXPECT_FALSE(cell_box(surface, frames.cell_m())->wall[2][1]);
+  liquid::LiquidSurface walled = surface, solid = surface;
+  std::fill(walled.region.begin(), walled.region.end(), 1);
+  for (Eigen::Index v = 0; v < walled.surface.vertices_m.rows(); ++v)  // walls that lean
+    walled.surface.vertices_m(v, 0) += 0.3 * walled.surface.vertices_m(v, 2);
+  EXPECT_FALSE(cell_box(walled, frames.cell_m()).has_value());
+  for (std::size_t t = 0; t < solid.region.size() / 10; ++t) solid.region[t] = 2;
+  EXPECT_FALSE(cell_box(solid, frames.cell_m()).has_value());
+}
+
+TEST(LiquidCells, TheSameBitsOnOneThreadAndTwo) {
+  const OneFrame frames(20, level);
+  std::vector<std::vector<std::complex<float>>> found;
+  for (const int n_threads : {1, 2}) {
+    set_thread_count(n_threads);
+    const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
+    std::vector<LiquidCells::Question> questions;
+    for (int i = 0; i < 6; ++i)
+      questions.push_back(
+          {5.0 + i, 0.0, Eigen::VectorXcd::Constant(cells.surface_m().cols(), Complex(1.0, i)), nullptr});
+    for (auto& waves : cells.solve(questions, 1e-3)) found.push_back(waves.w);
+  }
+  set_thread_count(0);
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(found[i], found[i + 6]);
+}
+
+}  // namespace
+}  // namespace klang::liquid_scene

@@ -20,25 +20,28 @@
 namespace klang::fit {
 namespace {
 
-constexpr double kMostModes = 2000;  ///< of which measured partials could still be told
+constexpr double kMostFitted = 2000;  ///< of which measured partials could still be told
 
 constexpr double kBasisCut = 1e-6;          // of the largest direction
 constexpr double kClusterTolerance = 1e-6;  // relative, of omega^2: derivatives are shared
 
+/// The material with the density that a specimen's mass and a body's volume give, where the mass is known.
+/// @throws InputError for a density that no solid has: dimensions in another unit
+solid::Material weighed(const Specimen& specimen, solid::Material material, double volume_m3) {
+  if (!specimen.mass_kg) return material;
+  material.density_kg_m3 = *specimen.mass_kg / volume_m3;
+  if (!(material.density_kg_m3 > 1.0 && material.density_kg_m3 < 1e5)) {
+    throw InputError("specimen " + specimen.name, "mass and dimensions give an impossible density",
+                     to_text(material.density_kg_m3) + " kg/m3", "1 to 1e5 kg/m3");
+  }
+  return material;
+}
+
 void finish_body(const Specimen& specimen, const solid::Material& material, SpecimenBody& body) {
   body.volume_m3 =
       body.section || body.polynomials ? mesh::shape_volume_m3(*specimen.shape) : mesh::mesh_volume_m3(body.mesh);
-  body.material = material;
-  if (specimen.mass_kg) {
-    body.mass_kg = *specimen.mass_kg;
-    body.material.density_kg_m3 = body.mass_kg / body.volume_m3;
-    if (!(body.material.density_kg_m3 > 1.0 && body.material.density_kg_m3 < 1e5)) {
-      throw InputError("specimen " + specimen.name, "mass and dimensions give an impossible density",
-                       to_text(body.material.density_kg_m3) + " kg/m3", "1 to 1e5 kg/m3");
-    }
-  } else {
-    body.mass_kg = material.density_kg_m3 * body.volume_m3;
-  }
+  body.material = weighed(specimen, material, body.volume_m3);
+  body.mass_kg = specimen.mass_kg ? *specimen.mass_kg : material.density_kg_m3 * body.volume_m3;
 }
 
 solid::Material with_poissons_ratio(const solid::Material& material, double poissons_ratio) {
@@ -50,8 +53,8 @@ solid::Material with_poissons_ratio(const solid::Material& material, double pois
 SpecimenBody make_body(const Specimen& specimen, const solid::Material& material, double highest_hz) {
   SpecimenBody body;
   if (specimen.shape) {
-    solid::Material guess = material;
-    if (!(guess.density_kg_m3 > 0.0)) guess.density_kg_m3 = *specimen.mass_kg / shape_volume_m3(*specimen.shape);
+    solid::Material guess = weighed(specimen, material, shape_volume_m3(*specimen.shape));
+    if (material.density_kg_m3 > 0.0) guess.density_kg_m3 = material.density_kg_m3;
     const double bar_speed_m_s = std::sqrt(guess.youngs_modulus_pa() / guess.density_kg_m3);
     body.divisions = mesh::resonance_divisions(*specimen.shape, bar_speed_m_s, highest_hz);
     const auto method = modal::chosen_method({specimen.shape, specimen.support}, {});
@@ -96,8 +99,10 @@ ReducedSpectrum::ReducedSpectrum(const Specimen& specimen, const SpecimenBody& b
                                  Monitor& monitor)
     : mass_kg_(specimen.mass_kg) {
   validate_fields("reduced spectrum", options);
-  modal::check_expected_modes("specimen " + specimen.name, body.mesh, body.material, options.band.high_hz,
-                              !body.section && !body.polynomials, kMostModes);
+  const double expected = modal::expected_modes(modal::size_of(body.mesh), body.material, options.band.high_hz);
+  const double unknowns = body.section || body.polynomials ? expected : 3.0 * body.mesh.n_nodes();
+  modal::check_expected_modes("specimen " + specimen.name, std::min(expected, unknowns), options.band.high_hz,
+                              kMostFitted);
   const auto system = detail::elastic_blocks(specimen, body, 0, monitor);
   // Where material ratio or shape change, the modes at the solution are solved for and proven then.
   auto lowest = system->lowest(body.material, options, !options.vary_ratio && free_dimensions.empty());

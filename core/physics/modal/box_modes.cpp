@@ -293,15 +293,70 @@ std::vector<HarmonicModes> BoxBody::modes_up_to(const solid::Material& material,
   return modes;
 }
 
+namespace {
+
+/// The distinct values of a coordinate, ascending, and which of them each point has. Meshes of boxes have few: they are lattices.
+struct Lattice {
+  std::vector<double> values;
+  std::vector<Eigen::Index> of_point;
+
+  explicit Lattice(const Eigen::VectorXd& coordinate) : values(coordinate.begin(), coordinate.end()) {
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    of_point.reserve(static_cast<std::size_t>(coordinate.size()));
+    for (const double x : coordinate)
+      of_point.push_back(std::lower_bound(values.begin(), values.end(), x) - values.begin());
+  }
+  Eigen::Index size() const { return static_cast<Eigen::Index>(values.size()); }
+  Eigen::VectorXd places() const { return Eigen::Map<const Eigen::VectorXd>(values.data(), size()); }
+};
+
+/// Coefficients of products of phi as a tensor, x fastest, to values on a lattice, x fastest: one axis after the other.
+Eigen::VectorXd on_lattice(const Eigen::VectorXd& coefficients, const std::array<Eigen::MatrixXd, 3>& phi) {
+  const Eigen::Index ni = phi[0].cols(), nj = phi[1].cols(), nk = phi[2].cols();
+  const Eigen::Index nx = phi[0].rows(), ny = phi[1].rows(), nz = phi[2].rows();
+  const Eigen::MatrixXd along_z = coefficients.reshaped(ni * nj, nk) * phi[2].transpose();
+  Eigen::MatrixXd along_y(ni, ny * nz);
+  for (Eigen::Index k = 0; k < nz; ++k)
+    along_y.middleCols(k * ny, ny).noalias() = along_z.col(k).reshaped(ni, nj) * phi[1].transpose();
+  Eigen::MatrixXd values(nx, ny * nz);
+  values.noalias() = phi[0] * along_y;
+  return values.reshaped();
+}
+
+}  // namespace
+
 Eigen::MatrixXd BoxBody::displacements(std::size_t index, const Eigen::MatrixXd& unknowns,
                                        const mesh::Points& points_m) const {
   const System& system = systems_[index];
-  std::array<Eigen::MatrixXd, 3> values;  // of phi along each axis at each point
-  for (unsigned d = 0; d < 3; ++d)
-    values[d] =
-        detail::legendre_values(axes_[d].degree, (points_m.col(d) / half_lengths_m_[d]).cwiseMax(-1.0).cwiseMin(1.0)) *
-        axes_[d].legendre;
+  const auto phi_at = [&](unsigned d, const Eigen::VectorXd& x) -> Eigen::MatrixXd {
+    return detail::legendre_values(axes_[d].degree, (x / half_lengths_m_[d]).cwiseMax(-1.0).cwiseMin(1.0)) *
+           axes_[d].legendre;
+  };
+  const std::array<Lattice, 3> lattice{Lattice(points_m.col(0)), Lattice(points_m.col(1)), Lattice(points_m.col(2))};
+  const Eigen::Index nx = lattice[0].size(), ny = lattice[1].size(), n_places = nx * ny * lattice[2].size();
   Eigen::MatrixXd moved(3 * points_m.rows(), unknowns.cols());
+  if (n_places <= 4 * points_m.rows()) {
+    const std::array<Eigen::MatrixXd, 3> phi{phi_at(0, lattice[0].places()), phi_at(1, lattice[1].places()),
+                                             phi_at(2, lattice[2].places())};
+    for_each(static_cast<std::size_t>(unknowns.cols()), 1, [&](std::size_t at) {
+      const auto mode = static_cast<Eigen::Index>(at);
+      for (unsigned c = 0; c < 3; ++c) {
+        const BoxProducts& products = system.products[c];
+        Eigen::VectorXd tensor = Eigen::VectorXd::Zero(phi[0].cols() * phi[1].cols() * phi[2].cols());
+        for (std::size_t i = 0; i < products.size(); ++i)
+          tensor[products[i][0] + phi[0].cols() * (products[i][1] + phi[1].cols() * products[i][2])] =
+              unknowns(system.start[c] + static_cast<Eigen::Index>(i), mode);
+        const Eigen::VectorXd values = on_lattice(tensor, phi);
+        for (std::size_t p = 0; p < lattice[0].of_point.size(); ++p)
+          moved(3 * static_cast<Eigen::Index>(p) + c, mode) =
+              values[lattice[0].of_point[p] + nx * (lattice[1].of_point[p] + ny * lattice[2].of_point[p])];
+      }
+    });
+    return moved;
+  }
+  const std::array<Eigen::MatrixXd, 3> values{phi_at(0, points_m.col(0)), phi_at(1, points_m.col(1)),
+                                              phi_at(2, points_m.col(2))};
   parallel_for(static_cast<std::size_t>(points_m.rows()), 512, [&](std::size_t begin, std::size_t end) {
     const auto first = static_cast<Eigen::Index>(begin), n = static_cast<Eigen::Index>(end - begin);
     for (unsigned c = 0; c < 3; ++c) {

@@ -7,6 +7,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/physics/modal/box_modes.hpp"
+#include "core/physics/modal/expected_modes.hpp"
 
 namespace klang::modal {
 namespace {
@@ -201,10 +202,13 @@ Eigen::Vector3d box_half_lengths_m(const mesh::ShapeSpec& shape) {
 
 BoxModes box_modes(const Eigen::Vector3d& half_lengths_m, const HeldFaces& held, const solid::Material& material,
                    const Band& band, Monitor& monitor) {
+  const Eigen::Vector3d side_m = 2.0 * half_lengths_m;
+  const BodySize size{side_m.prod(), 2.0 * (side_m[0] * side_m[1] + side_m[1] * side_m[2] + side_m[2] * side_m[0])};
+  const std::string place = "box of " + to_text(side_m.maxCoeff()) + " m";
+  check_expected_modes(place, expected_modes(size, material, band.high_hz), band.high_hz);
   const BoxDegrees start = box_degrees(half_lengths_m, material, band.high_hz);
   if (const Eigen::Index n = largest_system(BoxBody(half_lengths_m, start, held)); n > kMostUnknowns)
-    throw InputError("box of " + to_text(2.0 * half_lengths_m.maxCoeff()) + " m",
-                     "has too many modes up to " + to_text(std::round(band.high_hz)) + " Hz",
+    throw InputError(place, "has too many modes up to " + to_text(std::round(band.high_hz)) + " Hz",
                      std::to_string(n) + " unknowns of a kind",
                      "up to " + std::to_string(kMostUnknowns) + ": a lower band, or lengths in metres");
   if (is_held(held)) return held_modes(half_lengths_m, held, material, band, monitor);

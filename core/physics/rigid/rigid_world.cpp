@@ -150,17 +150,20 @@ std::vector<Contact> RigidWorld::State::contacts_at(const std::vector<BodyState>
 /// Impulses of the last step at the same place of the same pair, which a resting contact has again.
 void RigidWorld::State::warm_start(std::vector<Contact>& contacts, detail::Bodies& view) const {
   constexpr double kNear = 1e-2;
+  std::vector<char> used(held.size(), 0);  // each once: an impulse that is given to two pushes twice
   for (Contact& c : contacts) {
     const Contact* nearest = nullptr;
-    double least = kNear;
+    double least = kNear * kNear;
     const auto [first, last] = std::equal_range(held.begin(), held.end(), c, [](const Contact& x, const Contact& y) {
-      return std::tie(x.a, x.b, x.parts) < std::tie(y.a, y.b, y.parts);  // as Collisions::find sorts
+      return std::tie(x.a, x.b) < std::tie(y.a, y.b);  // as Collisions::find sorts
     });
     for (auto old = first; old != last; ++old) {
-      const double distance = (old->arm_a - c.arm_a).norm();
-      if (distance < least) least = distance, nearest = &*old;
+      const double distance = (old->arm_a - c.arm_a).squaredNorm();
+      if (distance < least && used[static_cast<std::size_t>(old - held.begin())] == 0)
+        least = distance, nearest = &*old;
     }
     if (nearest == nullptr) continue;
+    used[static_cast<std::size_t>(nearest - held.data())] = 1;
     c.lasting = c.axes.transpose() * (nearest->axes * nearest->lasting);
     c.lasting[0] = std::max(0.0, c.lasting[0]);
     push(c, c.lasting, view);

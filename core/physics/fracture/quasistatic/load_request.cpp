@@ -10,9 +10,16 @@ namespace klang::fracture {
 namespace {
 
 constexpr double kSameMoment = 1e-9;  // of the contact time
+constexpr double kSmall = 1e-4;       // of the largest compression energy: the root of it is 1 % of the stress
 
 double peak_s(const ContactLoad& load) { return load.time_s + 0.5 * load.duration_s; }
 double end_s(const ContactLoad& load) { return load.time_s + load.duration_s; }
+
+/// Of the largest compression: Hertz' energy goes with the force to the 5/3.
+double compressed_share(const ContactLoad& load, double time_s) {
+  const double sine = std::sin(kPi * (time_s - load.time_s) / load.duration_s);
+  return std::pow(std::max(0.0, sine), 2.5);
+}
 
 LoadRequest request_at(double time_s, const std::vector<ContactLoad>& sorted, std::size_t first) {
   LoadRequest request;
@@ -21,7 +28,7 @@ LoadRequest request_at(double time_s, const std::vector<ContactLoad>& sorted, st
     const Eigen::Vector3d force = force_n(sorted[i], time_s);
     if (force.isZero(0.0)) continue;
     (sorted[i].lasting ? request.lasting : request.impacts).push_back({sorted[i].place_m, force});
-    request.budget_j += sorted[i].compression_energy_j;
+    if (!sorted[i].lasting) request.budget_j += compressed_share(sorted[i], time_s) * sorted[i].compression_energy_j;
   }
   return request;
 }
@@ -65,11 +72,13 @@ std::vector<LoadRequest> load_requests(const std::vector<ContactLoad>& loads) {
   std::vector<ContactLoad> sorted = loads;
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const ContactLoad& a, const ContactLoad& b) { return a.time_s < b.time_s; });
-  double longest_s = 0.0;
+  double longest_s = 0.0, largest_j = 0.0;
+  for (const ContactLoad& load : sorted) largest_j = std::max(largest_j, load.compression_energy_j);
   std::vector<std::pair<double, double>> moments;  // peak of an impact, its contact time
   for (const ContactLoad& load : sorted) {
     longest_s = std::max(longest_s, load.duration_s);
-    if (!load.lasting) moments.emplace_back(peak_s(load), load.duration_s);
+    if (!load.lasting && load.compression_energy_j >= kSmall * largest_j)
+      moments.emplace_back(peak_s(load), load.duration_s);
   }
   std::sort(moments.begin(), moments.end());
   std::vector<double> times;

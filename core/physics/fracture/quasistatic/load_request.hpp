@@ -39,11 +39,12 @@ Eigen::Vector3d force_n(const ContactLoad& load, double time_s);
 struct LoadRequest {
   double time_s = 0.0;
   std::vector<PointForce> impacts, lasting;
-  double budget_j = 0.0;  ///< compression energy of the impacts in it
+  double budget_j = 0.0;  ///< energy that compresses the impacts in it then
 };
 
-/// A request at the peak of each impact, with what every other contact exerts then (impacts that peak together are one request), and
-/// one for each moment at which lasting contacts begin and no impact peaks during them. Ascending in time. The largest
+/// A request at the peak of each impact, with what every other contact exerts then (impacts that peak together are one request; one
+/// with less than 1e-4 of the compression energy of the hardest is only heard at the others' peaks: it can change a stress by a
+/// hundredth), and one for each moment at which lasting contacts begin and no impact peaks during them. Ascending in time. The largest
 /// load of two pulses that overlap is at one of the two peaks or between them; both are asked for.
 std::vector<LoadRequest> load_requests(const std::vector<ContactLoad>& loads);
 

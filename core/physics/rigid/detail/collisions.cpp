@@ -9,6 +9,7 @@
 #include <new>
 #include <tuple>
 
+#include "core/physics/rigid/detail/contact_patches.hpp"
 #include "core/physics/rigid/detail/hull_touches.hpp"
 
 namespace klang::rigid::detail {
@@ -77,20 +78,21 @@ Eigen::Isometry3d isometry(const btTransform& from) {
   return to;
 }
 
+/// What pairs of hulls find in one search; Bullet's own store keeps four points of two parts, and not the same ones in each step.
+struct HullContacts {
+  double near = 0.0;  // largest gap of a point that counts
+  std::vector<Contact> all;
+};
+
 /// Two hulls: the axis along which they overlap least, then where they touch along it. Most pairs whose boxes meet are parted by the
 /// axis that parted them a step ago.
 class HullPair : public btCollisionAlgorithm {
  public:
-  HullPair(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* first,
-           const btCollisionObject* second, const double* near)
-      : btCollisionAlgorithm(info), manifold_(m_dispatcher->getNewManifold(first, second)), near_(near) {}
-  ~HullPair() override { m_dispatcher->releaseManifold(manifold_); }
-  HullPair(const HullPair&) = delete;
-  HullPair& operator=(const HullPair&) = delete;
+  HullPair(const btCollisionAlgorithmConstructionInfo& info, HullContacts* found)
+      : btCollisionAlgorithm(info), found_(found) {}
 
   void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
-                        const btDispatcherInfo&, btManifoldResult* result) override {
-    result->setPersistentManifold(manifold_);
+                        const btDispatcherInfo&, btManifoldResult*) override {
     // The body with the lower number first, whatever pair the broad phase makes: the same points in the same order.
     const bool swapped = first->getCollisionObject()->getUserIndex() > second->getCollisionObject()->getUserIndex();
     const btCollisionObjectWrapper &on_a = swapped ? *second : *first, &on_b = swapped ? *first : *second;
@@ -104,40 +106,41 @@ class HullPair : public btCollisionAlgorithm {
       return;
     }
     const Vector3d normal = place_a.linear() * axis.normal;
-    for (const HullTouch& touch : hull_touches(a, b, b_to_a, axis, *near_)) {
-      const Vector3d place = place_a * touch.on_b;
-      if (swapped)
-        result->addContactPoint(bullet(-normal), bullet(place + touch.gap * normal), touch.gap);
-      else
-        result->addContactPoint(bullet(normal), bullet(place), touch.gap);
+    for (const HullTouch& touch : hull_touches(a, b, b_to_a, axis, found_->near)) {
+      if (!(touch.gap <= found_->near)) continue;
+      Contact& c = found_->all.emplace_back();
+      c.a = on_a.getCollisionObject()->getUserIndex();
+      c.b = on_b.getCollisionObject()->getUserIndex();
+      c.parts = {on_a.getCollisionObject()->getUserIndex2(), on_b.getCollisionObject()->getUserIndex2()};
+      c.place = place_a * touch.on_b + 0.5 * touch.gap * normal;
+      c.normal = normal;
+      c.gap = touch.gap;
     }
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
     return 1.0;
   }
-  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
+  void getAllContactManifolds(btManifoldArray&) override {}
 
  private:
   static const HullFeatures& features(const btCollisionObjectWrapper& of) {
     return *static_cast<const HullFeatures*>(of.getCollisionObject()->getUserPointer());
   }
-  btPersistentManifold* manifold_;
-  const double* near_;
+  HullContacts* found_;
   Vector3d parted_ = Vector3d::UnitZ();  // in the frame of the body with the lower number
 };
 
 struct MakeHullPair : btCollisionAlgorithmCreateFunc {
   btCollisionAlgorithmCreateFunc* flat = nullptr;  // for hulls without volume
-  double near = 0.0;                               // largest gap of a point that counts
+  HullContacts found;
   btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                  const btCollisionObjectWrapper* first,
                                                  const btCollisionObjectWrapper* second) override {
     if (first->getCollisionObject()->getUserPointer() == nullptr ||
         second->getCollisionObject()->getUserPointer() == nullptr)
       return flat->CreateCollisionAlgorithm(info, first, second);
-    return new (info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HullPair)))
-        HullPair(info, first->getCollisionObject(), second->getCollisionObject(), &near);
+    return new (info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HullPair))) HullPair(info, &found);
   }
 };
 
@@ -275,7 +278,7 @@ std::vector<Contact> Collisions::find(const std::vector<BodyState>& bodies, doub
   for (int i = 0; i < bullet_->dispatcher.getNumManifolds(); ++i) {
     bullet_->dispatcher.getManifoldByIndexInternal(i)->clearManifold();
   }
-  bullet_->make_pair.near = slop;
+  bullet_->make_pair.found = {slop, {}};
   bullet_->world.performDiscreteCollisionDetection();
   for (int i = 0; i < bullet_->dispatcher.getNumManifolds(); ++i) {
     const btPersistentManifold& manifold = *bullet_->dispatcher.getManifoldByIndexInternal(i);
@@ -284,11 +287,13 @@ std::vector<Contact> Collisions::find(const std::vector<BodyState>& bodies, doub
       if (point.getDistance() <= slop) contacts.push_back(contact_of(point, manifold.getBody0(), manifold.getBody1()));
     }
   }
+  const std::vector<Contact>& of_hulls = bullet_->make_pair.found.all;
+  contacts.insert(contacts.end(), of_hulls.begin(), of_hulls.end());
   const auto key = [](const Contact& c) {
     return std::tuple(c.a, c.b, c.parts[0], c.parts[1], c.place.x(), c.place.y(), c.place.z());
   };
   std::sort(contacts.begin(), contacts.end(), [&](const Contact& x, const Contact& y) { return key(x) < key(y); });
-  return contacts;
+  return patch_corners(contacts, bodies, slop);
 }
 
 }  // namespace klang::rigid::detail

@@ -64,6 +64,9 @@ Vector3d mobility(const Contact& c, const Bodies& bodies) {
 
 namespace {
 
+constexpr int kPatience =
+    50;  // sweeps after which a tenth must be gained: where they go in circles more of them give nothing
+
 double square(double x) { return x * x; }
 
 /// One axis of a contact: what a unit impulse along it does to a body, and how the body's motion shows along it.
@@ -182,10 +185,14 @@ double solve_contacts(std::span<Contact* const> contacts, Vector3d Contact::*imp
     while (last < order.size() && order[last]->island == order[first]->island) ++last;
     if (order[first]->island < 0) continue;  // nothing there moves
     const std::span<Row* const> island(order.data() + first, last - first);
-    for (int sweep = 0; sweep < sweeps; ++sweep) {
-      double change = 0.0;
+    double change = 0.0, before = HUGE_VAL;
+    for (int sweep = 1; sweep <= sweeps; ++sweep) {
+      change = 0.0;
       for (Row* row : island) change = std::max(change, row->sweep());
       if (change <= square(tolerance)) break;
+      if (sweep % kPatience != 0) continue;
+      if (change > square(0.9) * before) break;
+      before = change;
     }
     for (const Row* row : island)
       worst = std::max(worst, violation(*row->contact, *row->impulse, row->mobility, bodies));

@@ -111,9 +111,6 @@ std::vector<HullTouch> hull_touches(const HullFeatures& a, const HullFeatures& b
     touches.push_back(where_edges_cross(a.edges[(*axis.edges)[0]], b.edges[(*axis.edges)[1]], b_to_a, axis));
   } else if (deepest == touches.end() || deepest->gap > axis.gap + kOutermost * (a.size + b.size)) {
     touches.push_back(farthest_corner(a, b, b_to_a, axis, face_of_a));
-  } else {
-    const HullTouch last = *deepest;
-    touches.push_back(last);
   }
   return touches;
 }

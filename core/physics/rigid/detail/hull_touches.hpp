@@ -13,8 +13,7 @@ struct HullTouch {
 };
 
 /// Points of the two along their axis of least overlap, with gaps along it: corners of what their outermost faces share, seen along
-/// the axis, and the place where edges cross, if the axis is theirs. The deepest is as deep as the axis says and comes last, so that
-/// no other replaces it where only some are kept.
+/// the axis, and the place where edges cross, if the axis is theirs. The deepest is as deep as the axis says.
 /// @param b_to_a  place of b in a's frame, in which axis and result are, too
 /// @param near    largest gap
 std::vector<HullTouch> hull_touches(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a,

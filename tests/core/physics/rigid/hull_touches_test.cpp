@@ -17,7 +17,13 @@ double outside(const HullFeatures& hull, const Vector3d& point) {
   return (hull.normals.transpose() * point - hull.offsets).maxCoeff();
 }
 
-TEST(HullTouches, LieOnBothHullsAndTheLastIsAsDeepAsTheAxisSays) {
+double deepest(const std::vector<HullTouch>& touches) {
+  double gap = HUGE_VAL;
+  for (const HullTouch& touch : touches) gap = std::min(gap, touch.gap);
+  return gap;
+}
+
+TEST(HullTouches, LieOnBothHullsAndTheDeepestIsAsDeepAsTheAxisSays) {
   klang::RandomStream random(11, 0);
   const HullFeatures a = box(1, 0.7, 0.4), b = box(0.5, 0.9, 0.6);
   int n_edges = 0, n_touches = 0;
@@ -31,7 +37,7 @@ TEST(HullTouches, LieOnBothHullsAndTheLastIsAsDeepAsTheAxisSays) {
     n_edges += axis.edges ? 1 : 0;
     const std::vector<HullTouch> touches = hull_touches(a, b, place, axis, 1e-3);
     ASSERT_FALSE(touches.empty());
-    EXPECT_LE(std::abs(touches.back().gap - axis.gap), 1e-12) << k;
+    EXPECT_LE(std::abs(deepest(touches) - axis.gap), 1e-12) << k;
     for (const HullTouch& touch : touches) {
       ++n_touches;
       EXPECT_GE(touch.gap, axis.gap - 1e-12) << k;
@@ -41,7 +47,7 @@ TEST(HullTouches, LieOnBothHullsAndTheLastIsAsDeepAsTheAxisSays) {
     }
     const HullAxis back = hull_axis(b, a, place.inverse());
     EXPECT_LE(std::abs(back.gap - axis.gap), 1e-12) << k;
-    EXPECT_LE(std::abs(hull_touches(b, a, place.inverse(), back, 1e-3).back().gap - axis.gap), 1e-12) << k;
+    EXPECT_LE(std::abs(deepest(hull_touches(b, a, place.inverse(), back, 1e-3)) - axis.gap), 1e-12) << k;
   }
   EXPECT_GT(n_edges, 50);
   EXPECT_GT(n_touches, 1000);
@@ -53,7 +59,7 @@ TEST(HullTouches, AFaceOnAFaceTouchesAtTheCornersOfWhatTheyShare) {
   const HullFeatures a = box(1, 1, 1), b = box(1, 1, 1);
   const HullAxis axis = hull_axis(a, b, place);
   const std::vector<HullTouch> touches = hull_touches(a, b, place, axis, 0.0);
-  ASSERT_EQ(touches.size(), 5U);  // the deepest twice
+  ASSERT_EQ(touches.size(), 4U);
   for (const double x : {-0.2, 0.5}) {
     for (const double y : {-0.3, 0.5}) {
       double nearest = HUGE_VAL;
@@ -76,7 +82,7 @@ TEST(HullTouches, ATipInAFaceIsAsDeepAsItReaches) {
       const Eigen::Isometry3d b_to_a = place_a.inverse();
       const HullAxis axis = swapped ? hull_axis(b, a, place_a) : hull_axis(a, b, b_to_a);
       const auto touches = swapped ? hull_touches(b, a, place_a, axis, 0.0) : hull_touches(a, b, b_to_a, axis, 0.0);
-      EXPECT_LE(std::abs(touches.back().gap + 0.03), 1e-12) << tilt << swapped;
+      EXPECT_LE(std::abs(deepest(touches) + 0.03), 1e-12) << tilt << swapped;
     }
   }
 }

@@ -65,9 +65,21 @@ TEST(LoadRequests, ImpactsThatOverlapAddUpAndOthersDoNot) {
   EXPECT_LE(std::abs(requests[1].time_s - 1.5e-4), 1e-18);
   EXPECT_LE(std::abs(requests[1].impacts[0].force_n[2] / (later * peak * 1 / 2e-4) - 1.0), 1e-12);
   EXPECT_LE(std::abs(requests[1].impacts[1].force_n[2] / (peak * 2 / 2e-4) - 1.0), 1e-12);
-  EXPECT_LE(std::abs(requests[1].budget_j - (1 + 2) / 1.5 / 2), 1e-14);
+  // Hertz: force ~ depth^1.5, energy ~ depth^2.5, so that three quarters through the first holds (F / peak)^(5/3) of its energy.
+  EXPECT_LE(std::abs(requests[1].budget_j - (std::pow(later, 5.0 / 3.0) * 1 + 2) / 1.5 / 2), 1e-14);
   ASSERT_EQ(requests[2].impacts.size(), 1u);
   EXPECT_EQ(requests[2].impacts[0].place_m[0], 3.0);
+}
+
+TEST(LoadRequests, AHarmlessImpactAsksForNothingOfItsOwnBesideAHardOne) {
+  const std::vector<ContactLoad> loads = {
+      contact_load(impulse(0.0, 2e-4, {1, 0, 0}, {0, 0, 1}), {0, 0, 1}, 1.0, 0.5),
+      contact_load(impulse(0.5e-4, 2e-4, {2, 0, 0}, {0, 0, 0.9e-2}), {0, 0, 1}, 0.9e-2, 0.5)};
+  const std::vector<LoadRequest> requests = load_requests(loads);
+  ASSERT_EQ(requests.size(), 1u);
+  EXPECT_LE(std::abs(requests[0].time_s - 1e-4), 1e-18);
+  EXPECT_EQ(requests[0].impacts.size(), 2u);  // what it pushes then counts
+  EXPECT_EQ(load_requests({loads[1]}).size(), 1u);
 }
 
 TEST(LoadRequests, ImpactsAtOnceAreOneRequestAndLastingContactsAreHeld) {

@@ -284,8 +284,13 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
     ModelPointer model;
     const auto surface = [&] { return piece_surface(folder, number); };
     if (auto proxy = proxies.may_stand_for(parent) ? proxy_of_piece(proxies, parent, name, surface(), notes, monitor)
-                                                   : std::optional<scene::SoundModel>())
+                                                   : std::optional<scene::SoundModel>()) {
+      if (proxy->modes.n_modes() == 0) {
+        write_file(folder.file(silent), "");
+        continue;
+      }
       model = keep_model(&folder, stem, std::move(*proxy));
+    }
     if (!model) model = kept_model(&folder, stem);
     if (!model) {
       auto made = scene::sound_model_of(scene, parent, name, surface(), notes, monitor);

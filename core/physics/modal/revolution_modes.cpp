@@ -66,9 +66,11 @@ EigenResult solve_revolution_modes(const mesh::ShapeSpec& shape, const mesh::Tet
   result.method_used = EigenMethod::kHarmonics;
   result.n_rigid_modes = 6;
   double high_hz = options.band.high_hz;
-  mesh::SectionDivisions divisions = section_divisions_for(shape, material, high_hz);
-  if (options.count > 0)
-    high_hz = std::max(first_guess_hz(shape, material, mesh::mesh_section(shape, divisions)), options.band.low_hz);
+  if (options.count > 0) {  // a band may then be open to infinity
+    const mesh::SectionDivisions coarse = mesh::section_divisions(shape, mesh::section_thickness_m(shape));
+    high_hz = std::max(first_guess_hz(shape, material, mesh::mesh_section(shape, coarse)), options.band.low_hz);
+  }
+  mesh::SectionDivisions divisions;
   std::vector<HarmonicModes> modes;
   std::optional<AxisymmetricBody> body;
   for (;; high_hz *= 2.0) {

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/rigid/detail/collisions.hpp"
 #include "core/physics/rigid/detail/impact_rounds.hpp"
+#include "core/physics/rigid/detail/link_contacts.hpp"
 #include "core/physics/rigid/impact_pulse.hpp"
 
 namespace klang::rigid {
@@ -51,6 +53,7 @@ struct RigidWorld::State {
   std::vector<RigidBodySpec> specs;
   std::vector<double> half_width;  // smallest of each body, inner length
   std::vector<BodyState> bodies;
+  std::vector<Link> links;
   std::vector<Contact> held;  // lasting contacts of the last step, to start from
   detail::Collisions collisions;
   EnergyLedger ledger;
@@ -64,6 +67,7 @@ struct RigidWorld::State {
   void take_unit_from(const RigidBodySpec& body);
   void book();
   std::vector<BodyState> flown() const;
+  std::vector<Contact> touching(const std::vector<BodyState>& where, double slop);
   std::vector<Contact> contacts_at(const std::vector<BodyState>& there);
   double hold(std::vector<Contact>& contacts, detail::Bodies& view);
   double push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps);
@@ -128,17 +132,32 @@ std::vector<BodyState> RigidWorld::State::flown() const {
   return there;
 }
 
+/// But for bodies that are tied together, which overlap where they are.
+std::vector<Contact> RigidWorld::State::touching(const std::vector<BodyState>& where, double slop) {
+  std::vector<Contact> contacts = collisions.find(where, slop, options.floor.has_value());
+  for (const Link& link : links)
+    if (!link.length_m && link.b >= 0)
+      std::erase_if(contacts, [&](const Contact& c) { return c.a == link.a && c.b == link.b; });
+  return contacts;
+}
+
 std::vector<Contact> RigidWorld::State::contacts_at(const std::vector<BodyState>& there) {
-  std::vector<Contact> contacts = collisions.find(there, kSlop, options.floor.has_value());
+  std::vector<Contact> contacts = touching(there, kSlop);
+  const auto pair = [](const Contact& c) { return std::pair(c.a, c.b); };
+  for (const Contact& c : detail::link_contacts(links, specs, there, length, kSlop)) contacts.push_back(c);
+  std::stable_sort(contacts.begin(), contacts.end(),
+                   [&](const Contact& x, const Contact& y) { return pair(x) < pair(y); });
   detail::Bodies view{{const_cast<BodyState*>(there.data()), there.size()}, {}};
   for (Contact& c : contacts) {
     const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(std::max(c.b, 0));
     c.axes = axes_of(c.normal);
-    c.arm_a = c.place - there[a].centre;
-    c.arm_b = c.b >= 0 ? Vector3d(c.place - there[b].centre) : Vector3d::Zero();
-    const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
-    c.restitution = pair_restitution(specs[a].skin, other);
-    c.friction = pair_friction(specs[a].skin, other);
+    if (c.link < 0) {
+      c.arm_a = c.place - there[a].centre;
+      c.arm_b = c.b >= 0 ? Vector3d(c.place - there[b].centre) : Vector3d::Zero();
+      const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
+      c.restitution = pair_restitution(specs[a].skin, other);
+      c.friction = pair_friction(specs[a].skin, other);
+    }
     Vector3d pull = Vector3d::Zero();
     if (!there[a].fixed()) pull += options.gravity_m_s2;
     if (c.b >= 0 && !there[b].fixed()) pull -= options.gravity_m_s2;
@@ -159,13 +178,13 @@ void RigidWorld::State::warm_start(std::vector<Contact>& contacts, detail::Bodie
     });
     for (auto old = first; old != last; ++old) {
       const double distance = (old->arm_a - c.arm_a).squaredNorm();
-      if (distance < least && used[static_cast<std::size_t>(old - held.begin())] == 0)
+      if (distance < least && old->link == c.link && used[static_cast<std::size_t>(old - held.begin())] == 0)
         least = distance, nearest = &*old;
     }
     if (nearest == nullptr) continue;
     used[static_cast<std::size_t>(nearest - held.data())] = 1;
     c.lasting = c.axes.transpose() * (nearest->axes * nearest->lasting);
-    c.lasting[0] = std::max(0.0, c.lasting[0]);
+    if (!c.tied) c.lasting[0] = std::max(0.0, c.lasting[0]);
     push(c, c.lasting, view);
   }
 }
@@ -234,6 +253,7 @@ void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::
     for (const BodyState& b : there) view.inverse_inertia.push_back(b.world_inverse_inertia());
   const double begin_s = static_cast<double>(n_steps) / options.rate_hz;
   for (const Contact& c : contacts) {
+    if (c.link >= 0) continue;
     const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(std::max(c.b, 0));
     ContactImpulse row;
     row.a = c.a;
@@ -343,6 +363,19 @@ int RigidWorld::add(const RigidBodySpec& body) {
   return number;
 }
 
+void RigidWorld::link(const Link& link) {
+  State& s = *state_;
+  const auto is_body = [&](int body) { return body >= 0 && body < n_bodies() && is_there(body); };
+  KLANG_CHECK(is_body(link.a) && (link.b == kFloor || (is_body(link.b) && link.b != link.a)),
+              "two bodies of the world");
+  Link kept = link;
+  if (kept.b >= 0 && kept.a > kept.b) {  // as pairs that touch
+    std::swap(kept.a, kept.b);
+    std::swap(kept.at_a_m, kept.at_b_m);
+  }
+  s.links.push_back(kept);
+}
+
 void RigidWorld::remove(int body) {
   State& s = *state_;
   const double before = s.energy();
@@ -407,7 +440,7 @@ void RigidWorld::book(double EnergyLedger::*entry, double joules) {
 std::optional<RigidWorld::Overlap> RigidWorld::overlap(double tolerance_m) const {
   State& s = *state_;
   std::optional<Overlap> deepest;
-  for (const Contact& c : s.collisions.find(s.bodies, 0.0, s.options.floor.has_value())) {
+  for (const Contact& c : s.touching(s.bodies, 0.0)) {
     const double depth_m = -c.gap / s.length;
     if (depth_m > tolerance_m && (!deepest || depth_m > deepest->depth_m)) deepest = Overlap{c.a, c.b, depth_m};
   }

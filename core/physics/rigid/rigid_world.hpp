@@ -6,6 +6,7 @@
 #include "core/physics/events/motion.hpp"
 #include "core/physics/rigid/contact.hpp"
 #include "core/physics/rigid/energy_ledger.hpp"
+#include "core/physics/rigid/link.hpp"
 #include "core/physics/rigid/rigid_body.hpp"
 
 namespace klang::rigid {
@@ -62,8 +63,9 @@ class RigidWorld {
 
   /// Returns its number. What it brings of energy is booked as work. @throws InputError
   int add(const RigidBodySpec& body);
-  void remove(int body);  ///< numbers of the others stay; its energy leaves as work
-  int n_bodies() const;   ///< with those that were removed
+  void link(const Link& link);  ///< ties bodies that are there
+  void remove(int body);        ///< numbers of the others stay; its energy leaves as work
+  int n_bodies() const;         ///< with those that were removed
   bool is_there(int body) const;
 
   /// @throws InputError where a body moves by more than its smallest half-width in one step: the rate is too low

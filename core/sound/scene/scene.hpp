@@ -102,6 +102,17 @@ struct SceneJoint {
   Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< the nearest corner of the surface, in the first body's frame
 };
 
+/// What ties two rigid or breakable bodies, or one and the world.
+struct SceneLink {
+  int body = 0, other = -1;                        ///< -1: the world
+  std::string place;                               ///< in the file
+  Eigen::Vector3d at_m = Eigen::Vector3d::Zero();  ///< in the first body's frame
+  bool cord = false;                               ///< else a hinge
+  Eigen::Vector3d to_m = Eigen::Vector3d::Zero();  ///< of a cord: its other end, in the other's frame
+  std::optional<double> length_m;                  ///< of a cord; none: taut at the start
+  std::optional<Eigen::Vector3d> axis;             ///< of a hinge, in the first body's frame; none: it turns every way
+};
+
 struct SceneBody {
   std::string name;
   std::string place;  ///< in the file, for messages: "scene.toml:12: body[1]"
@@ -119,7 +130,8 @@ struct SceneBody {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();
   bool fixed = false;
-  double max_edge_m = 0.0;  ///< of the mesh for modes; 0: the default of `klang modes`
+  double max_edge_m = 0.0;            ///< of the mesh for modes; 0: the default of `klang modes`
+  std::optional<double> modes_to_hz;  ///< highest of its own modes that is computed, below the sound's band's end
   BodySound sound = BodySound::kAuto;
   bool sounds() const { return sound != BodySound::kNone && (sound != BodySound::kAuto || !fixed); }
 };
@@ -180,6 +192,7 @@ struct Scene {
       true;  ///< no key of a file: off, every load is solved, whether it has the energy to break or not
   std::vector<SceneHold> holds;
   std::vector<SceneJoint> joints;
+  std::vector<SceneLink> links;
 
   bool has_deforming_bodies() const;
   const SceneMaterial& material_of(const SceneBody& body) const {

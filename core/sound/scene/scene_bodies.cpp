@@ -9,6 +9,7 @@
 #include "core/geometry/mesh/mass_properties.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/rigid/convex_parts.hpp"
+#include "core/sound/scene/detail/link_reader.hpp"
 
 namespace klang::scene {
 namespace {
@@ -116,6 +117,7 @@ rigid::RigidWorld world_of(const Scene& scene, const SceneNotes& notes, Monitor&
     smallest_m = std::min(smallest_m, rigid.size_m());
     located(scene.bodies[i].place, [&] { return world.add(rigid); });
   }
+  detail::add_links(scene.links, world);
   if (const auto overlap = world.overlap(kOverlap * smallest_m)) {
     const SceneBody& body = scene.bodies[static_cast<std::size_t>(overlap->a)];
     const std::string other = overlap->b < 0 ? "the floor" : scene.bodies[static_cast<std::size_t>(overlap->b)].name;

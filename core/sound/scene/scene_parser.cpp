@@ -11,6 +11,7 @@
 #include "core/physics/solid/fitted_material.hpp"
 #include "core/physics/solid/material_reader.hpp"
 #include "core/sound/scene/detail/deform_reader.hpp"
+#include "core/sound/scene/detail/link_reader.hpp"
 #include "core/sound/scene/detail/sound_reader.hpp"
 #include "core/sound/scene/scene.hpp"
 
@@ -32,6 +33,8 @@ const TomlField kSchema[] = {
     {"", "hold", kTables, "none", -kInf, kInf,
      "one `[[hold]]` each: places of cracking and modal bodies that are moved from outside"},
     {"", "joint", kTables, "none", -kInf, kInf, "one `[[joint]]` each: places that modal bodies share"},
+    {"", "cord", kTables, "none", -kInf, kInf, "one `[[cord]]` each: two places that it holds together"},
+    {"", "hinge", kTables, "none", -kInf, kInf, "one `[[hinge]]` each: a place that two bodies share"},
     {"", "crack", kTable, "the defaults below", -kInf, kInf, "how cracking bodies flow and crack"},
     {"", "modal", kTable, "the defaults below", -kInf, kInf, "how modal bodies move"},
     {"", "fracture", kTable, "the defaults below", -kInf, kInf, "how breakable bodies break"},
@@ -82,6 +85,9 @@ const TomlField kSchema[] = {
     {"body", "crack", kTable, "the scene's", -kInf, kInf, "of a cracking body: what stands here wins"},
     {"body", "max_edge_m", kNumber, "as `klang modes`", 0, 1e4, "of the mesh for its modes, and of a cracking body's",
      true},
+    {"body", "modes_to_hz", kNumber, "the sound's band_hz", 1, 1e5,
+     "highest of its own modes that is computed, where that is below the end of the band, in which its pieces are "
+     "heard"},
     {"body", "sound", kText, "`auto`", -kInf, kInf,
      "`modes`: its own modes and their radiation; `proxy`: an ellipsoid of the bank; `none`; `auto`: modes, or a proxy "
      "by "
@@ -121,6 +127,7 @@ const std::vector<TomlField>& schema() {
     insert("body", damping::damping_fields("material.damping"));
     insert("fracture", detail::hold_fields());
     insert("fracture", detail::joint_fields());
+    insert("fracture", detail::link_fields());
     insert("fracture", detail::crack_fields("crack"));
     insert("fracture", detail::modal_fields("modal"));
     insert("fracture", detail::modal_fields("body.modal"));
@@ -307,6 +314,7 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
   body.angular_velocity_rad_s = table.vector("angular_velocity_rad_s", body.angular_velocity_rad_s);
   body.fixed = table.boolean("fixed", false);
   body.max_edge_m = table.number("max_edge_m", 0.0);
+  body.modes_to_hz = table.optional_number("modes_to_hz");
   read_breaking(table, scene, body);
   if (table.has("crack") && body.model != BodyModel::kCracking)
     throw InputError(table.place("crack"), "belongs to a cracking body", body.name, "model = \"cracking\"");
@@ -376,6 +384,7 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
   }
   scene.holds = detail::read_holds(root, scene, folder);
   scene.joints = detail::read_joints(root, scene);
+  scene.links = detail::read_links(root, scene);
   if (scene.has_deforming_bodies() && !scene.duration_s)
     throw InputError(root.place("duration_s"), "is missing", "",
                      "a scene with cracking or modal bodies says how long it lasts");

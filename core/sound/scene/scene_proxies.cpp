@@ -18,6 +18,11 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSameSpeedRatio = 0.01;
+constexpr double kSurelyAbove = 1.05;  // polynomials say a lowest frequency some percent too high
+constexpr double kSameSize = 2.0;      // an ellipsoid so much larger than its body has eight times its mass
+
+/// Root of the sum of squares of the semi-axes of the ellipsoid with this inertia and volume.
+double size_m(const mesh::MassProperties& mass) { return std::sqrt(2.5 * mass.inertia_m5.trace() / mass.volume_m3); }
 
 double lowest_hz(const Scene& scene, const SceneProxies::Body& body, Monitor& monitor) {
   const solid::Material& material = scene.material_of(*body.of).elastic;
@@ -71,6 +76,11 @@ std::optional<SoundModel> SceneProxies::stand_in(const Body& body, const SceneNo
   if (!bank_ || !may_stand_for(*body.of)) return {};
   const double lowest = located(body.of->place, [&] { return lowest_hz(scene_, body, monitor); });
   if (body.of->sound != BodySound::kProxy && !(lowest > *scene_.sound.proxy_above_hz)) return {};
+  if (body.surface && lowest > kSurelyAbove * scene_.sound.high_hz) {
+    SoundModel silent;
+    silent.proxy = true;
+    return silent;
+  }
   const soundbank::Soundbank& bank = bank_->bank;
   const solid::Material& material = scene_.material_of(*body.of).elastic;
   const mesh::MassProperties mass = mesh::mass_properties(body.mesh);
@@ -78,9 +88,19 @@ std::optional<SoundModel> SceneProxies::stand_in(const Body& body, const SceneNo
   const double speed_m_s = material.shear_speed_m_s();
   const soundbank::Proxy proxy = bank_->finder.find(frame.moments, lowest, speed_m_s);
   const double speed_ratio = speed_m_s / bank.material.shear_speed_m_s();
-  if (notes.warning && !(std::abs(speed_ratio - 1.0) <= kSameSpeedRatio))
-    notes.warning("body " + body.name + ": the bank's radiation is that of a shear speed " +
-                  to_text(1.0 / speed_ratio) + " times the body's; its level is approximate");
+  const double ratio = proxy.scale / size_m(mass);
+  if (!(ratio <= kSameSize && ratio >= 1.0 / kSameSize)) {
+    if (notes.warning)
+      notes.warning("body " + body.name + ": the ellipsoid with its lowest frequency would be " +
+                    to_text(std::round(10.0 * ratio) / 10.0) +
+                    " times its size (it is thin or hollow): " + "its own modes are heard");
+    return {};
+  }
+  if (notes.warning && !(std::abs(speed_ratio - 1.0) <= kSameSpeedRatio) &&
+      warned_speed_.insert(body.of->material).second)
+    notes.warning("bodies of " + scene_.material_of(*body.of).name +
+                  ": the bank's radiation is that of a shear speed " + to_text(1.0 / speed_ratio) +
+                  " times theirs; their level is approximate");
   if (notes.note && proxy.clamped)
     notes.note("body " + body.name + ": thinner than the bank's thinnest shape, which is taken");
 

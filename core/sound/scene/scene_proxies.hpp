@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "core/sound/scene/scene_sound.hpp"
@@ -27,7 +28,9 @@ class SceneProxies {
     const mesh::SurfaceMesh* surface = nullptr;  ///< of a piece; null: the body itself
     mesh::TetMesh mesh;
   };
-  /// The proxy's modes within the scene's band and their radiation; none where the body is heard by its own.
+  /// The proxy's modes within the scene's band and their radiation; none where the body is heard by its own; a model without modes
+  /// for a piece whose lowest frequency is above the band. An ellipsoid of more than twice or less than half the body's size stands
+  /// for nothing (a plate thinner than the bank's thinnest, a hollow body): its own modes are heard.
   /// The lowest frequency is that of the body's own modes; of convex shapes and their pieces that of polynomials (modal::lowest_frequency_hz).
   /// @throws InputError; NumericalError; Interrupted
   std::optional<SoundModel> stand_in(const Body& body, const SceneNotes& notes = {},
@@ -37,6 +40,7 @@ class SceneProxies {
   struct Bank;
   const Scene& scene_;
   std::unique_ptr<const Bank> bank_;
+  mutable std::set<int> warned_speed_;  ///< materials of which a warning says so
 };
 
 }  // namespace klang::scene

@@ -19,6 +19,7 @@ constexpr int kMostModes = 1000;
 std::string key_of(const SceneBody& body) {
   std::string key = std::to_string(static_cast<int>(body.sound)) + ";" + std::to_string(body.material) + ";" +
                     to_text(body.max_edge_m) + ";" + to_text(body.unit_m) + ";";
+  if (body.modes_to_hz) key += to_text(*body.modes_to_hz) + ";";
   if (!body.shape) return key + body.mesh.string();
   key += body.shape->kind + ";" + body.shape->profile_csv.string();
   for (const auto& [name, value] : body.shape->dims) key += ";" + name + "=" + to_text(value);
@@ -43,6 +44,7 @@ modal::EigenResult modes_in_band(const Scene& scene, const SceneBody& body, cons
                                  const mesh::TetMesh& mesh, const SceneNotes& notes, Monitor& monitor) {
   modal::ModesOptions options;
   options.eigen.band = {scene.sound.low_hz, scene.sound.high_hz};
+  if (body.modes_to_hz) options.eigen.band.high_hz = std::min(scene.sound.high_hz, *body.modes_to_hz);
   options.eigen.most = kMostModes;
   options.mesh_is_wanted = body.max_edge_m > 0.0 && what.shape;
   modal::EigenResult modes = located(
@@ -70,7 +72,8 @@ SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const Scene
   const modal::EigenResult modes = modes_in_band(scene, body, {body.shape, {}, 2}, mesh, notes, monitor);
   if (modes.model.n_modes() == 0)
     throw InputError(body.place, body.name + " has no mode in the band",
-                     to_text(scene.sound.low_hz) + " to " + to_text(scene.sound.high_hz) + " Hz",
+                     to_text(scene.sound.low_hz) + " to " +
+                         to_text(std::min(scene.sound.high_hz, body.modes_to_hz.value_or(HUGE_VAL))) + " Hz",
                      "another sound.band_hz, or sound = \"none\"");
   return {modes.model, radiation_of(scene, body, modes.model, monitor), false};
 }
@@ -84,7 +87,9 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
     if (notes.warning) notes.warning("piece " + name + " is silent, it cannot be meshed: " + error.what());
     return {};
   }
-  const modal::EigenResult modes = modes_in_band(scene, parent, {{}, {}, 2}, mesh, notes, monitor);
+  SceneBody piece = parent;
+  piece.modes_to_hz.reset();
+  const modal::EigenResult modes = modes_in_band(scene, piece, {{}, {}, 2}, mesh, notes, monitor);
   if (modes.model.n_modes() == 0) return {};
   return SoundModel{modes.model, radiation_of(scene, parent, modes.model, monitor), false};
 }

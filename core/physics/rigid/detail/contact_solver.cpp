@@ -33,6 +33,7 @@ double body_mobility(int body, const Vector3d& arm, const Vector3d& axis, const 
 /// How far a contact is from its conditions.
 double violation(const Contact& c, const Vector3d& impulse, const Vector3d& mobility, const Bodies& bodies) {
   const Vector3d u = relative_velocity(c, bodies);
+  if (c.tied) return u.norm();
   const double normal = std::abs(std::min(u[0] - c.target, impulse[0] * mobility[0]));
   // Across: the fixed point of the projected step.
   const double across = std::max(mobility[1], mobility[2]);
@@ -105,6 +106,16 @@ struct Row {
 /// The largest change of a velocity, squared: roots wait for it.
 double Row::sweep() {
   Vector3d& sum = *impulse;
+  if (contact->tied) {
+    double change = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double by = speed(axis);
+      push(axis, -by / mobility[axis]);
+      sum[axis] -= by / mobility[axis];
+      change = std::max(change, square(by));
+    }
+    return change;
+  }
   const double normal = std::max(0.0, sum[0] - (speed(0) - contact->target) / mobility[0]) - sum[0];
   if (normal != 0) push(0, normal);
   sum[0] += normal;

@@ -18,6 +18,8 @@ struct Contact {
   double gap = 0.0;    ///< where the bodies would be at the step's end without it; negative: overlap
   double touch = 0.0;  ///< in the step, from its begin
   double restitution = 0.0, friction = 0.0;
+  int link = -1;      ///< of the world's links; -1: bodies that touch
+  bool tied = false;  ///< a link that holds in all directions, by any impulse
 
   Eigen::Vector3d impact = Eigen::Vector3d::Zero();   ///< impulse on a of this step's impacts, along axes
   Eigen::Vector3d lasting = Eigen::Vector3d::Zero();  ///< and of the force that holds
@@ -38,7 +40,8 @@ void push(const Contact& contact, const Eigen::Vector3d& impulse, Bodies& bodies
 Eigen::Vector3d mobility(const Contact& contact, const Bodies& bodies);
 
 /// Contacts' impulses (by the member) so that each normal velocity is at least target, its impulse not negative, one of both zero,
-/// and the tangential impulse within friction times the normal one and against the sliding: projected Gauss-Seidel sweeps.
+/// and the tangential impulse within friction times the normal one and against the sliding; of a tied one the velocity is 0:
+/// projected Gauss-Seidel sweeps.
 /// @param tolerance  largest change of a velocity by a sweep at which it ends; it also ends where fifty sweeps gain less than a tenth
 /// @return           worst violation that is left, as a velocity
 double solve_contacts(std::span<Contact* const> contacts, Eigen::Vector3d Contact::*impulse, int sweeps,

@@ -51,6 +51,26 @@ TEST(SceneMotion, EnergyIsAccountedForAndLossesNeverFall) {
   EXPECT_GT(motion.ledger.back().contact_j, 0.1 * motion.energy_scale_j);
 }
 
+TEST(SceneMotion, ChimesHangOnTheirCordsUntilTheClapperStrikesThem) {
+  const Scene scene = read_scene(kScenes / "chimes_hung.toml");
+  const SceneMotion motion = move(scene, 1.2);
+  EXPECT_LE(motion.residual_relative, 1e-9);
+  std::vector<int> struck(scene.bodies.size(), 0);
+  for (const events::Impulse& row : motion.log.impulses) ++struck[static_cast<std::size_t>(row.body)];
+  EXPECT_GT(struck[0], 2);
+  int n_struck = 0;
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    const Eigen::Vector3d rest_m = scene.bodies[i].position_m;
+    n_struck += struck[i] > 0 ? 1 : 0;
+    if (struck[i] == 0)
+      EXPECT_LE((motion.final[i].position_m - rest_m).norm(), 2e-4) << i;  // cords lean by the digits of the file
+    else
+      EXPECT_LE(motion.final[i].position_m.z() - rest_m.z(), 0.05) << i;
+  }
+  EXPECT_GE(n_struck, 2);
+  EXPECT_LT(n_struck, 6);
+}
+
 TEST(SceneMotion, ImpulsesInTheWorldSumToTheMomentum) {
   const Scene scene = read_scene(kScenes / "bowl_1.toml");
   const SceneMotion motion = move(scene, 0.8);

@@ -84,6 +84,12 @@ TEST(SceneParser, ComplainsInOneLineThatNamesThePlace) {
       {kScene + "model = \"breakable\"\n", "needs a strength and a toughness"},
       {kScene + "stress_edge_m = 0.01\n", "belongs to a breakable body"},
       {"[[body]]\nname = \"b\"\n", "material"},
+      {kScene + "[[cord]]\nbody = \"tyle\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\n", "unknown body"},
+      {kScene + "[[cord]]\nbody = \"tile\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\nlength_m = 0.6\n",
+       "farther apart than the cord is long"},
+      {kScene + "[[cord]]\nbody = \"tile\"\nother = \"tile\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\n", "tied to itself"},
+      {kScene + "[[hinge]]\nbody = \"tile\"\nat_m = [0, 0, 0]\naxis = [0, 0, 0]\n", "has no direction"},
+      {kScene + "fixed = true\n[[hinge]]\nbody = \"tile\"\nat_m = [0, 0, 0]\n", "ties what does not move"},
   };
   for (const auto& c : cases) {
     const std::string text = complaint(c.toml);

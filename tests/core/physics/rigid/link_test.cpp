@@ -1,0 +1,113 @@
+// Cords and hinges: pendulums against their closed forms, and what they take from the ledger.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/physics/rigid/rigid_world.hpp"
+#include "tests/core/physics/rigid/bodies.hpp"
+
+using namespace klang::rigid;
+using Eigen::Vector3d;
+
+namespace {
+
+RigidWorld without_floor(double rate_hz) {
+  RigidWorldOptions options;
+  options.rate_hz = rate_hz;
+  options.floor.reset();
+  return RigidWorld(options);
+}
+
+/// Times at which x falls through zero.
+std::vector<double> falls(RigidWorld& world, int body, double until_s) {
+  std::vector<double> times;
+  double before = world.centre_m(body).x(), before_s = 0.0;
+  while (world.time_s() < until_s) {
+    world.step();
+    const double x = world.centre_m(body).x();
+    if (before > 0 && x <= 0) times.push_back(before_s + (world.time_s() - before_s) * before / (before - x));
+    before = x;
+    before_s = world.time_s();
+  }
+  return times;
+}
+
+/// K(sin(angle / 2)) 2 / pi by the arithmetic-geometric mean.
+double pendulum_factor(double angle) {
+  double a = 1.0, b = std::cos(angle / 2);
+  for (int i = 0; i < 20; ++i) std::tie(a, b) = std::pair((a + b) / 2, std::sqrt(a * b));
+  return 1.0 / a;
+}
+
+double worst_residual(const RigidWorld& world) { return std::abs(world.ledger().residual_j); }
+
+}  // namespace
+
+// A small ball on a cord of 0.5 m to its centre swings as the mathematical pendulum, which it is: its spin has nothing to do.
+TEST(Link, ABallOnACordSwingsAsThePendulum) {
+  const double length = 0.5, angle = 0.6;
+  std::vector<double> lost_j;
+  for (const double rate_hz : {5000.0, 20000.0}) {
+    RigidWorld world = without_floor(rate_hz);
+    RigidBodySpec bob = ball("bob", 0.01, 0.1);
+    bob.position_m = {length * std::sin(angle), 0, -length * std::cos(angle)};
+    world.add(bob);
+    world.link({0, kFloor, Vector3d::Zero(), Vector3d::Zero(), length});
+    const std::vector<double> times = falls(world, 0, 4.0);
+    ASSERT_GE(times.size(), 3u);
+    const double period = 2 * M_PI * std::sqrt(length / 9.81) * pendulum_factor(angle);
+    EXPECT_LE(std::abs((times[2] - times[0]) / (2 * period) - 1.0), 4.0 / rate_hz) << rate_hz;
+    EXPECT_LE(std::abs(world.centre_m(0).norm() - length), 1e-5);
+    EXPECT_LE(worst_residual(world), 1e-12);
+    // What the cord takes of the swing falls with the step.
+    const double start_j = 0.1 * 9.81 * length * (1 - std::cos(angle));
+    EXPECT_GE(world.ledger().contact_j, -1e-12);
+    EXPECT_LE(world.ledger().contact_j, 60.0 / rate_hz * start_j);
+    lost_j.push_back(world.ledger().contact_j);
+  }
+  EXPECT_LE(std::abs(lost_j[0] / lost_j[1] / 4.0 - 1.0), 0.02);  // order 1
+}
+
+// A slender rod on a hinge through its end: I = m l^2 / 3 about it, so that the pendulum's length is 2 l / 3; it stays in its plane.
+TEST(Link, ARodOnAHingeSwingsAsThePhysicalPendulum) {
+  const double length = 0.4, angle = 0.5;
+  RigidWorld world = without_floor(10000.0);
+  RigidBodySpec rod = cuboid("rod", {0.004, 0.004, length}, 0.05);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(-angle, Vector3d::UnitY()));
+  rod.orientation = turn;
+  rod.position_m = turn * Vector3d(0, 0, -length / 2);
+  world.add(rod);
+  for (const double y : {-0.05, 0.05}) world.link({0, kFloor, Vector3d(0, y, length / 2), Vector3d(0, y, 0), {}});
+  const double inertia = world.spec(0).inertia_kg_m2(1, 1) + 0.05 * length * length / 4;
+  const std::vector<double> times = falls(world, 0, 3.0);
+  ASSERT_GE(times.size(), 2u);
+  const double period = 2 * M_PI * std::sqrt(inertia / (0.05 * 9.81 * length / 2)) * pendulum_factor(angle);
+  EXPECT_LE(std::abs((times[1] - times[0]) / period - 1.0), 1e-3);
+  EXPECT_LE(std::abs(world.centre_m(0).y()), 1e-6);
+  EXPECT_LE(std::abs(world.centre_m(0).norm() - length / 2), 1e-5);
+  EXPECT_LE(worst_residual(world), 1e-12);
+}
+
+// Two balls tied by a cord fly apart until it is taut, then together with the velocity of their centre along it: momentum is kept,
+// the energy that is gone is booked.
+TEST(Link, ACordThatBecomesTautTakesTheSpeedAlongIt) {
+  RigidWorldOptions options;
+  options.gravity_m_s2.setZero();
+  options.floor.reset();
+  RigidWorld world(options);
+  RigidBodySpec a = ball("a", 0.01, 0.1), b = ball("b", 0.01, 0.3);
+  a.velocity_m_s = {-2, 0.5, 0};
+  b.position_m = {0.1, 0, 0};
+  world.add(a);
+  world.add(b);
+  world.link({1, 0, Vector3d::Zero(), Vector3d::Zero(), 0.2});
+  const double start_j = world.ledger().kinetic_j;
+  while (world.time_s() < 0.1) world.step();
+  const Vector3d momentum = 0.1 * world.velocity_m_s(0) + 0.3 * world.velocity_m_s(1);
+  EXPECT_LE((momentum - Vector3d(-0.2, 0.05, 0)).norm(), 1e-14);
+  EXPECT_LE((world.centre_m(0) - world.centre_m(1)).norm(), 0.2 + 1e-5);
+  EXPECT_LT(world.ledger().kinetic_j, 0.7 * start_j);
+  EXPECT_LE(std::abs(world.ledger().kinetic_j + world.ledger().contact_j + world.ledger().friction_j +
+                     world.ledger().correction_j - world.ledger().work_j - start_j),
+            1e-13);
+}

@@ -7,6 +7,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modes_of.hpp"
+#include "core/physics/modal/polynomial_modes.hpp"
 #include "core/sound/stage/radiating_voice.hpp"
 #include "core/sound/transfer/radiate.hpp"
 
@@ -56,6 +57,21 @@ modal::EigenResult modes_in_band(const Scene& scene, const SceneBody& body, cons
   return modes;
 }
 
+/// Whether a convex piece has no mode in the band, which polynomials say long before a mesh would; theirs are some percent too high.
+bool surely_above_band(const Scene& scene, const SceneBody& parent, const mesh::SurfaceMesh& surface) {
+  if (!parent.shape || scene.fracture.pattern == fracture::PatternKind::kGeodesic ||
+      mesh::convex_parts(*parent.shape).size() > 1)
+    return false;
+  constexpr double kTooHigh = 1.05;
+  try {
+    return modal::lowest_frequency_hz(surface, scene.material_of(parent).elastic, {8}) > kTooHigh * scene.sound.high_hz;
+  } catch (const InputError&) {  // a sliver: its mesh says more
+    return false;
+  } catch (const NumericalError&) {
+    return false;
+  }
+}
+
 acoustics::TransferModel radiation_of(const Scene& scene, const SceneBody& body, const modal::ModalModel& modes,
                                       Monitor& monitor) {
   acoustics::RadiateOptions options;
@@ -80,6 +96,7 @@ SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const Scene
 
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& parent, const std::string& name,
                                          const mesh::SurfaceMesh& surface, const SceneNotes& notes, Monitor& monitor) {
+  if (surely_above_band(scene, parent, surface)) return {};
   mesh::TetMesh mesh;
   try {
     mesh = mesh::mesh_surface(surface, {}, name, monitor);

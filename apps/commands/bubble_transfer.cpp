@@ -28,7 +28,8 @@ using bubble::DualDomainOptions;
 
 struct TransferOptions {
   std::string boundary, bubble, path, points, output;
-  double unit_m = 1.0, frame_step_s = 0.0;
+  double unit_m = 1.0;
+  std::optional<double> frame_step_s;
   std::optional<double> given_radius_m, decay_per_s;
   bubble::BoundaryOptions surface;
   DeviceOption device;
@@ -105,7 +106,7 @@ std::vector<TankModeRecord> named_modes(const bubble::LiquidBoundary& boundary,
 int run_series(const TransferOptions& options, const CommonOptions& common) {
   if (std::filesystem::path(options.output).extension() != ".csv")
     throw InputError("command line", "-o", options.output, "a .csv file for the transfer over time");
-  const bubble::BoundaryFrames frames = bubble::find_frames(options.boundary, options.frame_step_s);
+  const bubble::BoundaryFrames frames = bubble::find_frames(options.boundary, options.frame_step_s.value_or(0.0));
   bubble::BubblePath path;
   if (options.path.empty()) {
     path.time_s = {frames.time_s.front(), frames.time_s.back() + 1.0};
@@ -306,6 +307,9 @@ int run_bubble_transfer(TransferOptions options, const CommonOptions& common) {
   if (series && options.device.device)
     throw InputError("command line", "--device", *options.device.device,
                      "one boundary: a series runs on the processor");
+  if (!series && options.frame_step_s)
+    throw InputError("command line", "--frame-step-s", to_text(*options.frame_step_s),
+                     "a series, drop_####.vtp: one boundary has no steps");
   return series ? run_series(options, common) : run_one(options, common);
 }
 

@@ -217,7 +217,8 @@ void VdbFile::read(const std::string& name, const std::string& grid, Grids& grid
   grids.staggered = grids.velocity && grids.velocity->getGridClass() == openvdb::GRID_STAGGERED;
 }
 
-VdbFile::VdbFile(const std::filesystem::path& path, const std::string& grid) : grids_(std::make_unique<Grids>()) {
+VdbFile::VdbFile(const std::filesystem::path& path, const std::string& grid, Monitor& monitor)
+    : grids_(std::make_unique<Grids>()) {
   const std::string name = path.string();
   const std::size_t size = check_head(path);
   const auto read_here = [&] { guarded(name, [&] { read(name, grid, *grids_); }); };
@@ -227,7 +228,8 @@ VdbFile::VdbFile(const std::filesystem::path& path, const std::string& grid) : g
         read_here();
         return std::string();
       },
-      silent_monitor(), kMemoryAlways + kMemoryPerByte * size);
+      monitor, kMemoryAlways + kMemoryPerByte * size);
+  monitor.throw_if_stopped();
   if (!child.done && !child.bytes.empty()) throw InputError(child.bytes);
   if (!child.done) throw InputError(name, "is no usable .vdb: OpenVDB ends at it");
   read_here();
@@ -329,7 +331,7 @@ struct VdbFile::Grids {
   VdbExtent extent;
 };
 bool has_vdb() { return false; }
-VdbFile::VdbFile(const std::filesystem::path&, const std::string&) { say_none(); }
+VdbFile::VdbFile(const std::filesystem::path&, const std::string&, Monitor&) { say_none(); }
 VdbFile::~VdbFile() = default;
 VdbFile::VdbFile(VdbFile&&) noexcept = default;
 const VdbExtent& VdbFile::extent() const { return grids_->extent; }

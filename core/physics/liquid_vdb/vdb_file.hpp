@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/foundation/base/monitor.hpp"
 #include "core/physics/liquid/grid.hpp"
 
 /// Liquids as .vdb, as programs for pictures hand them on. OpenVDB itself stays in vdb_file.cpp.
@@ -25,8 +26,9 @@ struct VdbExtent {
 class VdbFile {
  public:
   /// @throws InputError naming the file: no OpenVDB, no such grid of numbers, not cubic or turned voxels, an empty grid, a band under
-  /// 2 voxels on either side
-  explicit VdbFile(const std::filesystem::path& path, const std::string& grid = "phi");
+  /// 2 voxels on either side; Interrupted
+  explicit VdbFile(const std::filesystem::path& path, const std::string& grid = "phi",
+                   Monitor& monitor = silent_monitor());
   ~VdbFile();
   VdbFile(VdbFile&&) noexcept;
   const VdbExtent& extent() const;

@@ -116,7 +116,7 @@ const TomlField kSchema[] = {
 
     {"transfer", "method", kText, "`reciprocal`", -kInf, kInf,
      "`reciprocal`, `forward`, `half_space` (wide plane surface) or `unit` (|P| = 1, for comparison)"},
-    {"transfer", "bins_per_octave", kNumber, "6", 1, 48, "frequencies that are solved"},
+    {"transfer", "bins_per_octave", kNumber, "6", 1, 48, "frequencies at which the air is solved"},
     {"transfer", "liquid_loss_factor", kNumber, "0.02", 0, 1, "η in k² = k0² (1 − i η)"},
     {"transfer", "wall_admittance", kNumber, "0", 0, 10,
      "of walls and floor: ρc of the liquid times their speed over the pressure; 0: rigid"},

@@ -42,10 +42,10 @@ void run_transfer(StageRun& run) {
              " bubble(s) were never inside the largest body of liquid: they are heard as below a wide plane surface");
   constexpr double kDoubtful = 0.2;
   if (found.error_estimate && !(*found.error_estimate <= kDoubtful))
-    run.warn(
-        "the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *found.error_estimate)) +
-        " %: few waves about one centre do not follow a rough surface or a high pitch; method half_space is the one to "
-        "compare with");
+    run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *found.error_estimate)) +
+             " % (median of samples): elements of the air, cells or waves of the liquid are too coarse for its surface "
+             "or for "
+             "pitches this high; method half_space is the one to compare with");
   if (found.n_bad_frames > 0)
     run.warn(std::to_string(found.n_bad_frames) + " frame(s) are left out of the transfer: " + found.bad_frame);
   std::erase_if(found.modes_hz, [&](double f) { return !(f <= highest); });

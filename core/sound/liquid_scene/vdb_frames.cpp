@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 /// Voxels of the files and cells of our box: axes may be turned (y up).
 class VdbFrames : public ForeignFrames {
  public:
-  VdbFrames(const ForeignOptions& options, Monitor& monitor) : options_(options) {
+  VdbFrames(const ForeignOptions& options, Monitor& monitor) : options_(options), monitor_(monitor) {
     if (!(options.frame_step_s > 0.0))
       throw option_error("frame_step_s", "is needed with .vdb", "", "seconds between two frames");
     const bubble::BoundaryFrames found = bubble::find_frames(options.frames, options.frame_step_s);
@@ -26,7 +26,7 @@ class VdbFrames : public ForeignFrames {
     bool first = true;
     for (const std::filesystem::path& file : files_) {
       monitor.throw_if_stopped();
-      const liquid::VdbFile vdb(file);
+      const liquid::VdbFile vdb(file, "phi", monitor);
       const liquid::VdbExtent& e = vdb.extent();
       if (first) {
         extent_ = e;
@@ -55,15 +55,17 @@ class VdbFrames : public ForeignFrames {
   std::size_t n_frames() const override { return files_.size(); }
 
   ForeignFrame read(std::size_t frame) override {
-    const liquid::VdbFile vdb(files_[frame]);
+    const liquid::VdbFile vdb(files_[frame], "phi", monitor_);
     ForeignFrame result;
     result.phi_m = liquid::Field(shape_.nx, shape_.ny, shape_.nz);
-    for (int k = 0; k < shape_.nz; ++k)
+    for (int k = 0; k < shape_.nz; ++k) {
+      monitor_.throw_if_stopped();
       for (int j = 0; j < shape_.ny; ++j)
         for (int i = 0; i < shape_.nx; ++i) {
           const std::array<int, 3> v = voxel(i, j, k);
           result.phi_m(i, j, k) = options_.unit_m * vdb.value(v[0], v[1], v[2]);
         }
+    }
     // Where walls cut the liquid off, its distances there were to a surface that is none.
     const double keep = cropped_ ? 0.0 : (vdb.extent().band_voxels - 1.0) * shape_.cell_m;
     liquid::redistance(shape_, keep, shape_.size_m().norm(), result.phi_m);
@@ -94,7 +96,8 @@ class VdbFrames : public ForeignFrames {
   liquid::MacGrid velocity(const liquid::VdbFile& vdb) const {
     liquid::MacGrid u(shape_);
     for (int axis = 0; axis < 3; ++axis)
-      for (int k = 0; k < u[axis].nz(); ++k)
+      for (int k = 0; k < u[axis].nz(); ++k) {
+        monitor_.throw_if_stopped();
         for (int j = 0; j < u[axis].ny(); ++j)
           for (int i = 0; i < u[axis].nx(); ++i) {
             std::array<int, 3> v = voxel(i, j, k);
@@ -109,6 +112,7 @@ class VdbFrames : public ForeignFrames {
             }
             u[axis](i, j, k) = sign * options_.unit_m * vdb.face_velocity(theirs, v[0], v[1], v[2]);
           }
+      }
     return u;
   }
 
@@ -148,6 +152,7 @@ class VdbFrames : public ForeignFrames {
   }
 
   const ForeignOptions options_;
+  Monitor& monitor_;
   liquid::VdbExtent extent_;
   bool has_velocity_ = false, cropped_ = false;
 };

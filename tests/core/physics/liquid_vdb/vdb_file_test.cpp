@@ -98,6 +98,18 @@ TEST(VdbFile, TakesABandOfOthersAndDistancesInVoxels) {
   EXPECT_LE(std::abs(other.extent().band_voxels - 3.0), 0.6);
 }
 
+class Stopped : public Monitor {
+ public:
+  bool stop_requested() const override { return true; }
+};
+
+TEST(VdbFile, ReadingHeedsAStop) {
+  const Scratch scratch;
+  const std::filesystem::path file = scratch.write(ball(3.0));
+  Stopped stopped;
+  EXPECT_THROW(VdbFile(file, "phi", stopped), Interrupted);
+}
+
 TEST(VdbFile, RefusesWhatDoesNotCarryALiquid) {
   const Scratch scratch;
   EXPECT_NE(complaint(scratch.write(ball(1.5))).find("too thin"), std::string::npos);

@@ -5,6 +5,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/sound/dual_domain/boundary_file.hpp"
+#include "core/sound/liquid_scene/bubbles_stage.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -71,6 +72,36 @@ TEST(FlowStage, LeavesFramesThatTheDualDomainSolverTakesAndFieldsThatAgree) {
   EXPECT_LE(std::abs(frames->phi_m(0, {0.01, 0.01, 0.02}) + 0.021), 1e-5);
   EXPECT_LE(std::abs(frames->velocity_m_s(5, {0.01, 0.01, 0.02})->norm()), 1.0);
   EXPECT_EQ(frames->cell_m(), 0.005);
+}
+
+TEST(BubblesStage, AWindowWithoutThreeFramesIsSaidWhereItFindsNoSeeds) {
+  for (const char* const window_s : {"0.019", "0.02"}) {  // frames are 0.01 s apart
+    const Folder folder("klang-bubbles-window");
+    const std::string table =
+        std::string("[entrainment]\nattempts_per_m2_s = 1e5\nthreshold_m_s = -50.0\nwindow_s = ") + window_s + "\n";
+    write_file(folder.path / "scene.toml", kScene + table);
+    const LiquidScene scene = read_liquid_scene(folder.path / "scene.toml");
+    const RunFolder run(folder.path);
+    RunDocument document;
+    std::string said;
+    StageRun stage{scene,
+                   run,
+                   document,
+                   1,
+                   0.05,
+                   60.0,
+                   false,
+                   silent_monitor(),
+                   [&](const std::string& text) { said += text + "\n"; }};
+    ASSERT_EQ(run_flow(stage), FlowResult::kDone);
+    run_bubbles(stage);
+    ASSERT_TRUE(document.entrainment.has_value());
+    EXPECT_EQ(document.entrainment->n_seeds, 0);
+    if (std::string(window_s) == "0.019")
+      EXPECT_EQ(said, "no seeds were found: window_s = 0.019 holds fewer than three frames, which are 0.01 s apart\n");
+    else
+      EXPECT_EQ(said, "");
+  }
 }
 
 TEST(FlowStage, FieldsThatAreCutOffAreRefused) {

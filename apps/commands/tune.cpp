@@ -118,6 +118,13 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
       warn(doubt);
   if (!options.output.empty() && specimen.shape->profile_csv.empty())
     throw InputError("--output", "is for the profile of a revolution", options.output);
+  std::vector<std::string> warnings;
+  mesh::ShapeMeshOptions coarse;
+  coarse.order = 1;
+  for (const std::string& warning : mesh::body_warnings(mesh::mesh_shape(*specimen.shape, coarse), 1.0, {})) {
+    warnings.push_back((options.profile.empty() ? "--dims" : options.profile) + ": " + warning);
+    warn(warnings.back());
+  }
   fit::TuneOptions tune = options.tune;
   tune.dimensions = options.vary;
   for (const std::string& target : options.targets)
@@ -128,8 +135,10 @@ int run_tune(const TuneCommand& options, const CommonOptions& common) {
                                {"targets", options.targets},
                                {"widest_change", tune.widest_change},
                                {"tolerance_cents", tune.tolerance_cents}};
-  write_json(common, json_of(fit::tune_document(
-                         result, make_provenance(common.command_line, common.seed, used, inputs_of(options)))));
+  fit::TuneDocument document =
+      fit::tune_document(result, make_provenance(common.command_line, common.seed, used, inputs_of(options)));
+  document.header.warnings.insert(document.header.warnings.end(), warnings.begin(), warnings.end());
+  write_json(common, json_of(document));
   if (!options.output.empty()) write_file(options.output, mesh::profile_csv(result.shape));
   for (const fit::TunedDimension& d : result.dimensions) {
     say(common, "%-18s %.6f m -> %.6f m (%+.3f mm)%s\n", d.name.c_str(), d.start_m, d.value_m,

@@ -1,19 +1,20 @@
 #include "apps/kit/capture.hpp"
 
-#include <algorithm>
-#include <cctype>
-#include <vector>
-
 #include "core/foundation/base/errors.hpp"
-#include "core/sound/audio/strikes.hpp"
 
 #ifdef KLANG_HAS_PORTAUDIO
 #include <fcntl.h>
 #include <portaudio.h>
 #include <unistd.h>
 
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+
 namespace klang::apps {
-namespace {
+namespace portaudio {
 
 /// Standard error goes nowhere as long as this lives: ALSA and JACK say there what they miss, on tens of lines.
 class Silence {
@@ -87,36 +88,61 @@ class Input {
   PaStream* stream_ = nullptr;
 };
 
-}  // namespace
+constexpr double kBlockS = 0.05, kEnoughS = 0.25;
 
-audio::Signal captured_sound(const std::string& device, double longest_s, int n_takes, Monitor& monitor) {
-  constexpr double kRingsS = 1.0, kBlockS = 0.25, kGapS = 0.3;
-  const Sound sound;
-  const PaDeviceIndex index = device_of(device);
-  const double rate_hz = Pa_GetDeviceInfo(index)->defaultSampleRate;
-  Input input(index, rate_hz);
-  const auto block = static_cast<unsigned long>(kBlockS * rate_hz);
-  std::vector<float> samples;
-  audio::Signal heard;
-  heard.sample_rate_hz = rate_hz;
-  while (static_cast<double>(samples.size()) < longest_s * rate_hz && !monitor.stop_requested()) {
-    samples.resize(samples.size() + block);
-    input.read(samples.data() + samples.size() - block, block);
-    const double now_s = static_cast<double>(samples.size()) / rate_hz;
-    monitor.progress("listening", now_s / longest_s);
-    heard.samples =
-        Eigen::Map<const Eigen::VectorXf>(samples.data(), static_cast<Eigen::Index>(samples.size())).cast<double>();
-    if (n_takes == 0 || !(heard.samples.cwiseAbs().maxCoeff() > 1e-3)) continue;
-    int n_taps = 0;
-    double last_s = -1.0;
-    for (const audio::Strike& strike : audio::detect_strikes(heard)) {
-      if (last_s >= 0.0 && strike.time_s - last_s < kGapS) continue;
-      ++n_taps;
-      last_s = strike.time_s;
-    }
-    if (n_taps >= n_takes && now_s - last_s >= kRingsS) break;
+}  // namespace portaudio
+
+struct Microphone::Parts {
+  portaudio::Sound sound;
+  double rate_hz;
+  portaudio::Input input;
+  std::mutex mutex;
+  std::condition_variable enough_has_come;
+  std::vector<float> come;
+  std::exception_ptr failure;
+  std::jthread taker;
+
+  explicit Parts(PaDeviceIndex index) : rate_hz(Pa_GetDeviceInfo(index)->defaultSampleRate), input(index, rate_hz) {
+    taker = std::jthread([this](const std::stop_token& stop) { take(stop); });
   }
-  return heard;
+
+  std::size_t enough() const { return static_cast<std::size_t>(portaudio::kEnoughS * rate_hz); }
+
+  void take(const std::stop_token& stop) {
+    std::vector<float> block(static_cast<std::size_t>(portaudio::kBlockS * rate_hz));
+    while (!stop.stop_requested()) {
+      std::exception_ptr problem;
+      try {
+        input.read(block.data(), block.size());
+      } catch (...) {
+        problem = std::current_exception();
+      }
+      const std::lock_guard lock(mutex);
+      if (problem) {
+        failure = problem;
+      } else {
+        come.insert(come.end(), block.begin(), block.end());
+      }
+      if (failure || come.size() >= enough()) enough_has_come.notify_one();
+      if (failure) return;
+    }
+  }
+};
+
+Microphone::Microphone(const std::string& device) {
+  const portaudio::Sound sound;  // PortAudio counts who has opened it
+  parts_ = std::make_unique<Parts>(portaudio::device_of(device));
+}
+
+Microphone::~Microphone() = default;
+
+double Microphone::sample_rate_hz() const { return parts_->rate_hz; }
+
+std::vector<float> Microphone::next() {
+  std::unique_lock lock(parts_->mutex);
+  parts_->enough_has_come.wait(lock, [this] { return parts_->failure || parts_->come.size() >= parts_->enough(); });
+  if (parts_->failure) std::rethrow_exception(parts_->failure);
+  return std::exchange(parts_->come, {});
 }
 
 }  // namespace klang::apps
@@ -124,9 +150,17 @@ audio::Signal captured_sound(const std::string& device, double longest_s, int n_
 
 namespace klang::apps {
 
-audio::Signal captured_sound(const std::string& device, double, int, Monitor&) {
+struct Microphone::Parts {};
+
+Microphone::Microphone(const std::string& device) {
   throw InputError("--device", "this build has no PortAudio", device, "--input FILE");
 }
+
+Microphone::~Microphone() = default;
+
+double Microphone::sample_rate_hz() const { return 0.0; }
+
+std::vector<float> Microphone::next() { return {}; }
 
 }  // namespace klang::apps
 #endif

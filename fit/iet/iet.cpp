@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -10,6 +11,7 @@
 #include "core/sound/audio/sound_file.hpp"
 #include "fit/elastic/reduced_spectrum.hpp"
 #include "fit/iet/iet_formulas.hpp"
+#include "fit/iet/iet_meter.hpp"
 #include "fit/ringdown/ringdown.hpp"
 #include "fit/tune/tune.hpp"
 
@@ -18,6 +20,9 @@ namespace {
 
 constexpr double kAssumedNu = 0.3, kLowestNu = 0.0, kHighestNu = 0.495;
 constexpr double kStartModulusPa = 1e11;
+/// A foam of ceramics, and osmium with some to spare: no solid is beyond.
+constexpr double kLightest_kg_m3 = 10.0, kHeaviest_kg_m3 = 25000.0;
+constexpr const char* kNoRing = "no partial that decays";
 
 mesh::ShapeSpec shape_of(const IetSpecimen& given) {
   switch (given.shape) {
@@ -74,6 +79,10 @@ Twist twist(const mesh::TetMesh& mesh, const Eigen::Ref<const Eigen::VectorXd>& 
   result.share = total > 0.0 ? turning / total : 0.0;
   return result;
 }
+
+}  // namespace
+
+namespace detail {
 
 /// The body's spectrum as a function of E and nu, and which of its modes the standard asks for.
 class IetModel {
@@ -168,6 +177,12 @@ class IetModel {
   int first_ = -1, second_ = -1;
 };
 
+}  // namespace detail
+
+namespace {
+
+using detail::IetModel;
+
 /// A way to read the partials.
 struct Reading {
   const Partial* first = nullptr;
@@ -257,26 +272,32 @@ void apply_disc(const IetModel& model, const Reading& reading, IetRow& row) {
   row.g_e1876_pa = *row.e_e1876_pa / (2.0 * (1.0 + reading.nu));
 }
 
-IetRow measured_row(const IetSpecimen& given, const std::filesystem::path& folder) {
+std::vector<Partial> rings_of(const std::vector<Partial>& all) {
+  std::vector<Partial> rings;
+  for (const Partial& partial : all)
+    if (partial.is_ring()) rings.push_back(partial);
+  return rings;
+}
+
+void add_remark(IetRow& row, const std::string& remark) { row.remark += (row.remark.empty() ? "" : "; ") + remark; }
+
+IetRow bare_row(const IetSpecimen& given) {
   IetRow row;
   row.given = given;
-  row.density_kg_m3 = given.mass_kg / mesh::shape_volume_m3(shape_of(given));
-  const audio::Signal recording = audio::read_sound(folder / given.recording);
-  RingdownOptions ringdown;
-  ringdown.band = {20.0, 0.48 * recording.sample_rate_hz};
-  const RingdownResult rings = identify_ringdown(recording, ringdown, silent_monitor());
-  if (!rings.usable()) {
-    row.remark = rings.message;
-    return row;
+  const double density_kg_m3 = given.mass_kg / mesh::shape_volume_m3(shape_of(given));
+  row.density_kg_m3 = density_kg_m3;
+  if (!(density_kg_m3 >= kLightest_kg_m3 && density_kg_m3 <= kHeaviest_kg_m3)) {
+    char text[120];
+    std::snprintf(text, sizeof text, "a density of %.3g kg/m3: are dimensions in metres, mass in kilograms?",
+                  density_kg_m3);
+    row.remark = text;
   }
-  std::vector<Partial> partials;
-  for (const Partial& partial : rings.partials.partials)
-    if (partial.is_ring()) partials.push_back(partial);
-  if (partials.empty()) {
-    row.remark = "no partial that decays";
-    return row;
-  }
-  const IetModel model(given);
+  return row;
+}
+
+/// @param partials  that decay; not empty
+IetRow measured_row(const IetSpecimen& given, const IetModel& model, const std::vector<Partial>& partials) {
+  IetRow row = bare_row(given);
   const Reading reading = best_reading(model, partials);
   row.flexural_hz = reading.first->frequency_hz;
   row.explained_share = reading.explained;
@@ -292,13 +313,30 @@ IetRow measured_row(const IetSpecimen& given, const std::filesystem::path& folde
     row.nu_model = reading.nu;
     row.g_model_pa = reading.youngs_modulus_pa / (2.0 * (1.0 + reading.nu));
   } else {
-    row.remark = given.shape == IetShape::kDisc ? "no second natural frequency: Poisson's ratio is assumed (0.3)"
-                                                : "no torsional frequency: Poisson's ratio is assumed (0.3)";
+    add_remark(row, given.shape == IetShape::kDisc ? "no second natural frequency: Poisson's ratio is assumed (0.3)"
+                                                   : "no torsional frequency: Poisson's ratio is assumed (0.3)");
   }
-  if (reading.explained < 0.5)
-    row.remark += std::string(row.remark.empty() ? "" : "; ") + "most of what rings is no mode of this body";
+  if (reading.explained < 0.5) add_remark(row, "most of what rings is no mode of this body");
   row.difference_percent = 100.0 * (*row.e_e1876_pa / *row.e_model_pa - 1.0);
   return row;
+}
+
+IetRow measured_row(const IetSpecimen& given, const std::filesystem::path& folder) {
+  IetRow row = bare_row(given);
+  const audio::Signal recording = audio::read_sound(folder / given.recording);
+  RingdownOptions ringdown;
+  ringdown.band = {20.0, 0.48 * recording.sample_rate_hz};
+  const RingdownResult rings = identify_ringdown(recording, ringdown, silent_monitor());
+  if (!rings.usable()) {
+    add_remark(row, rings.message);
+    return row;
+  }
+  const std::vector<Partial> partials = rings_of(rings.partials.partials);
+  if (partials.empty()) {
+    add_remark(row, kNoRing);
+    return row;
+  }
+  return measured_row(given, IetModel(given), partials);
 }
 
 std::string packed(const IetRow& row) {
@@ -321,6 +359,24 @@ std::vector<IetRow> measure_specimens(const std::vector<IetSpecimen>& specimens,
       [&](std::size_t i, std::string_view result) { rows[i] = unpacked(result); }, "specimens", monitor);
   mark_outliers(rows);
   return rows;
+}
+
+struct IetMeter::Parts {
+  IetSpecimen specimen;
+  detail::IetModel model;
+};
+
+IetMeter::IetMeter(const IetSpecimen& specimen)
+    : parts_(std::make_unique<Parts>(Parts{specimen, IetModel(specimen)})) {}
+
+IetMeter::~IetMeter() = default;
+
+IetRow IetMeter::row(const std::vector<Partial>& partials) const {
+  const std::vector<Partial> rings = rings_of(partials);
+  if (!rings.empty()) return measured_row(parts_->specimen, parts_->model, rings);
+  IetRow row = bare_row(parts_->specimen);
+  add_remark(row, kNoRing);
+  return row;
 }
 
 }  // namespace klang::fit

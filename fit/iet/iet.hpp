@@ -7,10 +7,17 @@
 
 namespace klang::fit {
 
+/// Whether the recordings that a specimens' file names have to be there: not where they are to be made.
+enum class IetRecordings { kNeeded, kNotYet };
+
 /// The specimens' file: a CSV with a head line; columns as IetSpecimen describes them.
 /// @throws InputError naming file, line and column: unknown or missing columns, a dimension that the shape needs or does not have,
 /// a value out of range, a recording that is not there, a name used twice
-std::vector<IetSpecimen> read_iet_specimens(const std::filesystem::path& path);
+std::vector<IetSpecimen> read_iet_specimens(const std::filesystem::path& path,
+                                            IetRecordings recordings = IetRecordings::kNeeded);
+
+/// @throws InputError at this place: a dimension that the shape needs is missing, or one has no meaning for it
+void check_dimensions(const IetSpecimen& specimen, const std::string& place);
 
 /// Frequencies, moduli and damping of each, in parallel. Which partial is which: every pair of partials that can be the first
 /// flexural and first torsional (of a disc: first and second natural) frequency gives a material; the one is taken under which most of what

@@ -14,15 +14,20 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{64} << 20, kMostSpecimens = 10000;
 
+bool is_needed(std::string_view column, bool required, IetRecordings recordings) {
+  return required && (column != "recording" || recordings == IetRecordings::kNeeded);
+}
+
 /// Fills the members of a specimen from the cells of its line.
 class CellReader {
  public:
-  CellReader(const std::map<std::string, std::string>& cells, std::string place)
-      : cells_(cells), place_(std::move(place)) {}
+  CellReader(const std::map<std::string, std::string>& cells, std::string place, IetRecordings recordings)
+      : cells_(cells), place_(std::move(place)), recordings_(recordings) {}
 
   void operator()(const Field& field, std::string& value) {
     value = cell(field);
-    if (field.required && value.empty()) throw InputError(place_, std::string(field.name) + " is empty");
+    if (is_needed(field.name, field.required, recordings_) && value.empty())
+      throw InputError(place_, std::string(field.name) + " is empty");
   }
   void operator()(const Field& field, double& value) {
     const std::string text = cell(field);
@@ -49,7 +54,10 @@ class CellReader {
   }
   const std::map<std::string, std::string>& cells_;
   std::string place_;
+  IetRecordings recordings_;
 };
+
+}  // namespace
 
 void check_dimensions(const IetSpecimen& specimen, const std::string& place) {
   const auto check = [&](const char* name, const std::optional<double>& value, bool wanted) {
@@ -64,13 +72,15 @@ void check_dimensions(const IetSpecimen& specimen, const std::string& place) {
   check("diameter_m", specimen.diameter_m, !bar);
 }
 
+namespace {
+
 std::vector<std::string> known_columns() {
   std::vector<std::string> names;
   for (const FieldRow& row : field_rows<IetSpecimen>()) names.push_back(row.name);
   return names;
 }
 
-std::vector<std::string> head_of(const CsvFile& file) {
+std::vector<std::string> head_of(const CsvFile& file, IetRecordings recordings) {
   std::vector<std::string> columns;
   const std::vector<std::string> known = known_columns();
   for (const std::string_view cell : file.cells()) {
@@ -82,7 +92,8 @@ std::vector<std::string> head_of(const CsvFile& file) {
     columns.push_back(name);
   }
   for (const FieldRow& row : field_rows<IetSpecimen>()) {
-    if (row.required && std::find(columns.begin(), columns.end(), row.name) == columns.end())
+    if (is_needed(row.name, row.required, recordings) &&
+        std::find(columns.begin(), columns.end(), row.name) == columns.end())
       throw InputError(file.place(), "column is missing", row.name, word_list(known));
   }
   return columns;
@@ -90,14 +101,14 @@ std::vector<std::string> head_of(const CsvFile& file) {
 
 }  // namespace
 
-std::vector<IetSpecimen> read_iet_specimens(const std::filesystem::path& path) {
+std::vector<IetSpecimen> read_iet_specimens(const std::filesystem::path& path, IetRecordings recordings) {
   CsvFile file(path, kMostBytes);
   std::vector<std::string> columns;
   std::vector<IetSpecimen> specimens;
   std::set<std::string> names;
   while (file.next()) {
     if (columns.empty()) {
-      columns = head_of(file);
+      columns = head_of(file, recordings);
       continue;
     }
     if (file.cells().size() != columns.size())
@@ -106,12 +117,13 @@ std::vector<IetSpecimen> read_iet_specimens(const std::filesystem::path& path) {
     std::map<std::string, std::string> cells;
     for (std::size_t i = 0; i < columns.size(); ++i) cells[columns[i]] = std::string(file.cells()[i]);
     IetSpecimen& specimen = specimens.emplace_back();
-    IetSpecimen::describe(specimen, CellReader(cells, file.place()));
+    IetSpecimen::describe(specimen, CellReader(cells, file.place(), recordings));
     check_dimensions(specimen, file.place());
     if (!names.insert(specimen.specimen).second)
       throw InputError(file.place(), "specimen is there twice", specimen.specimen);
     std::error_code error;
-    if (!std::filesystem::is_regular_file(path.parent_path() / specimen.recording, error))
+    if (recordings == IetRecordings::kNeeded &&
+        !std::filesystem::is_regular_file(path.parent_path() / specimen.recording, error))
       throw InputError(file.place(), "no such recording", specimen.recording);
     if (specimens.size() > kMostSpecimens)
       throw InputError(path.string(), "has too many specimens", "", "up to " + std::to_string(kMostSpecimens));

@@ -4,11 +4,10 @@
 #include <vector>
 
 #include "core/foundation/base/monitor.hpp"
-#include "core/foundation/config/result_header.hpp"
-#include "core/sound/audio/note.hpp"
+#include "core/foundation/config/fields.hpp"
 #include "fit/ringdown/ringdown.hpp"
 
-/// Single taps of a longer recording: listen.json of `klang listen`.
+/// Single taps of a longer recording.
 namespace klang::fit {
 
 struct Take {
@@ -25,19 +24,6 @@ struct Take {
     visit({"cents", "of the strongest partial above it"}, self.cents);
     visit({"partials", "of this tap"}, self.partials);
     visit({"file", "the take, beside the result"}, self.file);
-  }
-};
-
-struct ListenDocument {
-  ResultHeader header;
-  double a4_hz = audio::kConcertPitchHz;
-  std::vector<Take> takes;
-
-  template <class Self, class Visitor>
-  static void describe(Self& self, Visitor&& visit) {
-    ResultHeader::describe(self.header, visit);
-    visit({"a4_hz", "that the notes go by"}, self.a4_hz);
-    visit({"takes", "taps, in the order in which they came"}, self.takes);
   }
 };
 

@@ -27,11 +27,16 @@ std::map<std::string, double> changeable_dimensions_m(const mesh::ShapeSpec& sha
   return dims;
 }
 
-/// The lowest one of a body, as a scale for its meshes.
-double first_frequency_hz(const Specimen& specimen, const solid::Material& material) {
+/// How often sound crosses a body in a second: above a few times this it has modes by the thousand.
+double crossing_hz(const Specimen& specimen, const solid::Material& material) {
   double longest_m = 0.0;
   for (const auto& [name, value] : changeable_dimensions_m(*specimen.shape)) longest_m = std::max(longest_m, value);
-  const double highest_hz = std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3) / longest_m;
+  return std::sqrt(material.youngs_modulus_pa() / material.density_kg_m3) / longest_m;
+}
+
+/// The lowest one of a body, as a scale for its meshes.
+double first_frequency_hz(const Specimen& specimen, const solid::Material& material) {
+  const double highest_hz = crossing_hz(specimen, material);
   const SpecimenBody body = make_body(specimen, material, highest_hz);
   ReducedSpectrumOptions options;
   options.count = 1;
@@ -48,6 +53,12 @@ double highest_target_hz(const Specimen& specimen, const solid::Material& materi
     highest_hz = std::max(highest_hz, target.frequency_hz);
     highest_ratio = std::max(highest_ratio, target.ratio);
   }
+  constexpr double kMostCrossings = 4.0;
+  const double allowed_hz = kMostCrossings * crossing_hz(specimen, material);
+  if (!(highest_hz <= allowed_hz))
+    throw InputError(kPlace, "a target lies among so many modes of this body that none can be told",
+                     to_text(std::round(highest_hz)) + " Hz",
+                     "up to " + to_text(std::floor(allowed_hz)) + " Hz for this size; are its dimensions in metres?");
   return highest_ratio * (highest_hz > 0.0 ? highest_hz : first_frequency_hz(specimen, material));
 }
 

@@ -63,6 +63,23 @@ TEST(TuneBell, ScalingAloneGoesWithTheInverseOfTheSize) {
   EXPECT_LE(std::abs(cents / (-1e-4 / size_m * 1200.0 / std::log(2.0)) - 1.0), 1e-3);
 }
 
+TEST(TuneBell, MillimetresTakenForMetresAreSaidAndRefusedAtOnce) {
+  const Scratch scratch;
+  scratch.write("bell.csv", "r_m,z_m\n92.5,0\n100,0\n79,35\n57.5,100\n0,145\n0,138.5\n51.5,99\n69.5,31.5\n");
+  const RunResult tuned = run_klang(
+      "tune --shape revolution --profile bell.csv --material bronze --vary size_m --target hum=A5", scratch.path());
+  EXPECT_EQ(tuned.exit_code, 2) << tuned.err;
+  EXPECT_NE(tuned.err.find("the body is 200 m long"), std::string::npos) << tuned.err;
+  EXPECT_NE(tuned.err.find("in metres?"), std::string::npos) << tuned.err;
+  // A fit of a tube in millimetres ran for minutes before.
+  scratch.write("tap.csv", "frequency_hz,decay_per_s\n587.3,3\n1590,4\n3050,5\n");
+  scratch.write("tube.toml",
+                "[material]\npreset = \"aluminium\"\n[[specimen]]\nname = \"tube\"\npartials = \"tap.csv\"\n"
+                "shape = { kind = \"tube\", length_m = 505.0, outer_radius_m = 12.5, wall_m = 1.0 }\n"
+                "[fit]\nparameters = [\"youngs_modulus_pa\"]\n");
+  expect_refused(scratch, "fit tube.toml -o out", {"tube", "lengths in metres"});
+}
+
 TEST(TuneBell, WhatCannotBeMetIsSaidAndWhatIsWrongIsRefused) {
   const Scratch scratch;
   scratch.write("bell.csv", kBell);

@@ -17,8 +17,8 @@ namespace {
 
 constexpr unsigned kRate = 16000;
 
-/// Taps of 880 Hz at these times over faint noise.
-std::string taps(const std::vector<double>& times_s, double length_s) {
+/// Taps of 880 Hz (of a bar: its first flexural frequency) and, fainter, of another frequency at these times over faint noise.
+std::vector<float> tap_samples(const std::vector<double>& times_s, double length_s, double other_hz = 0.0) {
   std::vector<float> samples(static_cast<std::size_t>(length_s * kRate));
   unsigned state = 1;
   for (float& sample : samples) {
@@ -29,9 +29,30 @@ std::string taps(const std::vector<double>& times_s, double length_s) {
     for (std::size_t i = static_cast<std::size_t>(strike * kRate); i < samples.size(); ++i) {
       const double t = static_cast<double>(i) / kRate - strike;
       samples[i] += static_cast<float>(0.4 * std::exp(-9 * t) * std::sin(2 * M_PI * 880 * t));
+      if (other_hz > 0.0) samples[i] += static_cast<float>(0.1 * std::exp(-12 * t) * std::sin(2 * M_PI * other_hz * t));
     }
   }
-  return wav_bytes(samples, 1, kRate);
+  return samples;
+}
+
+std::string taps(const std::vector<double>& times_s, double length_s, double other_hz = 0.0) {
+  return wav_bytes(tap_samples(times_s, length_s, other_hz), 1, kRate);
+}
+
+constexpr const char* kBarOptions = " --shape bar --length-m 0.18 --width-m 0.03 --thickness-m 0.0055 --mass-kg 0.0802";
+
+/// E and G of the tests' bar by ASTM E1876, without the terms in (t / L)^4, which are below 1e-4.
+double bar_youngs_modulus_pa(double flexural_hz, double nu) {
+  const double slender = 0.0055 / 0.18;
+  const double t1 = 1 + 6.585 * (1 + 0.0752 * nu + 0.8109 * nu * nu) * slender * slender;
+  return 0.9465 * 0.0802 * flexural_hz * flexural_hz / 0.03 / std::pow(slender, 3) * t1;
+}
+double bar_shear_modulus_pa(double torsional_hz) {
+  const double flat = 0.03 / 0.0055, wide = 0.03 / 0.18;
+  const double r =
+      (1 + flat * flat) / (4 - 2.521 / flat * (1 - 1.991 / (std::exp(M_PI * flat) + 1))) * (1 + 0.00851 * wide * wide) -
+      0.060 * std::pow(wide, 1.5) * std::pow(flat - 1, 2);
+  return 4 * 0.18 * 0.0802 * torsional_hz * torsional_hz / (0.03 * 0.0055) * r;
 }
 
 TEST(Listen, EachTapIsATakeWithItsNoteAndItsFile) {
@@ -49,6 +70,64 @@ TEST(Listen, EachTapIsATakeWithItsNoteAndItsFile) {
     EXPECT_TRUE(std::filesystem::is_regular_file(scratch.path() / "out" / takes[i]["file"].get<std::string>()));
   }
 }
+
+TEST(Listen, OfABarWhoseDimensionsAreGivenEAndGStandBesideEachTap) {
+  const Scratch scratch;
+  scratch.write("session.wav", taps({0.5, 2.0, 3.5}, 5.0, 2900.0));
+  const RunResult run = run_klang("listen --input session.wav -o out" + std::string(kBarOptions), scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json result = read_json(scratch.path() / "out/listen.json");
+  ASSERT_EQ(result["moduli"].size(), 3u);
+  for (const nlohmann::json& row : result["moduli"]) {
+    const double young_pa = bar_youngs_modulus_pa(880.0, row["nu_e1876"]);
+    EXPECT_NEAR(row["e_e1876_pa"].get<double>() / young_pa, 1.0, 5e-4) << run.out;
+    EXPECT_NEAR(row["g_e1876_pa"].get<double>() / bar_shear_modulus_pa(2900.0), 1.0, 5e-4) << run.out;
+    EXPECT_NEAR(row["e_model_pa"].get<double>() / young_pa, 1.0, 0.01);
+  }
+  EXPECT_NE(run.out.find("without the tolerances of dimensions and mass"), std::string::npos) << run.out;
+  // From a specimens' file it is the same.
+  scratch.write(
+      "bars.csv",
+      "specimen,shape,length_m,width_m,thickness_m,mass_kg\nA,bar,0.1,0.02,0.01,0.05\nB,bar,0.18,0.03,0.0055,0.0802\n");
+  const RunResult named = run_klang("listen --input session.wav -o named --specimen bars.csv --name B", scratch.path());
+  ASSERT_EQ(named.exit_code, 0) << named.err;
+  const nlohmann::json again = read_json(scratch.path() / "named/listen.json");
+  EXPECT_EQ(again["moduli"][0]["e_e1876_pa"], result["moduli"][0]["e_e1876_pa"]);
+  EXPECT_EQ(again["moduli"][0]["specimen"], "B");
+  EXPECT_TRUE(std::filesystem::is_regular_file(scratch.path() / "named/iet.csv"));
+  expect_refused(scratch, "listen --input session.wav -o bad --specimen bars.csv", {"--name"});
+  expect_refused(scratch, "listen --input session.wav -o bad --specimen bars.csv --name C", {"--name"});
+  expect_refused(scratch, "listen --input session.wav -o bad --length-m 0.1 --mass-kg 1", {"--shape"});
+  expect_refused(scratch, "listen --input session.wav -o bad --shape bar --length-m 0.1 --mass-kg 1", {"width_m"});
+  expect_refused(scratch, "listen --input session.wav -o bad --shape rod --length-m 0.1 --diameter-m 0.01", {"mass"});
+}
+
+#ifdef KLANG_FAKE_PORTAUDIO
+TEST(Listen, OfADeviceEachTapIsSaidWhileTheNextIsWaitedFor) {
+  const Scratch scratch;
+  const std::vector<float> samples = tap_samples({0.7, 2.4, 3.3, 7.0}, 9.0, 2900.0);
+  scratch.write("played.raw", {reinterpret_cast<const char*>(samples.data()), samples.size() * sizeof(float)});
+  const std::string fake =
+      "LD_PRELOAD=" KLANG_FAKE_PORTAUDIO " KLANG_FAKE_INPUT=" + (scratch.path() / "played.raw").string();
+  const RunResult run =
+      run_klang("listen --device Fake --takes 3 -o out" + std::string(kBarOptions), scratch.path(), fake);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json result = read_json(scratch.path() / "out/listen.json");
+  ASSERT_EQ(result["takes"].size(), 3u) << run.out;  // the fourth is not waited for
+  const std::vector<double> strikes_s{0.7, 2.4, 3.3};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const nlohmann::json& take = result["takes"][i];
+    EXPECT_NEAR(take["strike_s"].get<double>(), strikes_s[i], 0.01);
+    EXPECT_EQ(take["note"], "A5");
+    EXPECT_NEAR(take["partials"][0]["frequency_hz"].get<double>(), 880.0, 0.5);
+    const nlohmann::json& row = result["moduli"][i];
+    EXPECT_NEAR(row["e_e1876_pa"].get<double>() / bar_youngs_modulus_pa(880.0, row["nu_e1876"]), 1.0, 2e-3);
+  }
+  const RunResult all = run_klang("listen --device Fake --longest-s 9 -o all", scratch.path(), fake);
+  ASSERT_EQ(all.exit_code, 0) << all.err;
+  EXPECT_EQ(read_json(scratch.path() / "all/listen.json")["takes"].size(), 4u) << all.out;
+}
+#endif
 
 TEST(Listen, WithoutATapNothingIsWritten) {
   const Scratch scratch;

@@ -86,12 +86,12 @@ Start start_of(const TuneCommand& options) {
     const fit::FitDocument fit = fit::read_fit_document(options.from);
     const fit::SpecimenRecord& record = fit::specimen_of(fit, options.specimen, options.from);
     start.specimen.name = record.name;
-    start.specimen.shape = fit::fitted_shape(record, options.from);
+    start.specimen.shape = fit::fitted_shape(fit, record, options.from);
     if (!options.dims.empty())
       for (const auto& [name, value] : parse_assignments("--dims", options.dims))
         start.specimen.shape->dims[name] = value;
     mesh::validate(*start.specimen.shape);
-    const mesh::ShapeSpec struck = fit::fitted_shape(record, options.from);
+    const mesh::ShapeSpec struck = fit::fitted_shape(fit, record, options.from);
     start.material = fit::stock_material(fit, record, struck, options.from);
   }
   start.specimen.support = solid::parse_support(options.support);

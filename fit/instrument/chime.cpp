@@ -72,7 +72,7 @@ std::vector<Stock> stocks_of(const FitDocument& fit, const std::filesystem::path
     if (only.empty() ? record.predicted : record.name != only) continue;
     Stock stock;
     stock.name = record.name;
-    stock.shape = fitted_shape(record, path);
+    stock.shape = fitted_shape(fit, record, path);
     if (!stock.shape.dims.contains("length_m") || !mesh::find_shape(stock.shape.kind).long_axis(stock.shape))
       throw InputError(path.string() + ": specimen " + record.name, "has no length to cut", stock.shape.kind,
                        "a tube, rod, box or undercut bar");

@@ -5,7 +5,9 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/nearest_word.hpp"
+#include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parse_json.hpp"
+#include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/modal/modes_of.hpp"
@@ -33,6 +35,24 @@ std::optional<Eigen::VectorXd> decays_by_law(const FitDocument& fit, const modal
   return law->law->decay_per_s(model.angular_frequency_rad_s, law->parameters.data());
 }
 
+/// The profile as the fit read it: where it lay then, or beside the fit.
+std::filesystem::path profile_of_fit(const FitDocument& fit, const std::filesystem::path& name,
+                                     const std::string& place, const std::filesystem::path& folder) {
+  for (const InputFile& input : fit.header.provenance.inputs) {
+    if (std::filesystem::path(input.path).filename() != name.filename()) continue;
+    bool is_there = false;
+    for (const std::filesystem::path& file : {std::filesystem::path(input.path), folder / name.filename()}) {
+      std::error_code error;
+      if (!std::filesystem::is_regular_file(file, error)) continue;
+      is_there = true;
+      if (sha256(read_file(file)) == input.sha256) return file;
+    }
+    throw InputError(place, is_there ? "its profile is not what it was when it was fitted" : "its profile is gone",
+                     input.path, "the file that klang fit read, there or beside fit.json");
+  }
+  throw InputError(place, "its profile is not among what the fit read", name.string());
+}
+
 }  // namespace
 
 FitDocument read_fit_document(const std::filesystem::path& path) {
@@ -53,15 +73,18 @@ const SpecimenRecord& specimen_of(const FitDocument& fit, const std::string& nam
   throw unknown_word(path.string(), "no such specimen", name, name, names);
 }
 
-mesh::ShapeSpec fitted_shape(const SpecimenRecord& specimen, const std::filesystem::path& path) {
+mesh::ShapeSpec fitted_shape(const FitDocument& fit, const SpecimenRecord& specimen,
+                             const std::filesystem::path& path) {
   const std::string place = path.string() + ": specimen " + specimen.name;
   const nlohmann::json shape = parse_json(specimen.shape.text, place);
-  if (!shape.is_object() || shape.contains("mesh") || shape.contains("profile_csv"))
+  if (!shape.is_object() || shape.contains("mesh"))
     throw InputError(place, "has no dimensions that could be changed", "", "a body given by shape and dimensions");
   mesh::ShapeSpec spec;
   for (const auto& [key, value] : shape.items()) {
     if (key == "kind" && value.is_string()) spec.kind = value.get<std::string>();
     if (value.is_number()) spec.dims[key] = value.get<double>();
+    if (key == "profile_csv" && value.is_string())
+      spec.profile_csv = profile_of_fit(fit, value.get<std::string>(), place, path.parent_path());
   }
   mesh::validate(spec);
   return spec;
@@ -109,7 +132,7 @@ FittedBody fitted_body(const FitDocument& fit, const std::filesystem::path& path
   }
   Specimen changed;
   changed.name = specimen.name;
-  changed.shape = fitted_shape(specimen, path);
+  changed.shape = fitted_shape(fit, specimen, path);
   changed.support = body.model.support;
   for (const auto& [dimension, value] : change.dims) {
     if (!changed.shape->dims.contains(dimension)) {

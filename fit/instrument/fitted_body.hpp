@@ -19,8 +19,9 @@ FitDocument read_fit_document(const std::filesystem::path& path);
 /// @param name  of a specimen; empty: the only one. @throws InputError listing the names
 const SpecimenRecord& specimen_of(const FitDocument& fit, const std::string& name, const std::filesystem::path& path);
 
-/// Kind and fitted dimensions. @throws InputError for a body that was given as a mesh or a profile's file
-mesh::ShapeSpec fitted_shape(const SpecimenRecord& specimen, const std::filesystem::path& path);
+/// Kind and fitted dimensions; the profile of a body of revolution is the file that the fit read.
+/// @throws InputError for a body that was given as a mesh; a profile that is gone or is not what it was
+mesh::ShapeSpec fitted_shape(const FitDocument& fit, const SpecimenRecord& specimen, const std::filesystem::path& path);
 
 /// The fitted elasticity with the density of that specimen: its mass over its volume.
 solid::Material stock_material(const FitDocument& fit, const SpecimenRecord& specimen, const mesh::ShapeSpec& shape,

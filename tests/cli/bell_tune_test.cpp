@@ -63,6 +63,29 @@ TEST(TuneBell, ScalingAloneGoesWithTheInverseOfTheSize) {
   EXPECT_LE(std::abs(cents / (-1e-4 / size_m * 1200.0 / std::log(2.0)) - 1.0), 1e-3);
 }
 
+TEST(TuneBell, StartsFromTheFitOfABellAndRefusesAProfileThatHasChanged) {
+  const Scratch scratch;
+  scratch.write("bell.csv", kBell);
+  // The lowest five of this bell in bronze with 57 GPa, by klang modes: the fit has to find that metal again.
+  scratch.write("p.csv", "frequency_hz,decay_per_s\n912.303,2\n2255.523,3\n2638.622,4\n3429.205,5\n3694.248,6\n");
+  scratch.write("bell.toml",
+                "[material]\nyoungs_modulus_pa = 9e10\npoissons_ratio = 0.34\ndensity_kg_m3 = 8800\n[[specimen]]\n"
+                "name = \"bell\"\npartials = \"p.csv\"\nshape = { kind = \"revolution\", profile_csv = \"bell.csv\" }\n"
+                "[fit]\nparameters = [\"youngs_modulus_pa\"]\n");
+  const RunResult fit = run_klang("fit bell.toml -o fit --no-pictures --quiet", scratch.path());
+  ASSERT_LE(fit.exit_code, 1) << fit.err;
+  const std::string tune = "tune --from fit/fit.json --vary size_m --target hum=A5 --quiet --json tuned.json";
+  const RunResult run = run_klang(tune + " -o tuned.csv", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json tuned = read_json(scratch.path() / "tuned.json");
+  // The fitted bell sounds as the struck one did, and the size goes with the inverse of the frequency.
+  EXPECT_NEAR(tuned["targets"][0]["start_hz"].get<double>(), 912.303, 0.5);
+  EXPECT_LE(std::abs(tuned["dimensions"][0]["value_m"].get<double>() / (0.145 * 912.303 / 880.0) - 1.0), 1e-3);
+  EXPECT_TRUE(std::filesystem::is_regular_file(scratch.path() / "tuned.csv"));
+  scratch.write("bell.csv", std::string(kBell) + "0.09,0.002,1\n");
+  expect_refused(scratch, tune, {"profile", "not what it was"});
+}
+
 TEST(TuneBell, MillimetresTakenForMetresAreSaidAndRefusedAtOnce) {
   const Scratch scratch;
   scratch.write("bell.csv", "r_m,z_m\n92.5,0\n100,0\n79,35\n57.5,100\n0,145\n0,138.5\n51.5,99\n69.5,31.5\n");

@@ -100,7 +100,7 @@ TEST(TuneBell, MillimetresTakenForMetresAreSaidAndRefusedAtOnce) {
                 "[material]\npreset = \"aluminium\"\n[[specimen]]\nname = \"tube\"\npartials = \"tap.csv\"\n"
                 "shape = { kind = \"tube\", length_m = 505.0, outer_radius_m = 12.5, wall_m = 1.0 }\n"
                 "[fit]\nparameters = [\"youngs_modulus_pa\"]\n");
-  expect_refused(scratch, "fit tube.toml -o out", {"tube", "lengths in metres"});
+  expect_refused(scratch, "fit tube.toml -o out", {"specimen tube", "too many modes"});
 }
 
 TEST(TuneBell, WhatCannotBeMetIsSaidAndWhatIsWrongIsRefused) {

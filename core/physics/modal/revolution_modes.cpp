@@ -10,8 +10,6 @@ namespace klang::modal {
 namespace {
 
 constexpr double kLeftOfLowerDegree = 0.1;  // of the difference to elements one degree lower
-constexpr double kMostWaves = 300.0;   // of the shortest along a section: its modes go with the square of their number
-constexpr double kOneElement_m = 1e5;  // longer than any body
 
 /// Modes from low_hz to high_hz, members of pairs each.
 int count_in(const AxisymmetricBody& body, const std::vector<HarmonicModes>& modes, double low_hz) {
@@ -37,15 +35,7 @@ mesh::SectionDivisions section_divisions_for(const mesh::ShapeSpec& shape, const
   const double plate = material.youngs_modulus_pa() / (12.0 * material.density_kg_m3 * (1.0 - ratio * ratio));
   const double bending_m = 2.0 * kPi * std::pow(plate * std::pow(mesh::section_thickness_m(shape) / omega, 2), 0.25);
   const double shear_m = 0.9 * 2.0 * kPi * std::sqrt(material.lame_mu_pa / material.density_kg_m3) / omega;
-  const double wave_m = std::min(bending_m, shear_m);
-  const mesh::Section coarse = mesh::mesh_section(shape, mesh::section_divisions(shape, kOneElement_m));
-  const double size_m = (coarse.nodes_m.colwise().maxCoeff() - coarse.nodes_m.colwise().minCoeff()).norm();
-  if (!(size_m <= kMostWaves * wave_m))
-    throw InputError(shape.kind + " of " + to_text(std::round(size_m)) + " m",
-                     "has too many modes up to " + to_text(std::round(highest_hz)) + " Hz",
-                     to_text(std::round(size_m / wave_m)) + " waves along it",
-                     "up to " + to_text(kMostWaves) + ": a lower band, or lengths in metres");
-  return mesh::section_divisions(shape, 0.8 * wave_m);
+  return mesh::section_divisions(shape, 0.8 * std::min(bending_m, shear_m));
 }
 
 Eigen::VectorXd section_mesh_error(const mesh::ShapeSpec& shape, const mesh::SectionDivisions& divisions,

@@ -15,6 +15,10 @@ namespace {
 using Eigen::Vector3d;
 
 using detail::at;
+/// Of the largest rate of a contact with itself times the step, squared; leapfrog stands 4 of all forces together, elements take 2 at most. What
+/// does not close in the ledger grows with it, how deep things go in falls.
+constexpr double kSelfContactRate = 0.25;
+
 Vector3d row(const std::vector<double>& values, std::size_t node) {
   return {values[3 * node], values[3 * node + 1], values[3 * node + 2]};
 }
@@ -53,9 +57,14 @@ void ExplicitSolid::refresh() {
                                       : Vector3d(mesh_.place_m[i] - holds_[at(hold)].displacement_m(time_s_)));
   }
   acceleration_.resize(n, Vector3d::Zero());
-  const double term_before = acceleration_term_;
+  const double term_before = acceleration_term_, pressed_before = contact_ ? contact_->last().energy_j : 0.0;
   update_limits();
+  if (options_.self_contact && !contact_) {
+    const double dt_s = step_limit_s();
+    contact_.emplace(kSelfContactRate / (dt_s * dt_s), options_.self_friction);
+  }
   compute_forces();
+  if (contact_ && last_dt_s_ > 0.0) stepping_lost_j_ += pressed_before - contact_->last().energy_j;
   stepping_lost_j_ += (acceleration_term_ - term_before) * last_dt_s_ * last_dt_s_;
 }
 
@@ -117,11 +126,23 @@ void ExplicitSolid::compute_forces() {
     acceleration_[i] = force;
   }
   for (const NodePush& push : pushes_now_) acceleration_[at(push.node)] += push.normal_n + push.friction_n;
+  if (contact_) add_self_contact();
   acceleration_term_ = 0.0;
   const double share = options_.integrator == Integrator::kLeapfrog ? 0.125 : 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     acceleration_[i] = acceleration_[i] / mesh_.mass_kg_of[i] + options_.gravity_m_s2;
     if (mesh_.held[i] < 0) acceleration_term_ += share * mesh_.mass_kg_of[i] * acceleration_[i].squaredNorm();
+  }
+}
+
+void ExplicitSolid::add_self_contact() {
+  const SelfContact::Forces& forces = contact_->forces(mesh_, last_dt_s_ > 0.0 ? last_dt_s_ : step_limit_s());
+  rub_now_.clear();
+  if (!forces.any()) return;
+  for (std::size_t i = 0; i < acceleration_.size(); ++i) {
+    acceleration_[i] += forces.normal_n[i] + forces.friction_n[i];
+    if (!forces.friction_n[i].isZero(0.0))
+      rub_now_.push_back({static_cast<int>(i), Vector3d::Zero(), forces.friction_n[i]});
   }
 }
 
@@ -146,6 +167,7 @@ void ExplicitSolid::step(double dt_s) {
   velocity_before_ = mesh_.velocity_m_s;
   viscous_before_ = viscous_;
   pushes_before_ = pushes_now_;
+  rub_before_ = rub_now_;
   total_before_.assign(n, Vector3d::Zero());
   for (std::size_t i = 0; i < n; ++i)
     if (mesh_.held[i] >= 0) total_before_[i] = mesh_.mass_kg_of[i] * acceleration_[i];
@@ -196,6 +218,8 @@ void ExplicitSolid::book(double dt_s) {
       energies_.contact_j -= share * push.normal_n.dot(d);
       energies_.friction_j -= share * push.friction_n.dot(d);
     }
+    for (const NodePush& rub : now ? rub_now_ : rub_before_)
+      energies_.friction_j -= share * rub.friction_n.dot(moved(at(rub.node)));
   }
 }
 
@@ -207,6 +231,7 @@ SolidEnergies ExplicitSolid::energies() const {
   }
   now.kinetic_j -= acceleration_term_ * last_dt_s_ * last_dt_s_;
   now.lost_j = mesh_.lost_j() + stepping_lost_j_;
+  if (contact_) now.contact_j += contact_->last().energy_j;
   return now;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/physics/fracture/dynamic/crack_mesh.hpp"
 #include "core/physics/fracture/dynamic/hold_path.hpp"
+#include "core/physics/fracture/dynamic/self_contact.hpp"
 #include "core/physics/fracture/dynamic/step_limit.hpp"
 
 namespace klang::fracture {
@@ -20,6 +22,8 @@ struct SolidOptions {
   /// Elements that cuts have made have no larger damping ratio than this and than the largest of the uncut mesh; 0: no such limit, as B99. The
   /// ratio grows as 1/h, so that slivers would else set a step of order h^2.
   double damping_cap = 1.0;
+  bool self_contact = false;   ///< of the solid with itself and of its pieces with one another
+  double self_friction = 0.0;  ///< Coulomb's, there
 };
 
 /// What presses on a node.
@@ -36,8 +40,12 @@ struct NodePush {
 struct SolidEnergies {
   double kinetic_j = 0.0, potential_j = 0.0, elastic_j = 0.0;
   double viscous_j = 0.0, plastic_j = 0.0;
-  double contact_j = 0.0, friction_j = 0.0;  ///< given to what presses on it, by normal forces and by friction
-  double lost_j = 0.0;  ///< by lumped masses of cut elements (CrackMesh::lost_j()) and by changes of the step
+  double
+      contact_j = 0.0,
+      friction_j =
+          0.0;  ///< given to what presses on it, by normal forces and by friction; what contact with itself stores and rubs off
+  double lost_j =
+      0.0;  ///< by lumped masses of cut elements (CrackMesh::lost_j()), by changes of the step, by contacts whose elements were cut
   double work_j = 0.0;  ///< by what holds it
   double sum_j() const {
     return kinetic_j + potential_j + elastic_j + viscous_j + plastic_j + contact_j + friction_j + lost_j - work_j;
@@ -69,12 +77,15 @@ class ExplicitSolid {
   double largest_plastic_strain() const;  ///< norm, Green's measure
   const SolidOptions& options() const { return options_; }
   const std::vector<NodePush>& pushes() const { return pushes_now_; }
+  /// What its elements do to one another now; none without self-contact.
+  const SelfContact* self_contact() const { return contact_ ? &*contact_ : nullptr; }
   /// Squared Frobenius norm of the elastic second Piola-Kirchhoff stress of each element.
   const std::vector<double>& stress_sq() const { return stress_sq_; }
   double mean_step_mass_kg() const { return mean_mass_kg_; }
 
  private:
   void compute_forces();
+  void add_self_contact();
   void move_held(double dt_s, bool places);
   void book(double dt_s);
   void update_limits();
@@ -89,7 +100,8 @@ class ExplicitSolid {
   std::size_t elements_seen_ = 0;
   std::vector<double> limit_of_;  ///< of elements
   std::vector<double> elastic_, viscous_, viscous_before_, stress_sq_;
-  std::vector<NodePush> pushes_now_, pushes_before_;
+  std::vector<NodePush> pushes_now_, pushes_before_, rub_now_, rub_before_;  ///< rub: friction with itself
+  std::optional<SelfContact> contact_;
   std::vector<Eigen::Vector3d> acceleration_, velocity_before_, hold_origin_m_, place_before_, total_before_;
   SolidEnergies energies_;
 };

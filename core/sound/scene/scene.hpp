@@ -65,6 +65,7 @@ struct CrackSettings {
   fracture::PlasticityInput plasticity;
   fracture::Integrator integrator = fracture::Integrator::kLeapfrog;
   double viscosity_lambda_pa_s = 0.0, viscosity_mu_pa_s = 0.0;
+  bool self_contact = false;  ///< of its pieces with one another and of it with itself; costs up to 30 times the rest
 };
 
 /// How a modal body moves.

@@ -133,10 +133,12 @@ void CrackingBodies::add_to(SceneMotion& motion) const {
     summary.max_strain = std::max(summary.max_strain, body->solid().largest_plastic_strain());
     summary.faces.insert(summary.faces.end(), body->cracker().faces().begin(), body->cracker().faces().end());
     summary.splits.insert(summary.splits.end(), body->splits().begin(), body->splits().end());
-    apart = apart || body->n_pieces() > 1;
+    apart = apart || (body->n_pieces() > 1 && body->solid().self_contact() == nullptr);
   }
   if (apart)
-    summary.warnings.push_back("pieces of cracking bodies do not feel one another: they can pass through each other");
+    summary.warnings.push_back(
+        "pieces of a cracking body with self_contact = false do not feel one another: they can pass through each "
+        "other");
   if (const double gamma2 = 2.0 * summary.max_strain; gamma2 > fracture::kDoubtfulGamma2)
     summary.warnings.push_back("plastic strain of norm " + std::to_string(summary.max_strain) +
                                ": its rest shape has lost some volume (erratum 68)");

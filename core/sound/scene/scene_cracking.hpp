@@ -14,7 +14,7 @@ namespace klang::scene {
 ///
 /// Nodes that are below the floor or inside a rigid body are pushed out by springs, whose stiffness follows from the step limit
 /// (0.1 m/dt^2 of the node's mass), with Coulomb's friction; the rigid body gets the opposite impulse at the node. Cracking bodies do not feel
-/// each other, nor their pieces: where boxes of two of them overlap the run says so.
+/// each other, only, with self_contact, each itself and its own pieces: where boxes of two of them overlap the run says so.
 class CrackingBodies {
  public:
   /// Takes the places of the bodies from the world and their rigid stand-ins out of it.

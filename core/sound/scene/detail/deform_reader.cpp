@@ -34,6 +34,8 @@ std::vector<TomlField> crack_fields(const char* table) {
        "cuts nearer to an edge's end than this share of the shortest edge go through it"},
       {table, "smallest_height", kNumber, "0.15", 0.01, 0.5,
        "share of the mean edge: cuts that would leave flatter elements go through nodes"},
+      {table, "self_contact", kBoolean, "false", -kInf, kInf,
+       "true: its pieces push one another, and it itself where it folds; else they pass through"},
       {table, "integrator", kText, "`leapfrog`", -kInf, kInf,
        "`leapfrog`, or B99's `euler` and `taylor`, which need viscosity"},
       {table, "literature", kText, "`mended`", -kInf, kInf,
@@ -86,6 +88,7 @@ CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const Sce
                          flow.optional_number("yield_stress_pa"), flow.optional_number("plastic_strain_limit")};
   settings.viscosity_lambda_pa_s = number("viscosity_lambda_pa_s").value_or(0.0);
   settings.viscosity_mu_pa_s = number("viscosity_mu_pa_s").value_or(0.0);
+  settings.self_contact = table_of("self_contact").boolean("self_contact", settings.self_contact);
   crack.snap = number("snap").value_or(crack.snap);
   crack.smallest_height = number("smallest_height").value_or(crack.smallest_height);
   settings.integrator = *enum_from_text<fracture::Integrator>(

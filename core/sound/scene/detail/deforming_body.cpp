@@ -147,6 +147,7 @@ struct DeformingBody::Pressing {
 struct DeformingBody::Contact {
   double time_s = 0.0, duration_s = 0.0;
   int node = 0, other = -1;
+  int other_node = -1;  ///< of another piece of this body, in place of other
   bool is_new = false;
   Vector3d impulse_n_s = Vector3d::Zero();
 };
@@ -177,6 +178,8 @@ DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBody
     options.integrator = body.crack.integrator;
     if (body.crack.crack.total_stress) options.damping_cap = 0.0;  // literature = "paper"
     options.gravity_m_s2 = scene.solver.gravity_m_s2;
+    options.self_contact = body.crack.self_contact;
+    options.self_friction = rigid::pair_friction(spec.skin, spec.skin);
     options.plasticity = fracture::read_plasticity(body.crack.plasticity, material.elastic,
                                                    {"gamma1", "gamma2", "yield_stress_pa", "plastic_strain_limit"});
     pressing_ = std::make_unique<Pressing>(Pressing{scene, spec.skin, 0.0, 0.0, nullptr, {}, {}});
@@ -206,7 +209,8 @@ void DeformingBody::advance(double until_s, std::vector<PressedBody>& pressed) {
   const double begin_s = solid_->time_s();
   steps_s_.push_back({begin_s, until_s});
   pressing_->bodies = &pressed;
-  std::map<std::pair<int, int>, Vector3d> impulses;  // of this step of the world, by node and other body
+  std::map<std::pair<int, int>, Vector3d> impulses;     // of this step of the world, by node and other body
+  std::map<std::array<int, 2>, Vector3d> own_impulses;  // of pairs of its elements
   const auto press = [&](double dt_s) {
     for (std::size_t k = 0; k < solid_->pushes().size(); ++k) {
       const fracture::NodePush& push = solid_->pushes()[k];
@@ -216,6 +220,9 @@ void DeformingBody::advance(double until_s, std::vector<PressedBody>& pressed) {
       impulses.try_emplace({push.node, target < 0 ? -1 : pressed[at(target)].body()}, Vector3d::Zero()).first->second +=
           impulse;
     }
+    if (const fracture::SelfContact* own = solid_->self_contact())
+      for (const fracture::ElementTouch& touch : own->last().touches)
+        own_impulses.try_emplace(touch.elements, Vector3d::Zero()).first->second += dt_s * touch.force_n;
   };
   while (until_s - solid_->time_s() > 1e-12 * std::max(1.0, until_s)) {
     const double left = until_s - solid_->time_s(), limit = solid_->step_limit_s();
@@ -236,13 +243,19 @@ void DeformingBody::advance(double until_s, std::vector<PressedBody>& pressed) {
       note_splits(n, area);
     }
   }
+  pressed_ = pressed_ || !impulses.empty();
   std::vector<char> touched(at(solid_->mesh().n_nodes()), 0);
   for (const auto& [key, impulse] : impulses) {
     const bool before = at(key.first) < touched_.size() && touched_[at(key.first)] != 0;
-    contacts_.push_back({begin_s, until_s - begin_s, key.first, key.second, !before, impulse});
+    contacts_.push_back({begin_s, until_s - begin_s, key.first, key.second, -1, !before, impulse});
     touched[at(key.first)] = 1;
   }
+  note_pieces(until_s);
+  add_own_contacts(own_impulses, touched);
   touched_ = std::move(touched);
+}
+
+void DeformingBody::note_pieces(double until_s) {
   if (solid_->mesh().n_changes() == changes_seen_) return;
   changes_seen_ = solid_->mesh().n_changes();
   Version version;
@@ -257,6 +270,42 @@ void DeformingBody::advance(double until_s, std::vector<PressedBody>& pressed) {
   versions_.push_back(std::move(version));
 }
 
+/// One contact for each pair of pieces, where the elements are that push most.
+void DeformingBody::add_own_contacts(const std::map<std::array<int, 2>, Vector3d>& impulses,
+                                     std::vector<char>& touched) {
+  if (n_pieces_ < 2) return;
+  struct Pushing {
+    Contact contact;
+    double largest = -1.0;
+  };
+  std::map<std::array<int, 2>, Pushing> pieces;
+  const std::vector<int>& piece_of = versions_.back().piece_of_node;
+  for (const auto& [elements, impulse] : impulses) {
+    std::array<int, 2> node = {solid_->mesh().nodes_of(elements[0])[0], solid_->mesh().nodes_of(elements[1])[0]};
+    std::array<int, 2> piece = {piece_of[at(node[0])], piece_of[at(node[1])]};
+    if (piece[0] == piece[1]) continue;
+    const bool turned = piece[0] > piece[1];
+    if (turned) {
+      std::swap(piece[0], piece[1]);
+      std::swap(node[0], node[1]);
+    }
+    Pushing& pushing = pieces[piece];
+    pushing.contact.impulse_n_s += turned ? Vector3d(-impulse) : impulse;
+    if (!(impulse.norm() > pushing.largest)) continue;
+    pushing.largest = impulse.norm();
+    pushing.contact.node = node[0];
+    pushing.contact.other_node = node[1];
+  }
+  for (auto& [piece, pushing] : pieces) {
+    Contact& contact = pushing.contact;
+    contact.time_s = steps_s_.back()[0];
+    contact.duration_s = steps_s_.back()[1] - contact.time_s;
+    contact.is_new = at(contact.node) >= touched_.size() || touched_[at(contact.node)] == 0;
+    contacts_.push_back(contact);
+    touched[at(contact.node)] = 1;
+  }
+}
+
 void DeformingBody::note_splits(int n, double area_m2) {
   const double now = solid_->time_s();
   if (splits_.empty() || splits_.back().time_s != now) splits_.push_back({now, 0.0, 0.0, row_, 0, n_pieces_});
@@ -267,9 +316,9 @@ void DeformingBody::note_splits(int n, double area_m2) {
 
 void DeformingBody::keep_frames(double pose_rate_hz) {
   const double now = solid_->time_s();
-  const bool due = now >= next_pose_s_ - 1e-12, pressed = contacts_.size() > contacts_kept_;
-  contacts_kept_ = contacts_.size();
-  if (!due && !pressed) return;
+  const bool due = now >= next_pose_s_ - 1e-12;
+  if (!due && !pressed_) return;
+  pressed_ = false;
   if (due) next_pose_s_ = now + 1.0 / pose_rate_hz;
   const fracture::CrackMesh& mesh = solid_->mesh();
   std::vector<std::vector<int>> nodes(at(n_pieces_));
@@ -350,6 +399,18 @@ void DeformingBody::add_to(const Scene& scene, SceneMotion& motion) const {
     const Kept* used = frame_at(end_s, contact.node);
     if (used == nullptr) continue;
     impulse.impulse_n_s = used->pose.orientation().conjugate() * contact.impulse_n_s;
+    if (contact.other_node >= 0) {
+      if (!is_broken(contact.time_s) || piece_of == nullptr) continue;
+      impulse.other = rows[at((*piece_of)[at(contact.other_node)])];
+      const Kept* theirs = frame_at(end_s, contact.other_node);
+      if (theirs == nullptr) continue;
+      motion.log.impulses.push_back(impulse);
+      std::swap(impulse.body, impulse.other);
+      impulse.point_m = mesh.rest_m[at(contact.other_node)];
+      impulse.impulse_n_s = theirs->pose.orientation().conjugate() * Vector3d(-contact.impulse_n_s);
+      motion.log.impulses.push_back(impulse);
+      continue;
+    }
     motion.log.impulses.push_back(impulse);
     if (contact.other < 0) continue;
     events::Impulse opposite = impulse;

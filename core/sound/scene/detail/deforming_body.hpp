@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -59,6 +61,8 @@ class DeformingBody {
                  SceneMotion& motion) const;
   const Kept* frame_at(double time_s, int node) const;
   void note_splits(int n, double area_before_m2);
+  void note_pieces(double until_s);
+  void add_own_contacts(const std::map<std::array<int, 2>, Eigen::Vector3d>& impulses, std::vector<char>& touched);
   int piece_then(const Version& version, int node) const;
 
   int row_ = 0, n_elements_start_ = 0, n_pieces_ = 1, changes_seen_ = -1;
@@ -70,7 +74,7 @@ class DeformingBody {
   std::vector<CrackSummary::Split> splits_;
   std::vector<Contact> contacts_;
   std::vector<std::array<double, 2>> steps_s_;  ///< of the world: begin and end
-  std::size_t contacts_kept_ = 0;
+  bool pressed_ = false;                        ///< by others, since frames were kept
   std::vector<char> touched_;
   std::vector<Version> versions_;
   std::vector<Kept> frames_;

@@ -94,6 +94,41 @@ TEST_F(SceneCracking, ABallGivesItsMomentumToTheBlockThatItStrikes) {
   EXPECT_FALSE(motion.log.impulses.empty());
 }
 
+TEST_F(SceneCracking, PiecesPushOneAnotherEquallyAndStandInTheLogOnBoth) {
+  const auto smashed = [&](const char* self_contact) {
+    return move(scene(
+        "duration_s = 0.02\n[world]\ngravity_m_s2 = [0, 0, 0]\n" + material() +
+        "[[body]]\nname = \"block\"\nmaterial = \"soft\"\nmodel = \"cracking\"\nsound = \"none\"\nmax_edge_m = 0.04\n"
+        "shape = { kind = \"box\", length_m = 0.1, width_m = 0.1, height_m = 0.1 }\n"
+        "[[body]]\nname = \"ball\"\nmaterial = \"soft\"\nsound = \"none\"\nposition_m = [-0.105, 0.003, 0.002]\n"
+        "velocity_m_s = [20, 0, 0]\nshape = { kind = \"sphere\", radius_m = 0.05 }\n[crack]\nstrength_pa = 5e4\n"
+        "viscosity_mu_pa_s = 200\nself_contact = " +
+        std::string(self_contact)));
+  };
+  const SceneMotion motion = smashed("true");
+  ASSERT_GE(motion.mass_kg.size(), 4u);
+  EXPECT_LE(motion.residual_relative, 1e-3);
+  double n = 0.0, sum = 0.0;
+  Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // of equal and opposite rows, in the world
+  for (const events::Impulse& row : motion.log.impulses) {
+    if (row.body < 2 || row.other < 2 || row.kind == events::ImpulseKind::kFracture) continue;
+    const double end_s = row.time_s + row.duration_s;
+    rest += motion.log.motion_of(row.body).at(end_s).orientation() * row.impulse_n_s;
+    sum += row.impulse_n_s.norm();
+    ++n;
+  }
+  EXPECT_GE(n, 20.0);
+  EXPECT_LE(rest.norm(), 0.05 * sum);  // poses are kept every few steps, and lie between them here
+  Eigen::Vector3d momentum = motion.mass_kg[1] * motion.final[1].velocity_m_s;
+  for (std::size_t i = 2; i < motion.mass_kg.size(); ++i) momentum += motion.mass_kg[i] * motion.final[i].velocity_m_s;
+  EXPECT_LE((momentum / motion.mass_kg[1] - 20.0 * Eigen::Vector3d::UnitX()).norm(), 1e-9);
+  EXPECT_TRUE(motion.cracks->warnings.empty());
+  const SceneMotion through = smashed("false");
+  ASSERT_EQ(through.cracks->warnings.size(), 1u);
+  for (const events::Impulse& row : through.log.impulses)
+    EXPECT_TRUE(row.body < 2 || row.other < 2 || row.kind == events::ImpulseKind::kFracture);
+}
+
 TEST_F(SceneCracking, AWallThatIsStruckGrowsAsThatOfFigureNineDoes) {  // B99: 1109 elements with 8275
   const auto path = std::filesystem::path(klang::test::source_dir()) / "datasets-synthetic/scenes/b99/wall_1_fine.toml";
   std::ifstream file(path);

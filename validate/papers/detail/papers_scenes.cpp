@@ -76,6 +76,10 @@ constexpr const char* kMinutes = "minutes of computation per second of simulatio
 constexpr const char* kSizes =
     "sizes, strength and fall are ours; the paper counts objects, it seems with the body that broke: its tile in two "
     "halves is 3";
+constexpr const char* kTable =
+    "sizes, strength and fall are ours; thickness, ball and stress mesh were changed until the top broke, which the "
+    "mesh "
+    "decides: no prediction";
 constexpr const char* kMachine = "an SGI O2 of 1999 there, another machine here";
 constexpr const char* kWords = "the paper has words or a picture";
 constexpr const char* kSolves = "one solve serves all bubbles here";
@@ -89,7 +93,7 @@ const Row kRows[] = {
     {"SB", "Table 3", "sb/wine_glass", kPieces, 83, pieces, nullptr, kSizes},
     {"SB", "Table 3", "sb/poor_piggy_bank", kPieces, 64, pieces, nullptr, kSizes},
     {"SB", "Table 3", "sb/rich_piggy_bank", kPieces, 358, pieces, nullptr, kSizes},
-    {"SB", "Table 3", "sb/table_setting", kPieces, 328, pieces, nullptr, kSizes},
+    {"SB", "Table 3", "sb/table_setting", kPieces, 328, pieces, nullptr, kTable},
     {"B99", "Figure 10", "b99/wall_1", kGrowth, 8275.0 / 1109.0, element_growth, nullptr,
      "which of the walls is not said"},
     {"B99", "Figure 10", "b99/wall_2", kGrowth, 8275.0 / 1109.0, element_growth, nullptr,

@@ -85,23 +85,28 @@ Eigen::VectorXcd CellEar::heard(double frequency_hz) {
   return q;
 }
 
+/// The bin by which the old air and the new one are compared: the highest that both have solved with elements enough for its wavelength,
+/// else the highest of that kind that there is, and it is solved.
+int CellEar::compared_bin() const {
+  int best = -1;
+  for (const auto& [bin, q] : old_q_)
+    if (level(bin_hz(bin)) == 0 && q_.contains(bin)) best = std::max(best, bin);
+  if (best >= 0) return best;
+  for (int bin = 0; level(bin_hz(bin)) == 0; ++bin) best = bin;
+  return std::max(best, 0);
+}
+
 void CellEar::note_change() {
-  const bubble::EarElements::Carrier old = old_elements_->carrier(cells_->surface_m());
-  bool any = false;
-  double change = 0.0;
-  for (const auto& [bin, q] : old_q_) {
-    const auto again = q_.find(bin);
-    if (again == q_.end() || level(bin_hz(bin)) != 0) continue;
-    const Eigen::MatrixXcd before = old(q), now = carriers_[0](again->second);
-    change = std::max(change, (now - before).norm() / now.norm());
-    any = true;
-  }
+  const int bin = compared_bin();
+  Eigen::MatrixXcd &q = q_[bin], &old_q = old_q_[bin];
+  if (q.size() == 0) q = field(*elements_[0], bin_hz(bin));
+  if (old_q.size() == 0) old_q = field(*old_elements_, bin_hz(bin));
+  const Eigen::MatrixXcd before = old_elements_->carrier(cells_->surface_m())(old_q), now = carriers_[0](q);
+  change_ = (now - before).norm() / now.norm();
   old_elements_.reset();
   old_q_.clear();
-  if (!any) return;
-  change_ = change;
-  if (change < kSmallChange) life_s_ = std::min(2.0 * life_s_, kLongestLife_s);
-  if (change > kLargeChange) life_s_ = std::max(0.5 * life_s_, kFirstLife_s);
+  if (change_ < kSmallChange) life_s_ = std::min(2.0 * life_s_, kLongestLife_s);
+  if (change_ > kLargeChange) life_s_ = std::max(0.5 * life_s_, kFirstLife_s);
 }
 
 LiquidCells::Question CellEar::question(double frequency_hz, Eigen::VectorXcd q,

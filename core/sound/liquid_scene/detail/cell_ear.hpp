@@ -22,8 +22,8 @@ class CellEar {
           Monitor& monitor);
 
   /// Whether the air's elements are too old at a time. They live 0.08 s at first; twice as long, to 0.64 s, where their successors changed
-  /// what the free surface hears by less than 10 %, half as long where by more than 25 % (frequencies with 4 elements per wavelength
-  /// count; another mesh of the same surface alone changes it by some 7 % there).
+  /// what the free surface hears by less than 10 %, half as long where by more than 25 % (at the highest frequency with 4 elements per
+  /// wavelength; another mesh of the same surface alone changes it by some 7 % there).
   bool due(double time_s) const;
   /// @return false: the surface has solids, or walls that are no sides of its box; the cells do not know them
   bool renew(const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body, const Eigen::Vector3d& ear_m,
@@ -55,6 +55,7 @@ class CellEar {
   const Eigen::VectorXcd& heard_in_bin(int bin);
   Eigen::VectorXcd heard(double frequency_hz);  ///< at the crossings, between two bins
   const std::vector<std::complex<float>>* start(std::size_t bubble, double frequency_hz) const;
+  int compared_bin() const;
   void note_change();
   std::complex<double> strength(const Wave& wave, const bubble::SwingingBubble& at) const;
   LiquidCells::Question question(double frequency_hz, Eigen::VectorXcd q,

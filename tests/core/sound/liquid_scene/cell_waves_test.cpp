@@ -7,6 +7,8 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/physics/liquid/surface.hpp"
+#include "core/sound/liquid_scene/detail/cell_ear.hpp"
+#include "core/sound/liquid_scene/liquid_transfer.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -139,6 +141,30 @@ TEST(LiquidCells, WallsThatAreNoSidesAndSolidsAreNotForThem) {
   EXPECT_FALSE(cell_box(walled, frames.cell_m()).has_value());
   for (std::size_t t = 0; t < solid.region.size() / 10; ++t) solid.region[t] = 2;
   EXPECT_FALSE(cell_box(solid, frames.cell_m()).has_value());
+}
+
+/// How long the air of a still tank lives after it has been solved twice for a bubble of a pitch.
+double second_life_s(double pitch_hz) {
+  const OneFrame frames(16, level);
+  bubble::ReciprocalOptions options;
+  options.air_vertices = 300;
+  CellEar ear(frames, options, 6, silent_monitor());
+  for (const double time_s : {0.0, 0.08}) {
+    EXPECT_TRUE(ear.due(time_s));
+    bubble::BoundaryMesh mesh = main_body(frames.boundary(0), frames.cell_m());
+    const bubble::LiquidBoundary boundary(mesh);
+    EXPECT_TRUE(ear.renew(boundary, {std::move(mesh.surface), std::move(mesh.region)}, {0.1, 0.1, 0.4}, time_s));
+    ear.enter(0);
+    ear.solve({{0, pitch_hz}});
+  }
+  double life_s = 0.0;
+  while (!ear.due(0.08 + life_s)) life_s += 0.01;
+  return life_s;
+}
+
+TEST(LiquidCells, TheAirOfAStillTankLivesLongerAlsoWhereTheBubblesPitchIsHigh) {
+  EXPECT_NEAR(second_life_s(400.0), 0.16, 0.011);
+  EXPECT_NEAR(second_life_s(9000.0), 0.16, 0.011);  // no bin of it has four elements per wavelength
 }
 
 TEST(LiquidCells, TheSameBitsOnOneThreadAndTwo) {

@@ -171,9 +171,19 @@ std::vector<std::string> sentences_of(const SceneDocument& data) {
     sentences.push_back("Of the energy that the scene had to spend, " + rounded(ledger.energy_scale_j, 4) +
                         " J, contacts took " + rounded(100.0 * ledger.contact_j / ledger.energy_scale_j, 3) +
                         " % and friction " + rounded(100.0 * ledger.friction_j / ledger.energy_scale_j, 3) + " %.");
+  // A cracking body parts in hundreds of steps: one sentence, not one for each.
+  std::map<std::string, std::vector<const scene::SceneEventRecord*>> splits;
   for (const scene::SceneEventRecord& event : data.events)
-    sentences.push_back("At " + rounded(event.time_s, 4) + " s " + escaped(event.body) + " broke into " +
-                        std::to_string(event.pieces) + " pieces.");
+    if (event.kind == "split") splits[event.body].push_back(&event);
+  for (const auto& [body, steps] : splits)
+    sentences.push_back(escaped(body) + " cracked from " + rounded(steps.front()->time_s, 4) + " s to " +
+                        rounded(steps.back()->time_s, 4) + " s, in " + std::to_string(steps.size()) +
+                        (steps.size() == 1 ? " step" : " steps") + ", and consists of " +
+                        std::to_string(steps.back()->pieces) + (steps.back()->pieces == 1 ? " piece." : " pieces."));
+  for (const scene::SceneEventRecord& event : data.events)
+    if (event.kind != "split")
+      sentences.push_back("At " + rounded(event.time_s, 4) + " s " + escaped(event.body) + " broke into " +
+                          std::to_string(event.pieces) + " pieces.");
   return sentences;
 }
 

@@ -8,6 +8,15 @@
 namespace klang {
 namespace {
 
+/// A value as it was given, of which a file may have megabytes: its beginning, cut between characters.
+std::string shortened(std::string_view value) {
+  constexpr std::size_t kShown = 200;
+  if (value.size() <= kShown) return std::string(value);
+  std::size_t end = kShown;
+  while (end > 0 && (static_cast<unsigned char>(value[end]) & 0xC0U) == 0x80U) --end;
+  return std::string(value.substr(0, end)) + "... (" + std::to_string(value.size()) + " bytes)";
+}
+
 std::string one_line(std::string_view place, std::string_view problem, std::string_view value,
                      std::string_view allowed) {
   std::string text(place);
@@ -15,7 +24,7 @@ std::string one_line(std::string_view place, std::string_view problem, std::stri
   text += problem;
   if (!value.empty() || !allowed.empty()) {
     text += " (";
-    text += value;
+    text += shortened(value);
     if (!value.empty() && !allowed.empty()) text += "; ";
     if (!allowed.empty()) text.append("allowed: ").append(allowed);
     text += ")";

@@ -142,7 +142,7 @@ std::string TomlTable::place(std::string_view key) const {
 
 std::string TomlTable::place() const {
   const auto line = table_of(node_).source().begin.line;
-  return document_->name + (line > 0 ? ":" + std::to_string(line) : "") + ": " + shown_;
+  return document_->name + (line > 0 ? ":" + std::to_string(line) : "") + (shown_.empty() ? "" : ": " + shown_);
 }
 
 std::vector<std::string> TomlTable::keys() const {

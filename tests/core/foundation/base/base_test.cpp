@@ -39,6 +39,14 @@ TEST(InputError, MessageIsOneLineWithPlaceValueAndRange) {
   EXPECT_STREQ(error.what(), "a.toml: wall_m is out of range (-1; allowed: above 0)");
 }
 
+TEST(InputError, OfAValueOfMegabytesTheBeginningIsShownUncutBetweenBytesOfACharacter) {
+  std::string value(199, 'x');
+  for (int i = 0; i < 100000; ++i) value += "\u00e9";
+  const std::string text = klang::InputError("a.json.kind", "has no report", value, "analysis").what();
+  EXPECT_LT(text.size(), 300u);
+  EXPECT_EQ(text, "a.json.kind: has no report (" + std::string(199, 'x') + "... (200199 bytes); allowed: analysis)");
+}
+
 TEST(Checked, NotANumberAndInfinityAreRefused) {
   EXPECT_THROW(klang::checked("p", "x_m", std::nan(""), 0, 1), klang::InputError);
   EXPECT_THROW(klang::checked("p", "x_m", INFINITY, 0, INFINITY), klang::InputError);

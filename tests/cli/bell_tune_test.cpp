@@ -66,7 +66,7 @@ TEST(TuneBell, ScalingAloneGoesWithTheInverseOfTheSize) {
 TEST(TuneBell, StartsFromTheFitOfABellAndRefusesAProfileThatHasChanged) {
   const Scratch scratch;
   scratch.write("bell.csv", kBell);
-  // The lowest five of this bell in bronze with 57 GPa, by klang modes: the fit has to find that metal again.
+  // The lowest five of this bell in bronze with 110 GPa, by klang modes: the fit has to find that metal again.
   scratch.write("p.csv", "frequency_hz,decay_per_s\n912.303,2\n2255.523,3\n2638.622,4\n3429.205,5\n3694.248,6\n");
   scratch.write("bell.toml",
                 "[material]\nyoungs_modulus_pa = 9e10\npoissons_ratio = 0.34\ndensity_kg_m3 = 8800\n[[specimen]]\n"

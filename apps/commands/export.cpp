@@ -40,7 +40,7 @@ int run_export(const ExportOptions& options, const CommonOptions& given) {
   checked("command line", "--a4-hz", options.a4_hz, audio::kLowestA4Hz, audio::kHighestA4Hz);
   checked("command line", "--rate-hz", options.rate_hz, 8000.0, 192000.0);
   const std::vector<instrument::ModalBank> banks =
-      fit::read_banks(options.result, options.specimen, options.rate_hz, monitor);
+      fit::read_banks(options.result, options.specimen, options.rate_hz, options.scala, monitor);
   std::size_t n_partials = 0;
   for (const instrument::ModalBank& bank : banks) n_partials += bank.partials.size();
   const std::string name = std::filesystem::path(options.sfz.empty() ? options.output : options.sfz).stem().string();

@@ -85,6 +85,9 @@ fs::path target_of(const fs::path& file, std::map<std::string, fs::path>& owners
 }
 
 int run_watch(const WatchOptions& options, const CommonOptions& common) {
+  if (!common.json.empty())
+    throw InputError("--json", "has no meaning here: each file's result is in OUTPUT/NAME/analysis.json",
+                     common.json.string());
   checked("command line", "--every-s", options.every_s, 0.05, 3600.0);
   checked("command line", "--settled-s", options.settled_s, 0.05, 3600.0);
   checked("command line", "--for-s", options.for_s, 0.0, 1e9);

@@ -6,6 +6,7 @@
 
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/physics/solid/fitted_material.hpp"
 
 namespace klang::apps {
@@ -37,6 +38,17 @@ std::map<std::string, double> parse_assignments(const std::string& option, const
 
 bool is_fit_file(const std::string& material) { return material.ends_with(".json"); }
 
+namespace {
+
+/// "; did you mean NAME" where one of the given names is nearly that.
+std::string given_for(const std::string& name, const std::map<std::string, double>& values) {
+  for (const auto& [given, value] : values)
+    if (const std::string hint = did_you_mean(given, {name}); !hint.empty()) return hint;
+  return {};
+}
+
+}  // namespace
+
 solid::Material parse_material(const std::string& text) {
   if (is_fit_file(text)) return solid::fitted_material(solid::read_fit_json(text), text);
   if (text.find('=') == std::string::npos) return solid::material_preset(text);
@@ -47,7 +59,8 @@ solid::Material parse_material(const std::string& text) {
       throw InputError(
           "--material", "lacks " + name, text,
           "a preset, a fit.json, or lame_lambda_pa, lame_mu_pa, density_kg_m3, or youngs_modulus_pa, poissons_ratio, "
-          "density_kg_m3");
+          "density_kg_m3" +
+              given_for(name, values));
     }
     const double value = found->second;
     values.erase(found);

@@ -40,7 +40,8 @@ int derivative_of_unit(const std::string& unit, const std::string& place) {
   if (plain == "g" || begins("g/") || plain == "1/kg") return 2;
   if (begins("m/") || begins("mm/") || begins("um/") || plain == "m" || plain == "mm" || begins("ms-") || begins("mN-"))
     return has("s2") || has("s-2") ? 2 : has("s") ? 1 : 0;
-  throw InputError(place, "unknown unit", unit, "m/s^2/N, m/s/N or m/N; of decays m/s^2, m/s or m");
+  throw InputError(place, "unknown unit", unit,
+                   "m/s^2/N, m/s/N or m/N, also of mm or g (the scale is not used); of decays m/s^2, m/s or m");
 }
 
 void validate(const ResponseSet& set) {

@@ -51,7 +51,7 @@ events::Strike default_strike(const modal::ModalModel& model) {
 }
 
 std::vector<instrument::ModalBank> read_banks(const std::filesystem::path& path, const std::string& specimen,
-                                              double rate_hz, Monitor& monitor) {
+                                              double rate_hz, bool frequencies_only, Monitor& monitor) {
   const std::string kind = text_under(read_result_json(path), "kind");
   std::vector<instrument::ModalBank> banks;
   if (kind == "analysis") {
@@ -62,10 +62,12 @@ std::vector<instrument::ModalBank> read_banks(const std::filesystem::path& path,
     for (const SpecimenRecord& record : fit.specimens) {
       if (!specimen.empty() && record.name != specimen) continue;
       const FittedBody body = fitted_body(fit, path, record.name, {}, monitor);
-      if (!body.decay_per_s)
+      if (!body.decay_per_s && !frequencies_only)
         throw InputError(path.string(), "has no damping: without it nothing would ever fall silent", record.name,
                          "a fit of recordings");
-      banks.push_back(instrument::struck_bank(body.model, *body.decay_per_s, default_strike(body.model)));
+      const Eigen::VectorXd decay_per_s =
+          body.decay_per_s ? *body.decay_per_s : Eigen::VectorXd(0.0005 * body.model.angular_frequency_rad_s);
+      banks.push_back(instrument::struck_bank(body.model, decay_per_s, default_strike(body.model)));
       banks.back().name = record.name;
     }
     if (banks.empty()) specimen_of(fit, specimen, path);  // says which there are

@@ -21,8 +21,10 @@ events::Strike default_strike(const modal::ModalModel& model);
 
 /// Banks of a result for other programs: of an analysis.json one with its amplitudes, of a fit.json one for each specimen (or
 /// the named one) after the default strike, whose absolute level nobody measured: each peaks at instrument::kPeak.
+/// @param frequencies_only  nothing but the frequencies will be used: a fit without damping will do
 /// @throws InputError: another kind of result; a fit or a partial without damping
 std::vector<instrument::ModalBank> read_banks(const std::filesystem::path& path, const std::string& specimen,
-                                              double rate_hz, Monitor& monitor = silent_monitor());
+                                              double rate_hz, bool frequencies_only = false,
+                                              Monitor& monitor = silent_monitor());
 
 }  // namespace klang::fit

@@ -19,6 +19,10 @@ std::string shortened(std::string_view value) {
 
 std::string one_line(std::string_view place, std::string_view problem, std::string_view value,
                      std::string_view allowed) {
+  // A word that may have been meant ends the line, wherever the values that are allowed name it (nearest_word.hpp).
+  const std::size_t meant = allowed.find("; did you mean ");
+  const std::string_view hint = meant == std::string_view::npos ? std::string_view() : allowed.substr(meant);
+  allowed = allowed.substr(0, meant);
   std::string text(place);
   if (!text.empty()) text += ": ";
   text += problem;
@@ -29,6 +33,7 @@ std::string one_line(std::string_view place, std::string_view problem, std::stri
     if (!allowed.empty()) text.append("allowed: ").append(allowed);
     text += ")";
   }
+  text += hint;
   for (char& c : text) {
     if (c == '\n' || c == '\r' || c == '\t') c = ' ';
   }

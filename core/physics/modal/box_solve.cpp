@@ -12,7 +12,7 @@
 namespace klang::modal {
 namespace {
 
-constexpr double kFreeError = 1e-5, kHeldError = 2e-4;
+constexpr double kFreeError = 1e-5, kHeldError = 2e-4, kMostWanted = 240.0;
 constexpr Eigen::Index kMostFreeUnknowns = 1000, kMostHeldUnknowns = 3200;  // of a system: about 0.1 and 1 s to solve
 constexpr Eigen::Index kMostUnknowns = 8000;  // half a GB a matrix, minutes to solve: a length typed in another unit
 constexpr double kThin = 0.3;
@@ -149,6 +149,23 @@ double end_of_band_hz(const Eigen::Vector3d& half_m, const HeldFaces& held, cons
   }
 }
 
+/// What resolves the shortest wave of a band along each axis.
+Eigen::Vector3d wanted_degrees(const Eigen::Vector3d& half_lengths_m, const solid::Material& material,
+                               double highest_hz) {
+  const double omega = 2.0 * kPi * highest_hz, ratio = material.poissons_ratio();
+  const double plate = material.youngs_modulus_pa() / (12.0 * material.density_kg_m3 * (1.0 - ratio * ratio));
+  const double bending = std::pow(omega * omega / (plate * std::pow(2.0 * half_lengths_m.minCoeff(), 2)), 0.25);
+  const double shear = omega / (0.9 * std::sqrt(material.lame_mu_pa / material.density_kg_m3));
+  Eigen::Vector3d degrees;
+  for (Eigen::Index d = 0; d < 3; ++d) {
+    const double half_m = half_lengths_m[d];
+    const bool is_thinnest = half_m <= 1.0001 * half_lengths_m.minCoeff();
+    const double waves = half_m * (is_thinnest ? shear : std::max(shear, bending));  // kL/2
+    degrees[d] = std::ceil(1.1 * waves + (half_m < kThin * half_lengths_m.maxCoeff() ? 5.0 : 9.0));
+  }
+  return degrees;
+}
+
 }  // namespace
 
 std::optional<HeldFaces> held_faces(const solid::Support& support, const Eigen::Vector3d& half_lengths_m) {
@@ -172,18 +189,10 @@ std::optional<HeldFaces> held_faces(const solid::Support& support, const Eigen::
 }
 
 BoxDegrees box_degrees(const Eigen::Vector3d& half_lengths_m, const solid::Material& material, double highest_hz) {
-  const double omega = 2.0 * kPi * highest_hz, ratio = material.poissons_ratio();
-  const double plate = material.youngs_modulus_pa() / (12.0 * material.density_kg_m3 * (1.0 - ratio * ratio));
-  const double bending = std::pow(omega * omega / (plate * std::pow(2.0 * half_lengths_m.minCoeff(), 2)), 0.25);
-  const double shear = omega / (0.9 * std::sqrt(material.lame_mu_pa / material.density_kg_m3));
+  const Eigen::Vector3d wanted = wanted_degrees(half_lengths_m, material, highest_hz);
   BoxDegrees degrees{};
-  for (std::size_t d = 0; d < 3; ++d) {
-    const double half_m = half_lengths_m[static_cast<Eigen::Index>(d)];
-    const bool is_thinnest = half_m <= 1.0001 * half_lengths_m.minCoeff();
-    const double waves = half_m * (is_thinnest ? shear : std::max(shear, bending));  // kL/2
-    degrees[d] = std::clamp(
-        static_cast<int>(std::ceil(1.1 * waves + (half_m < kThin * half_lengths_m.maxCoeff() ? 5.0 : 9.0))), 4, 60);
-  }
+  for (std::size_t d = 0; d < 3; ++d)
+    degrees[d] = static_cast<int>(std::clamp(wanted[static_cast<Eigen::Index>(d)], 4.0, 60.0));
   return degrees;
 }
 
@@ -206,6 +215,11 @@ BoxModes box_modes(const Eigen::Vector3d& half_lengths_m, const HeldFaces& held,
   const BodySize size{side_m.prod(), 2.0 * (side_m[0] * side_m[1] + side_m[1] * side_m[2] + side_m[2] * side_m[0])};
   const std::string place = "box of " + to_text(side_m.maxCoeff()) + " m";
   check_expected_modes(place, expected_modes(size, material, band.high_hz), band.high_hz);
+  // With a quarter of what the shortest wave asks for nothing near the band's end is right, and there is no end to it.
+  if (const double wanted = wanted_degrees(half_lengths_m, material, band.high_hz).maxCoeff(); wanted > kMostWanted)
+    throw InputError(place, "is too long for waves up to " + to_text(std::round(band.high_hz)) + " Hz",
+                     "polynomials of degree " + to_text(wanted),
+                     "up to " + to_text(kMostWanted) + ": a lower band, or lengths in metres");
   const BoxDegrees start = box_degrees(half_lengths_m, material, band.high_hz);
   if (const Eigen::Index n = largest_system(BoxBody(half_lengths_m, start, held)); n > kMostUnknowns)
     throw InputError(place, "has too many modes up to " + to_text(std::round(band.high_hz)) + " Hz",

@@ -1,5 +1,6 @@
 #include "fit/ringdown/bell.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -61,6 +62,37 @@ Reading reading_about(const std::vector<Partial>& partials, const Partial& nomin
   return reading;
 }
 
+double energy_of(const Partial& partial) {
+  return std::pow(partial.amplitude.value_or(1.0), 2) / std::max(partial.decay_per_s.value_or(1.0), 1e-3);
+}
+
+/// Whether something rings below the hum, by its energy: then this is no bell, or another partial is the nominal. A clapper's thud does not
+/// last.
+bool sounds_below(const std::vector<Partial>& partials, const Reading& reading, const Partial& nominal) {
+  constexpr double kBeside = 3e-4;  // -35 dB
+  const Degree& hum = kDegrees[0];
+  const double lowest_hz = hum.ratio * nominal.frequency_hz * std::exp2(-hum.gate_cents / 1200.0);
+  double named = energy_of(nominal);
+  for (std::size_t i = 0; i < kDegrees.size(); ++i)
+    if (kDegrees[i].named && reading.at[i] != nullptr) named = std::max(named, energy_of(*reading.at[i]));
+  return std::any_of(partials.begin(), partials.end(), [&](const Partial& partial) {
+    return partial.frequency_hz < lowest_hz && energy_of(partial) > kBeside * named;
+  });
+}
+
+/// Whether the ring with the most energy, or one of its doublet, is among what a reading names.
+bool holds_strongest(const std::vector<Partial>& partials, const Reading& reading, const Partial& nominal) {
+  const auto strongest = std::max_element(
+      partials.begin(), partials.end(), [](const Partial& a, const Partial& b) { return energy_of(a) < energy_of(b); });
+  const auto is_it = [&](const Partial* partial) {
+    return partial != nullptr &&
+           std::abs(cents_between(partial->frequency_hz, strongest->frequency_hz)) <= kDoubletCents;
+  };
+  bool any = is_it(&nominal);
+  for (std::size_t i = 0; i < kDegrees.size(); ++i) any = any || (kDegrees[i].named && is_it(reading.at[i]));
+  return any;
+}
+
 std::optional<double> frequency_of(const Partial* partial) {
   if (partial == nullptr) return std::nullopt;
   return partial->frequency_hz;
@@ -77,6 +109,7 @@ Bell name_bell(const std::vector<Partial>& partials, double a4_hz) {
   for (const Partial& candidate : rings) {
     const Reading reading = reading_about(rings, candidate);
     if (reading.n_named < kFewestNamed || reading.score <= best.score) continue;
+    if (sounds_below(rings, reading, candidate) || !holds_strongest(rings, reading, candidate)) continue;
     best = reading;
     nominal = &candidate;
   }

@@ -49,7 +49,7 @@ class LiquidCells {
   /// Conjugate residuals, a handful of frequencies at a time in single precision, until the preconditioned residual is below
   /// tolerance times the solution.
   std::vector<Waves> solve(const std::vector<Question>& questions, double tolerance, int most_iterations = 600) const;
-  /// Linear by moving least squares on cells and crossings around.
+  /// By moving least squares of harmonic polynomials to the second degree on cells and crossings around.
   std::complex<double> at(const Eigen::Vector3d& x_m, const Waves& waves, const Eigen::VectorXcd& q) const;
 
  private:

@@ -55,8 +55,7 @@ int run_chime(const ChimeCommand& command, const CommonOptions& common) {
   document.notes = set.notes;
   document.sound = "set.wav";
   std::vector<std::string>& warnings = document.header.warnings;
-  if (set.damping_is_assumed)
-    warnings.emplace_back("the fit has no damping: set.wav decays by an assumed loss factor of 1/1000");
+  if (set.damping_is_assumed) warnings.push_back(fit::assumed_damping_words(command.fit));
   if (std::any_of(set.notes.begin(), set.notes.end(), [](const fit::ChimeNote& n) { return !n.length_std_m; }))
     warnings.emplace_back("the fit does not say how well E is known: lengths have no uncertainty");
   const nlohmann::json json = json_of(document);

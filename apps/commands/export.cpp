@@ -39,14 +39,18 @@ int run_export(const ExportOptions& options, const CommonOptions& given) {
     throw InputError("-o", options.sfz.empty() ? "is missing" : "has no meaning beside --sfz DIR", options.output);
   checked("command line", "--a4-hz", options.a4_hz, audio::kLowestA4Hz, audio::kHighestA4Hz);
   checked("command line", "--rate-hz", options.rate_hz, 8000.0, 192000.0);
-  const std::vector<instrument::ModalBank> banks =
-      fit::read_banks(options.result, options.specimen, options.rate_hz, options.scala, monitor);
+  const fit::ReadBanks read = fit::read_banks(options.result, options.specimen, options.rate_hz, monitor);
+  const std::vector<instrument::ModalBank>& banks = read.banks;
+  std::vector<std::string> warnings;
+  if (!options.scala) warnings = read.warnings;  // a scale has no damping
   std::size_t n_partials = 0;
   for (const instrument::ModalBank& bank : banks) n_partials += bank.partials.size();
   const std::string name = std::filesystem::path(options.sfz.empty() ? options.output : options.sfz).stem().string();
   if (!options.sfz.empty()) {
     OutputDirectory folder(options.sfz);
-    instrument::write_sfz(folder, banks, banks.size() == 1 ? banks.front().name : name, options.a4_hz, options.rate_hz);
+    for (const std::string& warning : instrument::write_sfz(
+             folder, banks, banks.size() == 1 ? banks.front().name : name, options.a4_hz, options.rate_hz))
+      warnings.push_back(warning);
     folder.commit();
   } else {
     const std::string text = options.faust       ? instrument::faust_text(only_bank(banks, "--faust"))
@@ -60,7 +64,9 @@ int run_export(const ExportOptions& options, const CommonOptions& given) {
   ExportDocument document;
   document.header = make_header("export", "done", common, used, {options.result});
   for (const instrument::ModalBank& bank : banks)
-    document.banks.push_back({bank.name, static_cast<std::int64_t>(bank.partials.size())});
+    document.banks.push_back({bank.name, static_cast<std::int64_t>(bank.partials.size()), instrument::pitch_hz(bank)});
+  document.header.warnings = warnings;
+  for (const std::string& warning : warnings) warn(warning);
   write_json(common, json_of(document));
   say(common, "%s: %zu thing(s), %zu partials\n", options.sfz.empty() ? options.output.c_str() : options.sfz.c_str(),
       banks.size(), n_partials);

@@ -48,12 +48,13 @@ struct Struck {
   modal::ModalModel model;
   Eigen::VectorXd decays;
   std::vector<std::filesystem::path> inputs;
+  std::vector<std::string> warnings = {};
 };
 
-/// Damping by options goes first, then that of the fit; without either the modes ring on, and that is said.
+/// Damping by options goes first, then that of the fit; without either it is assumed, and that is said.
 Struck struck_body(const SynthOptions& options, const std::string& kind, Monitor& monitor) {
   Struck struck;
-  const bool damping_given = options.damping.any();
+  const bool damping_given = options.damping.given;
   std::optional<Eigen::VectorXd> fitted;
   if (kind == "fit") {
     fit::BodyChange change;
@@ -72,7 +73,16 @@ Struck struck_body(const SynthOptions& options, const std::string& kind, Monitor
       struck.inputs.push_back(beside->path);
     }
   }
-  struck.decays = fitted && !damping_given ? *fitted : decay_per_s(options.damping, struck.model);
+  if (damping_given) {
+    struck.decays = decay_per_s(options.damping, struck.model);
+    if (!(struck.decays.array() > 0.0).any())
+      struck.warnings.emplace_back("the damping that was given is 0: the modes ring on");
+  } else if (fitted) {
+    struck.decays = *fitted;
+  } else {
+    struck.decays = fit::assumed_decay_per_s(struck.model);
+    struck.warnings.push_back(fit::assumed_damping_words(options.model) + "; " + damping_option_names() + " say it");
+  }
   return struck;
 }
 
@@ -80,11 +90,10 @@ audio::Signal analysed_sound(const SynthOptions& options, std::vector<std::strin
   if (!options.strikes.empty() || !options.transfer.empty() || options.damping.any())
     throw InputError(options.model, "is a recording's analysis: it has its own strike and damping", "",
                      "no --strike, --transfer or damping");
-  int n_undamped = 0;
-  const instrument::ModalBank bank = fit::bank_of(fit::read_analysis_document(options.model), &n_undamped);
-  if (n_undamped > 0)
-    warnings.push_back(std::to_string(n_undamped) + " partial(s) without a measured damping are left out");
-  if (bank.partials.empty()) throw InputError(options.model, "no partial has amplitude and damping");
+  const fit::ReadBanks read = fit::bank_of(fit::read_analysis_document(options.model));
+  const instrument::ModalBank& bank = read.banks.front();
+  warnings = read.warnings;
+  if (bank.partials.empty()) throw InputError(options.model, "no partial rings");
   audio::Signal sound;
   sound.sample_rate_hz = options.sample_rate_hz;
   sound.samples =
@@ -221,12 +230,8 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   SynthDocument document;
   document.header = make_header("synth", "done", common, used, inputs);
   document.gain = gain;
-  if (!(decays.array() > 0.0).any()) {
-    const std::string text =
-        "no damping is given and none was fitted: the modes ring on (" + damping_option_names() + ")";
-    warn(text);
-    document.header.warnings.push_back(text);
-  }
+  document.header.warnings = struck.warnings;
+  for (const std::string& warning : struck.warnings) warn(warning);
   if (!options.transfer.empty()) document.transfer = at_ears.record;
   const Eigen::VectorXd frequency_hz = model.frequency_hz();
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {

@@ -26,11 +26,13 @@ struct ReportDocument {
 struct ExportedBankRecord {
   std::string name;
   std::int64_t n_partials = 0;
+  double pitch_hz = 0.0;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"name", "of the specimen or recording"}, self.name);
     visit({"n_partials", "that were written"}, self.n_partials);
+    visit({"pitch_hz", "the lowest of them that is not weak: what keys and scales start from"}, self.pitch_hz);
   }
 };
 

@@ -54,7 +54,9 @@ void DampingOptions::write(nlohmann::json& options) const {
 
 void add_damping_options(CLI::App& app, DampingOptions& damping) {
   for_each_parameter(damping, [&](const damping::LawParameter& p, double& value) {
-    app.add_option(option_of(p), value, std::string(p.option_meaning))->capture_default_str();
+    app.add_option(option_of(p), value, std::string(p.option_meaning))
+        ->capture_default_str()
+        ->each([&damping](const std::string&) { damping.given = true; });
   });
 }
 

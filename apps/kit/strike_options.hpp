@@ -15,6 +15,7 @@ namespace klang::apps {
 struct DampingOptions {
   std::vector<std::vector<double>> parameters;  ///< of each law of damping_laws(LawUse::kOptions)
   DampingOptions();
+  bool given = false;                         ///< by an option, be it 0
   bool any() const;                           ///< one of them is not 0
   void validate() const;                      ///< InputError
   void write(nlohmann::json& options) const;  ///< by parameter name

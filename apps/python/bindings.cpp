@@ -58,15 +58,19 @@ py::array_t<double> synth(const std::string& path, const std::string& specimen,
   checked("synth", "duration_s", duration_s, 0.001, 3600.0);
   checked("synth", "rate_hz", rate_hz, 1000.0, 768000.0);
   Eigen::VectorXd sound;
+  bool is_damped = true;
   {
     const py::gil_scoped_release released;
     const fit::FittedBody body = fit::fitted_body(fit::read_fit_document(path), path, specimen, {dims, {}});
-    if (!body.decay_per_s) throw InputError(path, "has no damping: the sound would never end");
+    is_damped = body.decay_per_s.has_value();
     instrument::ModalBank bank =
-        instrument::struck_bank(body.model, *body.decay_per_s, fit::default_strike(body.model));
+        instrument::struck_bank(body.model, is_damped ? *body.decay_per_s : fit::assumed_decay_per_s(body.model),
+                                fit::default_strike(body.model));
     instrument::normalise(bank, instrument::kPeak, rate_hz, std::min(duration_s, instrument::kPeakWithinS));
     sound = instrument::bank_sound(bank, rate_hz, static_cast<Eigen::Index>(std::llround(duration_s * rate_hz)));
   }
+  if (!is_damped && PyErr_WarnEx(PyExc_UserWarning, fit::assumed_damping_words(path).c_str(), 2) != 0)
+    throw py::error_already_set();
   return py::array_t<double>(sound.size(), sound.data());
 }
 

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/config/fields.hpp"
@@ -17,21 +18,20 @@ AnalysisDocument read_analysis_document(const std::filesystem::path& path) {
   return read_fields<AnalysisDocument>(json, path.string());
 }
 
-instrument::ModalBank bank_of(const AnalysisDocument& analysis, int* undamped) {
+ReadBanks bank_of(const AnalysisDocument& analysis) {
   instrument::ModalBank bank;
   bank.name = analysis.name.empty() ? "recording" : analysis.name;
   int n_undamped = 0;
   for (const Partial& partial : analysis.partials) {
     if (!partial.is_ring() || !partial.amplitude || !(*partial.amplitude > 0.0)) continue;
-    if (!partial.decay_per_s) {
-      ++n_undamped;
-      continue;
-    }
-    bank.partials.push_back(
-        {partial.frequency_hz, *partial.decay_per_s, *partial.amplitude, partial.phase_rad.value_or(0.0)});
+    if (!partial.decay_per_s) ++n_undamped;
+    const double assumed_per_s = instrument::kAssumedLossFactor * kPi * partial.frequency_hz;
+    bank.partials.push_back({partial.frequency_hz, partial.decay_per_s.value_or(assumed_per_s), *partial.amplitude,
+                             partial.phase_rad.value_or(0.0), partial.kind == PartialKind::kWeak});
   }
-  if (undamped != nullptr) *undamped = n_undamped;
-  return bank;
+  ReadBanks result{{std::move(bank)}};
+  if (n_undamped > 0) result.warnings.push_back(assumed_damping_words(std::to_string(n_undamped) + " partial(s)"));
+  return result;
 }
 
 events::Strike default_strike(const modal::ModalModel& model) {
@@ -50,36 +50,34 @@ events::Strike default_strike(const modal::ModalModel& model) {
   return strike;
 }
 
-std::vector<instrument::ModalBank> read_banks(const std::filesystem::path& path, const std::string& specimen,
-                                              double rate_hz, bool frequencies_only, Monitor& monitor) {
+ReadBanks read_banks(const std::filesystem::path& path, const std::string& specimen, double rate_hz, Monitor& monitor) {
   const std::string kind = text_under(read_result_json(path), "kind");
-  std::vector<instrument::ModalBank> banks;
+  ReadBanks result;
   if (kind == "analysis") {
     if (!specimen.empty()) throw option_error("specimen", "belongs to a fit.json, not to an analysis", specimen);
-    banks.push_back(bank_of(read_analysis_document(path)));
+    result = bank_of(read_analysis_document(path));
   } else if (kind == "fit") {
     const FitDocument fit = read_fit_document(path);
+    std::string undamped;
     for (const SpecimenRecord& record : fit.specimens) {
       if (!specimen.empty() && record.name != specimen) continue;
       const FittedBody body = fitted_body(fit, path, record.name, {}, monitor);
-      if (!body.decay_per_s && !frequencies_only)
-        throw InputError(path.string(), "has no damping: without it nothing would ever fall silent", record.name,
-                         "a fit of recordings");
-      const Eigen::VectorXd decay_per_s =
-          body.decay_per_s ? *body.decay_per_s : Eigen::VectorXd(0.0005 * body.model.angular_frequency_rad_s);
-      banks.push_back(instrument::struck_bank(body.model, decay_per_s, default_strike(body.model)));
-      banks.back().name = record.name;
+      if (!body.decay_per_s) undamped += (undamped.empty() ? "" : ", ") + record.name;
+      result.banks.push_back(
+          instrument::struck_bank(body.model, body.decay_per_s ? *body.decay_per_s : assumed_decay_per_s(body.model),
+                                  default_strike(body.model)));
+      result.banks.back().name = record.name;
     }
-    if (banks.empty()) specimen_of(fit, specimen, path);  // says which there are
+    if (!undamped.empty()) result.warnings.push_back(assumed_damping_words(undamped));
+    if (result.banks.empty()) specimen_of(fit, specimen, path);  // says which there are
   } else {
     throw InputError(path.string(), "holds nothing to play", kind, "an analysis.json or a fit.json");
   }
-  for (instrument::ModalBank& bank : banks) {
-    if (bank.partials.empty())
-      throw InputError(path.string(), "no partial has amplitude and damping", bank.name, "one or more");
+  for (instrument::ModalBank& bank : result.banks) {
+    if (bank.partials.empty()) throw InputError(path.string(), "no partial rings", bank.name, "one or more");
     if (kind == "fit") instrument::normalise(bank, instrument::kPeak, rate_hz, instrument::kPeakWithinS);
   }
-  return banks;
+  return result;
 }
 
 }  // namespace klang::fit

@@ -12,19 +12,23 @@ namespace klang::fit {
 /// analysis.json. @throws InputError
 AnalysisDocument read_analysis_document(const std::filesystem::path& path);
 
-/// The partials of a recording as a bank: those with a decay and an amplitude that ring (is_ring).
-/// @param undamped  how many had no decay and are left out
-instrument::ModalBank bank_of(const AnalysisDocument& analysis, int* undamped = nullptr);
+/// Banks, and what was assumed to make them.
+struct ReadBanks {
+  std::vector<instrument::ModalBank> banks;
+  std::vector<std::string> warnings = {};
+};
+
+/// The partials of a recording as one bank: those with an amplitude that ring (is_ring); without a decay by the assumed loss factor.
+ReadBanks bank_of(const AnalysisDocument& analysis);
 
 /// A unit impulse across the body's thinnest direction at its far end, within 20 us: the strike where none is asked for.
 events::Strike default_strike(const modal::ModalModel& model);
 
 /// Banks of a result for other programs: of an analysis.json one with its amplitudes, of a fit.json one for each specimen (or
 /// the named one) after the default strike, whose absolute level nobody measured: each peaks at instrument::kPeak.
-/// @param frequencies_only  nothing but the frequencies will be used: a fit without damping will do
-/// @throws InputError: another kind of result; a fit or a partial without damping
-std::vector<instrument::ModalBank> read_banks(const std::filesystem::path& path, const std::string& specimen,
-                                              double rate_hz, bool frequencies_only = false,
-                                              Monitor& monitor = silent_monitor());
+/// Where no damping was measured it is assumed, and said.
+/// @throws InputError: another kind of result; nothing that rings
+ReadBanks read_banks(const std::filesystem::path& path, const std::string& specimen, double rate_hz,
+                     Monitor& monitor = silent_monitor());
 
 }  // namespace klang::fit

@@ -19,7 +19,7 @@
 namespace klang::fit {
 namespace {
 
-constexpr double kAssumedLossFactor = 1e-3, kStrikeEveryS = 0.7, kLastRingsS = 4.0;
+constexpr double kStrikeEveryS = 0.7, kLastRingsS = 4.0;
 /// A free slender bar's outer nodes in its first bending mode: cos kl cosh kl = 1, u(x) = 0.
 constexpr double kNodeRule = 0.22416;
 
@@ -169,7 +169,7 @@ Cut cut_of(const Stock& stock, const std::string& name, double frequency_hz, con
       node_m(model, families.front().front(), mesh::find_shape(stock.shape.kind).long_axis(*finished.shape)->axis);
   const Eigen::VectorXd& omega = model.angular_frequency_rad_s;
   const Eigen::VectorXd decays =
-      law ? law->law->decay_per_s(omega, law->parameters.data()) : Eigen::VectorXd(0.5 * kAssumedLossFactor * omega);
+      law ? law->law->decay_per_s(omega, law->parameters.data()) : assumed_decay_per_s(model);
   cut.bank = instrument::struck_bank(model, decays, default_strike(model));
   cut.bank.name = name;
   return cut;

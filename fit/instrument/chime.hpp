@@ -20,7 +20,7 @@ struct ChimeOptions {
 
 struct ChimeSet {
   std::vector<ChimeNote> notes;
-  bool damping_is_assumed = false;  ///< no decay was measured: a loss factor of 1/1000
+  bool damping_is_assumed = false;  ///< no decay was measured: assumed_decay_per_s
   audio::Signal sound;              ///< one strike each, one after the other
 };
 

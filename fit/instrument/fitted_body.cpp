@@ -1,6 +1,7 @@
 #include "fit/instrument/fitted_body.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/foundation/base/errors.hpp"
@@ -12,6 +13,7 @@
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/solid/fitted_material.hpp"
+#include "core/sound/instrument/modal_bank.hpp"
 #include "fit/elastic/reduced_spectrum.hpp"
 
 namespace klang::fit {
@@ -156,6 +158,15 @@ FittedBody fitted_body(const FitDocument& fit, const std::filesystem::path& path
   body.model = std::move(modes.model);
   body.decay_per_s = decays_by_law(fit, body.model);
   return body;
+}
+
+Eigen::VectorXd assumed_decay_per_s(const modal::ModalModel& model) {
+  return 0.5 * instrument::kAssumedLossFactor * model.angular_frequency_rad_s;
+}
+
+std::string assumed_damping_words(const std::string& whose) {
+  return "no damping was measured (" + whose + "): a loss factor of 1/" +
+         to_text(std::round(1.0 / instrument::kAssumedLossFactor)) + " is assumed";
 }
 
 std::optional<FitBeside> fit_beside(const std::filesystem::path& modes_file) {

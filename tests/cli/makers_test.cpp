@@ -145,6 +145,37 @@ TEST_F(FittedRods, UndampedModesAreSaidToBe) {
   EXPECT_NE(run.err.find("damp"), std::string::npos) << run.err;
 }
 
+TEST_F(FittedRods, WithoutMeasuredDampingEveryCommandAssumesTheSameAndSaysTheSame) {
+  std::string text = slurp(scratch_->path() / "rods.toml"), table;
+  text.replace(text.find(", \"rayleigh_stiffness_s\", \"rayleigh_mass_per_s\""),
+               std::string(", \"rayleigh_stiffness_s\", \"rayleigh_mass_per_s\"").size(), "");
+  for (std::size_t at; (at = text.find("partials.csv")) != std::string::npos;) text.replace(at, 12, "plain.csv");
+  std::istringstream lines(slurp(scratch_->path() / "partials.csv"));
+  for (std::string line; std::getline(lines, line);) {
+    std::size_t end = 0;
+    for (int comma = 0; comma < 3; ++comma) end = line.find(',', end) + 1;
+    table += line.substr(0, end - 1) + "\n";
+  }
+  scratch_->write("plain.csv", table);
+  scratch_->write("plain.toml", text);
+  ASSERT_EQ(run_klang("fit plain.toml -o plain --no-pictures", scratch_->path()).exit_code, 0);
+  for (const char* command :
+       {"chime plain/fit.json --notes D6 -o plain-set", "synth plain/fit.json --specimen long -o plain.wav",
+        "synth plain/modes-long.vtu -o plain-model.wav", "export plain/fit.json --sfz plain-sfz",
+        "export plain/fit.json --csv -o plain-bank.csv"}) {
+    const RunResult run = run_klang(std::string(command) + " --json said.json", scratch_->path());
+    EXPECT_EQ(run.exit_code, 0) << command;
+    EXPECT_NE(run.err.find("no damping was measured ("), std::string::npos) << command << run.err;
+    EXPECT_NE(run.err.find("): a loss factor of 1/1000 is assumed"), std::string::npos) << command << run.err;
+    EXPECT_EQ(read_json(scratch_->path() / "said.json")["warnings"].size(), 1U) << command;
+  }
+  const json sound = run_json(*scratch_, "synth plain/fit.json --specimen long -o plain.wav");
+  for (const json& mode : sound["modes"])
+    EXPECT_NEAR(mode["decay_per_s"].get<double>(), M_PI * 1e-3 * mode["frequency_hz"].get<double>(), 1e-9);
+  const RunResult run = run_klang("synth plain/fit.json --specimen long --loss-factor 0 -o ring.wav", scratch_->path());
+  EXPECT_NE(run.err.find("damping that was given is 0: the modes ring on"), std::string::npos) << run.err;
+}
+
 TEST_F(FittedRods, SfzCoversEveryKeyOnceAndTheLowestPartialIsInTune) {
   const RunResult run = run_klang("export out/fit.json --sfz sfz", scratch_->path());
   ASSERT_EQ(run.exit_code, 0) << run.err;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -27,9 +28,9 @@ struct Region {
   int key = 0, transpose = 0, tune = 0, low = 0, high = 0;
 };
 
-/// Key and tuning of the lowest partial.
+/// Key and tuning of the pitch.
 Region region_of(const ModalBank& bank, double a4_hz) {
-  const double semitones = kA4 + 12.0 * std::log2(bank.partials.front().frequency_hz / a4_hz);
+  const double semitones = kA4 + 12.0 * std::log2(pitch_hz(bank) / a4_hz);
   const int nearest = static_cast<int>(std::lround(semitones));
   Region region;
   region.bank = &bank;
@@ -127,9 +128,12 @@ std::string scala_text(const std::vector<ModalBank>& banks, const std::string& n
   constexpr double kSame = 1e-3;
   std::vector<double> frequencies;
   if (banks.size() > 1) {
-    for (const ModalBank& bank : banks) frequencies.push_back(bank.partials.front().frequency_hz);
+    for (const ModalBank& bank : banks) frequencies.push_back(pitch_hz(bank));
   } else {
-    for (const BankPartial& partial : banks.front().partials) frequencies.push_back(partial.frequency_hz);
+    for (const BankPartial& partial : banks.front().partials) {
+      if (!partial.is_weak) frequencies.push_back(partial.frequency_hz);
+    }
+    if (frequencies.empty()) frequencies.push_back(pitch_hz(banks.front()));
   }
   std::sort(frequencies.begin(), frequencies.end());
   std::vector<double> degrees;
@@ -158,27 +162,34 @@ std::string bank_csv(const std::vector<ModalBank>& banks) {
   return text;
 }
 
-void write_sfz(const OutputDirectory& folder, const std::vector<ModalBank>& banks, const std::string& name,
-               double a4_hz, double sample_rate_hz) {
+std::vector<std::string> write_sfz(const OutputDirectory& folder, const std::vector<ModalBank>& banks,
+                                   const std::string& name, double a4_hz, double sample_rate_hz) {
   if (banks.size() > kKeys)
     throw InputError(name, "has more things than there are keys", std::to_string(banks.size()), "up to 128");
   std::string text = "// " + plain(name) + ", by Klangprobe\n";
-  int number = 0;
-  double peak = 0.0;
+  std::vector<std::string> cut_off;
+  std::map<const ModalBank*, double> peaks;
+  double loudest = 0.0;
   for (const ModalBank& bank : banks) {
     const auto n = static_cast<Eigen::Index>(std::ceil(kPeakWithinS * sample_rate_hz));
-    peak = std::max(peak, bank_sound(bank, sample_rate_hz, n).cwiseAbs().maxCoeff());
+    const double peak = peaks[&bank] = bank_sound(bank, sample_rate_hz, n).cwiseAbs().maxCoeff();
+    if (!(peak > 0.0)) throw InputError(bank.name, "is silent: no partial rings below half the sample rate");
+    loudest = std::max(loudest, peak);
   }
-  if (!(peak > 0.0)) throw InputError(name, "is silent: no partial rings below half the sample rate");
+  int number = 0;
   for (const Region& region : regions_of(banks, a4_hz)) {
-    const double length_s = time_to_level_s(*region.bank, kSampleEndDb);
-    if (!(length_s <= kLongestSampleS))
-      throw InputError(region.bank->name, "rings too long for a sample: is its damping known?", to_text(length_s),
-                       "up to " + to_text(kLongestSampleS) + " s to " + to_text(-kSampleEndDb) + " dB down");
+    // The partials' envelopes add up to more than the sound's own peak, whose phases differ.
+    const double end = peaks[region.bank] * std::pow(10.0, kSampleEndDb / 20.0);
+    double length_s = time_to_amplitude_s(*region.bank, end, sample_rate_hz);
+    if (!(length_s <= kLongestSampleS)) {
+      length_s = kLongestSampleS;
+      cut_off.push_back(region.bank->name + " rings longer than " + to_text(kLongestSampleS) +
+                        " s, where its sample ends before it is " + to_text(-kSampleEndDb) + " dB down");
+    }
     audio::Signal sound;
     sound.sample_rate_hz = sample_rate_hz;
     sound.samples =
-        kPeak / peak *
+        kPeak / loudest *
         bank_sound(*region.bank, sample_rate_hz, static_cast<Eigen::Index>(std::ceil(length_s * sample_rate_hz)) + 1);
     const std::string file = std::to_string(++number) + "-" + plain(region.bank->name) + ".wav";
     audio::write_sound(folder.staging() / file, sound);
@@ -188,6 +199,7 @@ void write_sfz(const OutputDirectory& folder, const std::vector<ModalBank>& bank
             "\nloop_mode=one_shot\n";
   }
   write_file(folder.staging() / (plain(name) + ".sfz"), text);
+  return cut_off;
 }
 
 }  // namespace klang::instrument

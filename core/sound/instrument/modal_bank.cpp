@@ -32,21 +32,29 @@ Eigen::VectorXd bank_sound(const ModalBank& bank, double sample_rate_hz, Eigen::
   return sound;
 }
 
-double time_to_level_s(const ModalBank& bank, double level_db) {
+double pitch_hz(const ModalBank& bank) {
+  for (const BankPartial& partial : bank.partials) {
+    if (!partial.is_weak) return partial.frequency_hz;
+  }
+  return bank.partials.front().frequency_hz;
+}
+
+double time_to_amplitude_s(const ModalBank& bank, double amplitude, double sample_rate_hz) {
   const auto envelope = [&](double t) {
     double sum = 0.0;
-    for (const BankPartial& partial : bank.partials)
-      sum += std::abs(partial.amplitude) * std::exp(-partial.decay_per_s * t);
+    for (const BankPartial& partial : bank.partials) {
+      if (partial.frequency_hz < audio::highest_rendered_hz(sample_rate_hz))
+        sum += std::abs(partial.amplitude) * std::exp(-partial.decay_per_s * t);
+    }
     return sum;
   };
-  const double wanted = envelope(0.0) * std::pow(10.0, level_db / 20.0);
   double low = 0.0, high = 1e-3;
-  while (envelope(high) > wanted) {
+  while (envelope(high) > amplitude) {
     low = high;
     high *= 2.0;
     if (high > 1e9) return std::numeric_limits<double>::infinity();
   }
-  for (int i = 0; i < 60; ++i) (envelope(0.5 * (low + high)) > wanted ? low : high) = 0.5 * (low + high);
+  for (int i = 0; i < 60; ++i) (envelope(0.5 * (low + high)) > amplitude ? low : high) = 0.5 * (low + high);
   return high;
 }
 
@@ -71,6 +79,7 @@ ModalBank struck_bank(const modal::ModalModel& model, const Eigen::VectorXd& dec
   for (const BankPartial& partial : bank.partials) loudest = std::max(loudest, partial.amplitude);
   // The other one of a pair, and what is struck at its node.
   std::erase_if(bank.partials, [&](const BankPartial& partial) { return !(partial.amplitude > kSilent * loudest); });
+  for (BankPartial& partial : bank.partials) partial.is_weak = !(partial.amplitude > kWeak * loudest);
   return bank;
 }
 

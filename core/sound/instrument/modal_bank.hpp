@@ -12,6 +12,8 @@ namespace klang::instrument {
 /// amplitude exp(-decay_per_s t) cos(2 pi frequency_hz t + phase_rad) from t = 0 on.
 struct BankPartial {
   double frequency_hz = 0.0, decay_per_s = 0.0, amplitude = 0.0, phase_rad = 0.0;
+  bool is_weak =
+      false;  ///< sounds, but names no pitch: 60 dB or more below the loudest, or so called by who measured it
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -31,15 +33,20 @@ struct ModalBank {
 /// The bank as sound: samples at t = i / sample_rate_hz. Partials at or above audio::highest_rendered_hz are left out.
 Eigen::VectorXd bank_sound(const ModalBank& bank, double sample_rate_hz, Eigen::Index n_frames);
 
-/// Where the sum of the partials' envelopes has fallen to level_db below its start [s]; infinite where a partial that is
-/// above that level does not decay.
-double time_to_level_s(const ModalBank& bank, double level_db);
+/// The lowest partial that is not weak; of a bank that has weak ones only, the lowest.
+double pitch_hz(const ModalBank& bank);
 
-inline constexpr double kSilent = 1e-9;
+/// Where the sum of the envelopes of the partials that are rendered at that rate has fallen to an amplitude [s]; infinite where it never does.
+double time_to_amplitude_s(const ModalBank& bank, double amplitude, double sample_rate_hz);
+
+/// What is assumed of things whose damping nobody measured: each mode loses this share of its energy per radian.
+inline constexpr double kAssumedLossFactor = 1e-3;
+
+inline constexpr double kSilent = 1e-9, kWeak = 1e-3;
 
 /// The bank of a model after a Gaussian strike, what stage::synthesise() sounds like once the pulse is over:
 ///   gain_i / w_i Im(exp(p_i (t - centre)) exp(p_i^2 s^2 / 2)) u_i . J,  p = -decay + i w (damped w), s the pulse's standard deviation.
-/// Over-damped modes do not ring, and those below kSilent of the loudest are not heard: they are left out.
+/// Over-damped modes do not ring, and those below kSilent of the loudest are not heard: they are left out; those below kWeak of it are weak.
 ModalBank struck_bank(const modal::ModalModel& model, const Eigen::VectorXd& decay_per_s, const events::Strike& strike);
 
 inline constexpr double kPeak = 0.7079457843841379, kPeakWithinS = 3.0;  ///< -3 dB re full scale

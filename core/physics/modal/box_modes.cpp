@@ -40,7 +40,8 @@ void for_each(std::size_t n, std::size_t grain, const std::function<void(std::si
 /// under the inverse of the matrix, shifted so that rigid motions do not stop it.
 Eigen::MatrixXd lowest_vectors(Eigen::MatrixXd& matrix, double shift, Eigen::Index count) {
   constexpr double kTolerance = 1e-7;  // of a vector; the Rayleigh quotient squares it
-  const Eigen::Index n = matrix.rows(), block = std::min<Eigen::Index>(std::max<Eigen::Index>(8, count / 3), n);
+  const Eigen::Index n = matrix.rows();
+  const Eigen::Index block = std::min(std::max(std::clamp<Eigen::Index>(count, 4, 8), count / 3), n);
   matrix.diagonal().array() += std::max(shift, 1e-13 * matrix.diagonal().maxCoeff());
   const int size = static_cast<int>(n);
   int info = 0;
@@ -53,7 +54,7 @@ Eigen::MatrixXd lowest_vectors(Eigen::MatrixXd& matrix, double shift, Eigen::Ind
     dtrsm_("L", "L", "T", "N", &size, &columns, &unit, matrix.data(), &size, x.data(), &size);
     return x;
   };
-  Eigen::MatrixXd space(n, 0), images(n, 0);
+  Eigen::MatrixXd space(n, 0), images(n, 0), projection(0, 0);
   Eigen::MatrixXd next(n, block);
   for (Eigen::Index j = 0; j < block;
        ++j)  // the low products first, and a little of everything: no random numbers are needed
@@ -70,8 +71,17 @@ Eigen::MatrixXd lowest_vectors(Eigen::MatrixXd& matrix, double shift, Eigen::Ind
     Eigen::MatrixXd image = inverse_times(next);
     images.conservativeResize(Eigen::NoChange, old + next.cols());
     images.rightCols(next.cols()) = image;
-    const Eigen::MatrixXd projection = space.transpose() * images;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> small(0.5 * (projection + projection.transpose()));
+    const Eigen::MatrixXd against = space.transpose() * image;
+    projection.conservativeResize(space.cols(), space.cols());
+    projection.rightCols(next.cols()) = against;
+    projection.bottomRows(next.cols()) = against.transpose();
+    projection.bottomRightCorner(next.cols(), next.cols()) =
+        0.5 * (against.bottomRows(next.cols()) + against.bottomRows(next.cols()).transpose());
+    if (space.cols() < count && space.cols() + block <= n) {
+      next = std::move(image);
+      continue;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> small(projection);
     const Eigen::MatrixXd best = small.eigenvectors().rowwise().reverse().leftCols(std::min(count, space.cols()));
     const Eigen::VectorXd theta = small.eigenvalues().reverse().head(best.cols());
     const Eigen::MatrixXd vectors = space * best;
@@ -248,8 +258,9 @@ HarmonicModes BoxBody::lowest(std::size_t index, const solid::Material& material
     modes.vectors.resize(most, 0);
     return modes;
   }
+  const Eigen::MatrixXd lower = stiffness(system, material);
   for (int wanted = std::min(count + rigid, most);; wanted = std::min(2 * wanted, most)) {
-    Eigen::MatrixXd matrix = stiffness(system, material);
+    Eigen::MatrixXd matrix = lower;
     const Eigen::MatrixXd vectors = lowest_vectors(matrix, shift, wanted).rightCols(wanted - rigid);
     const Stiffness projection = projected(index, vectors);
     const double mass = material.density_kg_m3 * half_lengths_m_.prod();
@@ -265,7 +276,6 @@ HarmonicModes BoxBody::lowest(std::size_t index, const solid::Material& material
     modes.angular_frequency_sq.conservativeResize(kept);
     modes.vectors.conservativeResize(Eigen::NoChange, kept);
   }
-  const Eigen::MatrixXd lower = stiffness(system, material);
   const Eigen::MatrixXd image = half_lengths_m_.prod() * (lower.selfadjointView<Eigen::Lower>() * modes.vectors);
   const double mass = material.density_kg_m3 * half_lengths_m_.prod();
   modes.relative_residual.resize(modes.vectors.cols());
@@ -286,10 +296,15 @@ std::vector<HarmonicModes> BoxBody::lowest(const solid::Material& material, cons
   return modes;
 }
 
-std::vector<HarmonicModes> BoxBody::modes_up_to(const solid::Material& material, double high_hz) const {
+std::vector<HarmonicModes> BoxBody::modes_up_to(const solid::Material& material, double high_hz,
+                                                const std::vector<int>& expected) const {
+  KLANG_CHECK(expected.empty() || expected.size() == systems_.size(), "a number for each system");
+  constexpr int kUnknown = 10, kAbove = 2;  // what lies above the band tells that nothing below it is left
   const BlasThreads one(1);
   std::vector<HarmonicModes> modes(systems_.size());
-  for_each(systems_.size(), 1, [&](std::size_t s) { modes[s] = lowest(s, material, 12, high_hz); });
+  for_each(systems_.size(), 1, [&](std::size_t s) {
+    modes[s] = lowest(s, material, kAbove + (expected.empty() ? kUnknown : expected[s]), high_hz);
+  });
   return modes;
 }
 

@@ -47,8 +47,9 @@ class BoxBody {
   std::vector<HarmonicModes> lowest(const solid::Material& material, const std::vector<int>& counts) const;
   /// Eigenvalues of a system below a frequency, rigid ones included: a Sturm count (inertia by LAPACK's LDL^T).
   int count_below(std::size_t system, const solid::Material& material, double frequency_hz) const;
-  /// All elastic modes below a frequency.
-  std::vector<HarmonicModes> modes_up_to(const solid::Material& material, double high_hz) const;
+  /// All elastic modes below a frequency; sooner where it is known about how many of each system these are.
+  std::vector<HarmonicModes> modes_up_to(const solid::Material& material, double high_hz,
+                                         const std::vector<int>& expected = {}) const;
 
   /// basis^T K basis for K = dK/dlambda and dK/dmu, as sums of squares of strains.
   struct Stiffness {

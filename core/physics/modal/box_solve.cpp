@@ -50,6 +50,18 @@ Eigen::Index largest_system(const BoxBody& body) {
   return largest;
 }
 
+BodySize size_of_box(const Eigen::Vector3d& half_m) {
+  const Eigen::Vector3d side_m = 2.0 * half_m;
+  return {side_m.prod(), 2.0 * (side_m[0] * side_m[1] + side_m[1] * side_m[2] + side_m[2] * side_m[0])};
+}
+
+/// How many modes of each system were found: about as many as with other degrees.
+std::vector<int> numbers_of(const std::vector<HarmonicModes>& modes) {
+  std::vector<int> numbers;
+  for (const HarmonicModes& system : modes) numbers.push_back(static_cast<int>(system.angular_frequency_sq.size()));
+  return numbers;
+}
+
 /// The eigenvalues of each system at some degrees.
 struct Level {
   double degree = 0.0;  ///< the highest
@@ -118,10 +130,12 @@ BoxModes held_modes(const Eigen::Vector3d& half_m, const HeldFaces& held, const 
     return degrees;
   };
   std::vector<Level> levels;
+  std::vector<int> numbers;
   for (int raises = 0;; ++raises) {
     monitor.throw_if_stopped();
     const BoxDegrees degrees = raised(raises), next = raised(raises + 1);
-    BoxModes solved{degrees, BoxBody(half_m, degrees, held).modes_up_to(material, band.high_hz), {}};
+    BoxModes solved{degrees, BoxBody(half_m, degrees, held).modes_up_to(material, band.high_hz, numbers), {}};
+    numbers = numbers_of(solved.modes);
     Level& level = levels.emplace_back();
     level.degree = *std::max_element(degrees.begin(), degrees.end());
     for (const HarmonicModes& system : solved.modes) level.eigenvalues.push_back(system.angular_frequency_sq);
@@ -135,11 +149,18 @@ BoxModes held_modes(const Eigen::Vector3d& half_m, const HeldFaces& held, const 
 /// Where the band of so many modes ends, by few polynomials, and a little more.
 double end_of_band_hz(const Eigen::Vector3d& half_m, const HeldFaces& held, const solid::Material& material,
                       const EigenOptions& options, Monitor& monitor) {
-  for (double high_hz = std::max(first_guess_hz(half_m, material), options.band.low_hz);; high_hz *= 1.5) {
+  const BodySize size = size_of_box(half_m);
+  // Half as many as wanted by the estimate, which may be off by a factor of two: too far up is dearer than once more.
+  double high_hz = std::max(first_guess_hz(half_m, material), options.band.low_hz);
+  while (expected_modes(size, material, high_hz) < 0.5 * options.count) high_hz *= 1.1;
+  std::vector<int> numbers;
+  for (;; high_hz *= 1.5) {
     monitor.throw_if_stopped();
+    const auto modes =
+        BoxBody(half_m, box_degrees(half_m, material, high_hz), held).modes_up_to(material, high_hz, numbers);
+    numbers = numbers_of(modes);
     std::vector<double> found;
-    for (const auto& system :
-         BoxBody(half_m, box_degrees(half_m, material, high_hz), held).modes_up_to(material, high_hz))
+    for (const auto& system : modes)
       for (const double omega_sq : system.angular_frequency_sq)
         if (omega_sq >= std::pow(2.0 * kPi * options.band.low_hz, 2))
           found.push_back(std::sqrt(omega_sq) / (2.0 * kPi));
@@ -211,10 +232,8 @@ Eigen::Vector3d box_half_lengths_m(const mesh::ShapeSpec& shape) {
 
 BoxModes box_modes(const Eigen::Vector3d& half_lengths_m, const HeldFaces& held, const solid::Material& material,
                    const Band& band, Monitor& monitor) {
-  const Eigen::Vector3d side_m = 2.0 * half_lengths_m;
-  const BodySize size{side_m.prod(), 2.0 * (side_m[0] * side_m[1] + side_m[1] * side_m[2] + side_m[2] * side_m[0])};
-  const std::string place = "box of " + to_text(side_m.maxCoeff()) + " m";
-  check_expected_modes(place, expected_modes(size, material, band.high_hz), band.high_hz);
+  const std::string place = "box of " + to_text(2.0 * half_lengths_m.maxCoeff()) + " m";
+  check_expected_modes(place, expected_modes(size_of_box(half_lengths_m), material, band.high_hz), band.high_hz);
   // With a quarter of what the shortest wave asks for nothing near the band's end is right, and there is no end to it.
   if (const double wanted = wanted_degrees(half_lengths_m, material, band.high_hz).maxCoeff(); wanted > kMostWanted)
     throw InputError(place, "is too long for waves up to " + to_text(std::round(band.high_hz)) + " Hz",
@@ -233,7 +252,8 @@ BoxModes box_modes(const Eigen::Vector3d& half_lengths_m, const HeldFaces& held,
     monitor.throw_if_stopped();
     const std::vector<HarmonicModes> before = std::move(solved.modes);
     solved.degrees = box_degrees_raised(half_lengths_m, solved.degrees);
-    solved.modes = BoxBody(half_lengths_m, solved.degrees, held).modes_up_to(material, band.high_hz);
+    solved.modes =
+        BoxBody(half_lengths_m, solved.degrees, held).modes_up_to(material, band.high_hz, numbers_of(before));
     solved.bound = box_error_bound(before, solved.modes, solved.degrees, held);
     if (highest_error(solved, band.low_hz) <= kFreeError) return solved;
     if (largest_system(BoxBody(half_lengths_m, box_degrees_raised(half_lengths_m, solved.degrees), held)) >

@@ -93,8 +93,7 @@ Skin skin_of(const mesh::TetMesh& body, int most_triangles) {
     std::vector<bool> seen(place.size(), false);
     for (const int v : surface.triangles.reshaped<Eigen::RowMajor>())
       if (!seen[static_cast<std::size_t>(v)]) seen[static_cast<std::size_t>(v)] = true, used.push_back(v);
-    mesh::SurfaceDecimation report;
-    surface = mesh::decimated_surface(surface, most_triangles, report);
+    surface = mesh::drawn_surface(surface, most_triangles);
     for (Eigen::Index i = 0; i < surface.vertices_m.rows(); ++i) {
       const auto nearest = std::min_element(used.begin(), used.end(), [&](Eigen::Index a, Eigen::Index b) {
         return (all.row(a) - surface.vertices_m.row(i)).squaredNorm() <

@@ -59,16 +59,21 @@ bool is_sound(const SurfaceMesh& surface) {
   }
 }
 
+CoarseningOptions coarsening_to(const SurfaceMesh& surface, int max_triangles) {
+  CoarseningOptions options;
+  options.stop_at_triangles = max_triangles;
+  // Twice the edge of as many equilateral triangles: collapses go by the shortest edge and stop at the number.
+  options.edge_m = 2.0 * std::sqrt(4.0 / std::sqrt(3.0) * surface_area_m2(surface) / max_triangles);
+  return options;
+}
+
 }  // namespace
 
 SurfaceMesh decimated_surface(const SurfaceMesh& surface, int max_triangles, SurfaceDecimation& report) {
   const auto n_before = static_cast<int>(surface.triangles.rows());
   report = {n_before, n_before, 0.0, 0.0, 0.0};
   if (n_before <= max_triangles) return surface;
-  CoarseningOptions options;
-  options.stop_at_triangles = max_triangles;
-  // Twice the edge of as many equilateral triangles: collapses go by the shortest edge and stop at the number.
-  options.edge_m = 2.0 * std::sqrt(4.0 / std::sqrt(3.0) * surface_area_m2(surface) / max_triangles);
+  CoarseningOptions options = coarsening_to(surface, max_triangles);
   const double tolerance_m = wall_tolerance_m(surface);
   SurfaceMesh best = surface;
   // A result that cuts itself needs a tighter tolerance, one with too many triangles a wider one.
@@ -91,6 +96,16 @@ SurfaceMesh decimated_surface(const SurfaceMesh& surface, int max_triangles, Sur
   report.rms_distance_m = std::sqrt(sum_sq / n);
   report.relative_volume_change = mass_properties(best).volume_m3 / mass_properties(surface).volume_m3 - 1.0;
   return best;
+}
+
+SurfaceMesh drawn_surface(const SurfaceMesh& surface, int max_triangles) {
+  if (surface.triangles.rows() <= max_triangles) return surface;
+  CoarseningOptions options = coarsening_to(surface, max_triangles);
+  SurfaceMesh result = surface;
+  options.tolerance_m = wall_tolerance_m(surface);
+  for (int attempt = 0; attempt < 3 && result.triangles.rows() > max_triangles; ++attempt, options.tolerance_m *= 2.0)
+    result = coarsened(surface, options);
+  return result;
 }
 
 }  // namespace klang::mesh

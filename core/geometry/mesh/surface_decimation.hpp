@@ -24,4 +24,8 @@ struct SurfaceDecimation {
 /// @param surface  closed (check_closed_surface)
 SurfaceMesh decimated_surface(const SurfaceMesh& surface, int max_triangles, SurfaceDecimation& report);
 
+/// The same for a picture: whether the result cuts itself and how far it lies from the first is not looked at, which takes most of
+/// the time. Not for a mesh.
+SurfaceMesh drawn_surface(const SurfaceMesh& surface, int max_triangles);
+
 }  // namespace klang::mesh

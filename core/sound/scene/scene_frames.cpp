@@ -141,12 +141,10 @@ std::string look_of(const SceneBody& body) {
 }
 
 /// As many triangles as a picture needs.
-mesh::SurfaceMesh drawn_surface(const mesh::SurfaceMesh& surface, int most) {
+mesh::SurfaceMesh coarse_enough(const mesh::SurfaceMesh& surface, int most) {
   mesh::SurfaceMesh straight = straight_surface(surface);
-  if (straight.triangles.rows() <= most) return straight;
-  mesh::SurfaceDecimation report;
   try {
-    return straight_surface(mesh::decimated_surface(straight, most, report));
+    return straight_surface(mesh::drawn_surface(straight, most));
   } catch (const InputError&) {
     return straight;
   }
@@ -183,7 +181,7 @@ std::vector<FrameBody> frame_bodies(const Scene& scene, const SceneNotes& notes,
     auto& surface = known[look_of(body)];
     if (!surface)
       surface = std::make_shared<const mesh::SurfaceMesh>(
-          drawn_surface(mesh::boundary_surface(mesh_of(body, {}, monitor)), most));
+          coarse_enough(mesh::boundary_surface(mesh_of(body, {}, monitor)), most));
     FrameBody shown{body.name, body.material, surface, {}};
     shown.start.position_m = body.position_m;
     const Eigen::Quaterniond turn = orientation_of(body.rotation_deg);

@@ -223,6 +223,12 @@ TEST(SurfaceDecimation, ReachesTheNumberAndSaysHowFarItIsOff) {
   EXPECT_GE(report.max_distance_m, 1e-4);
   EXPECT_LE(report.max_distance_m, 3e-3);
   EXPECT_TRUE(decimated_surface(ball, 1000000, report).triangles == ball.triangles);
+
+  // For a picture: as few, and where the ball was (cuts are not looked at).
+  const SurfaceMesh drawn = drawn_surface(ball, 400);
+  EXPECT_LE(drawn.triangles.rows(), 400);
+  EXPECT_NEAR(volume(drawn), volume(ball), 0.03 * volume(ball));
+  EXPECT_TRUE(drawn_surface(ball, 1000000).triangles == ball.triangles);
   EXPECT_EQ(report.n_faces_after, report.n_faces_before);
 }
 

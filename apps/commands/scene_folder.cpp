@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
@@ -227,10 +228,11 @@ std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const scen
                                            const SceneFolder* folder, const scene::SceneNotes& notes,
                                            Monitor& monitor) {
   std::map<int, ModelPointer> models;
+  std::set<int> silent;
   std::vector<scene::HeardBody> heard;
   const std::vector<std::optional<int>> numbers = scene::sound_model_numbers(scene);
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (!numbers[i]) continue;
+    if (!numbers[i] || silent.contains(*numbers[i])) continue;
     const scene::SceneBody& body = scene.bodies[i];
     ModelPointer& model = models[*numbers[i]];
     if (!model) {
@@ -240,7 +242,14 @@ std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const scen
                 proxies.stand_in({&body, body.name, nullptr, scene::mesh_of(body, notes, monitor)}, notes, monitor))
           model = keep_model(folder, stem, std::move(*proxy));
       if (!model) model = kept_model(folder, stem);
-      if (!model) model = keep_model(folder, stem, scene::sound_model_of(scene, body, notes, monitor));
+      if (!model) {
+        auto made = scene::sound_model_of(scene, body, notes, monitor);
+        if (!made) {
+          silent.insert(*numbers[i]);
+          continue;
+        }
+        model = keep_model(folder, stem, std::move(*made));
+      }
     }
     heard.push_back({static_cast<int>(i), model, *scene.material_of(body).damping});
   }

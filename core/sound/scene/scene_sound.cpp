@@ -83,15 +83,20 @@ acoustics::TransferModel radiation_of(const Scene& scene, const SceneBody& body,
 
 }  // namespace
 
-SoundModel sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes, Monitor& monitor) {
+std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes,
+                                         Monitor& monitor) {
   const mesh::TetMesh mesh = mesh_of(body, notes, monitor);
   const modal::EigenResult modes = modes_in_band(scene, body, {body.shape, {}, 2}, mesh, notes, monitor);
-  if (modes.model.n_modes() == 0)
-    throw InputError(body.place, body.name + " has no mode in the band",
-                     to_text(scene.sound.low_hz) + " to " +
-                         to_text(std::min(scene.sound.high_hz, body.modes_to_hz.value_or(HUGE_VAL))) + " Hz",
-                     "another sound.band_hz, or sound = \"none\"");
-  return {modes.model, radiation_of(scene, body, modes.model, monitor), false};
+  if (modes.model.n_modes() == 0) {
+    const std::string band = to_text(scene.sound.low_hz) + " to " +
+                             to_text(std::min(scene.sound.high_hz, body.modes_to_hz.value_or(HUGE_VAL))) + " Hz";
+    if (body.sound == BodySound::kModes)  // asked for by name
+      throw InputError(body.place, body.name + " has no mode in the band", band,
+                       "another sound.band_hz, or sound = \"auto\" or \"none\"");
+    if (notes.warning) notes.warning("body " + body.name + " is silent: it has no mode in the band, " + band);
+    return {};
+  }
+  return SoundModel{modes.model, radiation_of(scene, body, modes.model, monitor), false};
 }
 
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& parent, const std::string& name,

@@ -34,7 +34,8 @@ band_hz = [20, 1000]
 std::vector<HeardBody> heard(const Scene& scene) {
   std::vector<HeardBody> bodies;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
-    bodies.push_back({static_cast<int>(i), std::make_shared<const SoundModel>(sound_model_of(scene, scene.bodies[i])),
+    bodies.push_back({static_cast<int>(i),
+                      std::make_shared<const SoundModel>(sound_model_of(scene, scene.bodies[i]).value()),
                       *scene.material_of(scene.bodies[i]).damping});
   return bodies;
 }
@@ -125,6 +126,26 @@ TEST(SceneSound, AListenerWhoWalksHearsWhatOneHearsWhoStandsWhereHePasses) {
     least = std::min(least, level_there);
   }
   EXPECT_GT(most, 1.3 * least);  // it matters where he is
+}
+
+// The lowest mode of a free steel ball of 40 mm: x = 2.50 of its shear speed over its radius, some 63 kHz.
+TEST(SceneSound, ABodyWithoutAModeInTheBandIsSilentAndSaidUnlessItsModesWereAskedFor) {
+  const auto scene_with = [](const std::string& sound) {
+    return parse_scene(
+        kMaterials +
+            "[[body]]\nname = \"ball\"\nmaterial = \"chime\"\nshape = { kind = \"sphere\", radius_m = 0.02 }\n" +
+            "position_m = [0, 0, 0.12]\nsound = \"" + sound + "\"\n",
+        "ball.toml");
+  };
+  std::vector<std::string> said;
+  SceneNotes notes;
+  notes.warning = [&](const std::string& text) { said.push_back(text); };
+  const Scene silent = scene_with("auto");
+  EXPECT_FALSE(sound_model_of(silent, silent.bodies[0], notes).has_value());
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_EQ(said[0], "body ball is silent: it has no mode in the band, 20 to 1000 Hz");
+  const Scene asked = scene_with("modes");
+  EXPECT_THROW(sound_model_of(asked, asked.bodies[0]), InputError);
 }
 
 TEST(SceneSound, SoundOfTwoBodiesIsTheSumOfEach) {

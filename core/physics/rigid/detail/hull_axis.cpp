@@ -145,7 +145,14 @@ HullFeatures::HullFeatures(const Eigen::Matrix3Xd& all, const std::vector<std::v
     } else if (side.first > side.second || !(left.cross(right).norm() > kParallel)) {
       continue;  // known, or inside a flat face
     }
-    edges.push_back({all.col(side.first), all.col(side.second) - all.col(side.first), left, right});
+    const auto index = [&](const Vector3d& normal) {
+      for (Eigen::Index f = 0; f < normals.cols(); ++f)
+        if (normal.cross(normals.col(f)).norm() < kParallel && normal.dot(normals.col(f)) > 0) return f;
+      whole = false;
+      return Eigen::Index{0};
+    };
+    edges.push_back(
+        {all.col(side.first), all.col(side.second) - all.col(side.first), left, right, {index(left), index(right)}});
   }
 }
 
@@ -157,23 +164,35 @@ double gap_along(const HullFeatures& a, const HullFeatures& b, const Eigen::Isom
 
 namespace {
 
-/// b with its corners, normals and edges in a's frame.
-HullFeatures moved(const HullFeatures& b, const Eigen::Isometry3d& to) {
-  HullFeatures there;
-  const Eigen::Matrix3d turn = to.linear();
-  there.corners = (turn * b.corners).colwise() + to.translation();
-  there.normals = turn * b.normals;
-  there.centre = to * b.centre;
-  there.size = b.size;
-  there.whole = b.whole;
-  there.edges.reserve(b.edges.size());
-  for (const HullFeatures::Edge& edge : b.edges)
-    there.edges.push_back({to * edge.from, turn * edge.along, turn * edge.left, turn * edge.right});
-  return there;
+using Edge = HullFeatures::Edge;
+
+Edge moved(const Edge& edge, const Eigen::Isometry3d& to) {
+  const Eigen::Matrix3d& turn = to.linear();
+  return {to * edge.from, turn * edge.along, turn * edge.left, turn * edge.right, edge.faces};
+}
+
+/// Of corners over the planes of a hull's faces, in its frame: a column per face.
+Eigen::MatrixXd heights_over(const HullFeatures& hull, const Eigen::Matrix3Xd& corners) {
+  Eigen::MatrixXd heights = corners.transpose().lazyProduct(hull.normals);
+  heights.rowwise() -= hull.offsets.transpose();
+  return heights;
+}
+
+/// Edges that can be of an axis along which the hulls overlap less than by `-gap`. With a corner of the other hull at least that deep
+/// below both faces of an edge there is none: every direction between the two normals sees that corner as deep.
+std::vector<std::size_t> edges_that_count(const HullFeatures& hull, const Eigen::MatrixXd& heights, double gap) {
+  constexpr double kSameFace = 10 * kParallel;  // of the sizes: normals that are one
+  const double enough = gap - kSameFace * (hull.size + heights.cwiseAbs().maxCoeff());
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < hull.edges.size(); ++i) {
+    const auto& [left, right] = hull.edges[i].faces;
+    if (!hull.whole || heights.col(left).cwiseMax(heights.col(right)).minCoeff() > enough) kept.push_back(i);
+  }
+  return kept;
 }
 
 /// Whether the arcs of normals of an edge of a and of one of -b cross: then they span a face of the Minkowski difference.
-bool arcs_cross(const HullFeatures::Edge& a, const HullFeatures::Edge& b) {
+bool arcs_cross(const Edge& a, const Edge& b) {
   const Vector3d c = -b.left, d = -b.right;
   const double c_ba = -c.dot(a.along), d_ba = -d.dot(a.along);  // along is parallel to left x right, either way
   if (c_ba * d_ba >= 0) return false;
@@ -188,60 +207,60 @@ bool arcs_cross(const HullFeatures::Edge& a, const HullFeatures::Edge& b) {
 /// their axis.
 class EdgePairs {
  public:
-  EdgePairs(const HullFeatures& a, const HullFeatures& b) : a_(a), b_(b), whole_(a.whole && b.whole) {}
+  /// @param corners_b  in a's frame
+  EdgePairs(const HullFeatures& a, const HullFeatures& b, const Eigen::Matrix3Xd& corners_b)
+      : corners_a_(a.corners), corners_b_(corners_b), size_a_(a.size), size_b_(b.size), whole_(a.whole && b.whole) {}
 
-  /// @returns the best so far parts the two
-  bool try_pair(std::size_t i, std::size_t j, HullAxis& best) const {
-    const HullFeatures::Edge &ea = a_.edges[i], &eb = b_.edges[j];
+  /// @param i, j  numbers of the edges
+  /// @returns     the best so far parts the two
+  bool try_pair(const Edge& ea, std::size_t i, const Edge& eb, std::size_t j, HullAxis& best) const {
     if (whole_ && !arcs_cross(ea, eb)) return false;
     Vector3d normal = ea.along.cross(eb.along);
     const double length = normal.norm();
     if (!(length > 1e-6 * ea.along.norm() * eb.along.norm())) return false;
     normal /= length;
-    if (whole_) return take(normal.dot(ea.left + ea.right) < 0 ? normal : Vector3d(-normal), i, j, best);
-    return take(normal, i, j, best) || take(-normal, i, j, best);
+    const auto take = [&](const Vector3d& way) {
+      const double low = lowest(corners_a_, way), high = -lowest(corners_b_, -way), gap = low - high;
+      if (!(gap > best.gap + kTie * (size_a_ + size_b_))) return false;
+      constexpr double kOutermost = 1e-9;
+      if (way.dot(ea.from) > low + kOutermost * size_a_ || way.dot(eb.from) < high - kOutermost * size_b_) return false;
+      best = {way, gap, std::array{i, j}};
+      return gap > 0;
+    };
+    if (whole_) return take(normal.dot(ea.left + ea.right) < 0 ? normal : Vector3d(-normal));
+    return take(normal) || take(-normal);
   }
 
  private:
-  bool take(const Vector3d& normal, std::size_t i, std::size_t j, HullAxis& best) const {
-    const double low = lowest(a_.corners, normal), high = -lowest(b_.corners, -normal), gap = low - high;
-    if (!(gap > best.gap + kTie * (a_.size + b_.size))) return false;
-    constexpr double kOutermost = 1e-9;
-    if (normal.dot(a_.edges[i].from) > low + kOutermost * a_.size ||
-        normal.dot(b_.edges[j].from) < high - kOutermost * b_.size)
-      return false;
-    best = {normal, gap, std::array{i, j}};
-    return gap > 0;
-  }
-  const HullFeatures &a_, &b_;
+  const Eigen::Matrix3Xd &corners_a_, &corners_b_;
+  double size_a_, size_b_;
   bool whole_;
 };
 
 }  // namespace
 
 HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a) {
-  const HullFeatures there = moved(b, b_to_a);
+  const Eigen::Isometry3d a_to_b = b_to_a.inverse();
+  const Eigen::Matrix3Xd corners_b = (b_to_a.linear() * b.corners).colwise() + b_to_a.translation();
   HullAxis best;
   best.gap = -HUGE_VAL;
   const auto take = [&](const Vector3d& normal, double gap) {
     if (gap > best.gap) best = {normal, gap, {}};
     return gap > 0;
   };
-  for (Eigen::Index f = 0; f < a.normals.cols(); ++f) {
-    const Vector3d normal = a.normals.col(f);
-    if (take(-normal, -a.offsets[f] + lowest(there.corners, normal))) return best;
-  }
-  for (Eigen::Index f = 0; f < there.normals.cols(); ++f) {
-    const Vector3d normal = there.normals.col(f);
-    const double offset = b.offsets[f] + normal.dot(b_to_a.translation());
-    if (take(normal, lowest(a.corners, normal) - offset)) return best;
-  }
-  const EdgePairs pairs(a, there);
-  for (std::size_t i = 0; i < a.edges.size(); ++i) {
-    for (std::size_t j = 0; j < there.edges.size(); ++j) {
-      if (pairs.try_pair(i, j, best)) return best;
-    }
-  }
+  const Eigen::MatrixXd over_a = heights_over(a, corners_b);
+  for (Eigen::Index f = 0; f < a.normals.cols(); ++f)
+    if (take(-a.normals.col(f), over_a.col(f).minCoeff())) return best;
+  const Eigen::MatrixXd over_b = heights_over(b, (a_to_b.linear() * a.corners).colwise() + a_to_b.translation());
+  for (Eigen::Index f = 0; f < b.normals.cols(); ++f)
+    if (take(b_to_a.linear() * b.normals.col(f), over_b.col(f).minCoeff())) return best;
+  std::vector<Edge> edges_b;
+  const std::vector<std::size_t> of_b = edges_that_count(b, over_b, best.gap);
+  for (const std::size_t j : of_b) edges_b.push_back(moved(b.edges[j], b_to_a));
+  const EdgePairs pairs(a, b, corners_b);
+  for (const std::size_t i : edges_that_count(a, over_a, best.gap))
+    for (std::size_t k = 0; k < of_b.size(); ++k)
+      if (pairs.try_pair(a.edges[i], i, edges_b[k], of_b[k], best)) return best;
   return best;
 }
 

@@ -12,6 +12,7 @@ struct HullFeatures {
     Eigen::Vector3d from = Eigen::Vector3d::Zero(),
                     along = Eigen::Vector3d::Zero();  ///< a corner, and the way to the other
     Eigen::Vector3d left = Eigen::Vector3d::Zero(), right = Eigen::Vector3d::Zero();  ///< normals of its two faces
+    std::array<Eigen::Index, 2> faces{0, 0};  ///< of these normals among the hull's; a hull that is not whole: any
   };
   /// Faces that are one plane to the eye of contacts: corners in turn, seen from outside anticlockwise.
   struct Plate {

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "core/foundation/base/random.hpp"
+#include "core/physics/rigid/detail/convex_hull.hpp"
 #include "core/physics/rigid/detail/hull_axis.hpp"
+#include "tests/core/physics/rigid/bodies.hpp"
 #include "tests/core/physics/rigid/box_features.hpp"
 
 namespace {
@@ -76,6 +78,37 @@ Eigen::Isometry3d drawn_place(klang::RandomStream& random, double reach) {
   place.linear() = Eigen::Quaterniond(draw(), draw(), draw(), draw()).normalized().toRotationMatrix();
   place.translation() = reach * Vector3d(draw(), draw(), draw());
   return place;
+}
+
+/// Edges are left out by corners deep below their faces: of bodies of many faces most, by touches that are shallow or deep.
+TEST(HullAxis, OverlapOfStonesIsTheLeastOfAllAxes) {
+  klang::RandomStream random(11, 0);
+  const klang::mesh::SurfaceMesh surface = convex_hull(klang::rigid::stone(1.0).parts[0].corners_m);
+  std::vector<std::vector<int>> faces;
+  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+    faces.push_back({static_cast<int>(surface.triangles(t, 0)), static_cast<int>(surface.triangles(t, 1)),
+                     static_cast<int>(surface.triangles(t, 2))});
+  const Eigen::Matrix3Xd corners = surface.vertices_m.transpose();
+  const HullFeatures stone(corners, faces);
+  ASSERT_TRUE(stone.whole);
+  ASSERT_EQ(stone.edges.size(), 36U);
+  int n_edges = 0;
+  for (int k = 0; k < 400; ++k) {
+    Eigen::Isometry3d place = drawn_place(random, 0.0);
+    const auto draw = [&] { return 2 * random.uniform() - 1; };
+    const double depth = k % 2 == 0 ? 1e-6 : 0.3;
+    place.translation() = 3 * Vector3d(draw(), draw(), draw()).normalized();
+    double right = gap_by_all_axes(stone, stone, place);
+    while (right > 0) {  // nearer by at most what parts them along their axis
+      place.translation() -= (right + depth) * place.translation().normalized();
+      right = gap_by_all_axes(stone, stone, place);
+    }
+    const HullAxis axis = hull_axis(stone, stone, place);
+    EXPECT_LE(std::abs(axis.gap - right), 1e-12) << k;
+    EXPECT_LE(std::abs(gap_along(stone, stone, place, axis.normal) - axis.gap), 1e-12) << k;
+    n_edges += axis.edges ? 1 : 0;
+  }
+  EXPECT_GT(n_edges, 40);
 }
 
 TEST(HullAxis, AFaceOnALineIsNone) {

@@ -32,6 +32,8 @@ void rigid_steps(benchmark::State& state) {
   state.counters["contacts"] = static_cast<double>(contacts);
 }
 
-BENCHMARK(rigid_steps)->Args({20, 0})->Args({328, 0})->Args({100, 1})->Args({328, 1})->Unit(benchmark::kMillisecond);
+BENCHMARK(rigid_steps)->Args({20, 0})->Args({328, 0})->Unit(benchmark::kMillisecond);
+// The same steps each time: a heap comes to rest.
+BENCHMARK(rigid_steps)->Args({100, 1})->Args({328, 1})->Iterations(1000)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -205,7 +205,7 @@ double RigidWorld::State::hold(std::vector<Contact>& contacts, detail::Bodies& v
   // What comes fast and has not touched yet is an impact of the next step.
   for (Contact& c : contacts) c.target = c.gap > 0 && relative_velocity(c, view)[0] < -rest_speed() ? -HUGE_VAL : 0.0;
   warm_start(contacts, view);
-  const double tolerance = 1e-9 * options.gravity_m_s2.norm() * dt() + 1e-15;
+  const double tolerance = 1e-7 * options.gravity_m_s2.norm() * dt() + 1e-15;
   const double residual = solve_contacts(all, &Contact::lasting, options.iterations, tolerance, view);
   detail::ImpactLosses losses;
   for (std::size_t i = 0; i < contacts.size(); ++i) {

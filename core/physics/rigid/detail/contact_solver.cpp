@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "core/physics/rigid/detail/mixing.hpp"
 
 namespace klang::rigid::detail {
 
@@ -67,38 +70,33 @@ namespace {
 
 constexpr int kPatience =
     50;  // sweeps after which a tenth must be gained: where they go in circles more of them give nothing
+constexpr int kMixEvery = 2, kUnmixed = 12;  // sweeps; most groups of a few points need no more than the latter
+
+using Twist = Eigen::Matrix<double, 6, 1>;     // velocity, spin
+using Wrenches = Eigen::Matrix<double, 6, 3>;  // a column per axis of a contact
 
 double square(double x) { return x * x; }
-
-/// One axis of a contact: what a unit impulse along it does to a body, and how the body's motion shows along it.
-struct Arm {
-  Vector3d direction, turning;      // u = direction . v + turning . w
-  Vector3d kick, spin_per_impulse;  // v += kick J, w += spin_per_impulse J
-};
 
 /// A contact as the sweeps need it.
 struct Row {
   Contact* contact = nullptr;
-  BodyState* body[2] = {nullptr, nullptr};  // null: does not move
-  Arm arm[2][3];
-  Vector3d still = Vector3d::Zero();  // what bodies that do not move add to u
+  Twist* body[2] = {nullptr, nullptr};  // null: does not move
+  Wrenches sight[2], kick[2];           // u = sight . twist; twist += kick J
+  Vector3d still = Vector3d::Zero();    // what bodies that do not move add to u
   Vector3d mobility = Vector3d::Zero();
+  double normal_give = 0.0, across = 0.0, across_give = 0.0;  // impulse per speed; speed per impulse
   Vector3d* impulse = nullptr;
-  int island = 0;
+  int island = -1;
 
   double speed(int axis) const {
     double u = still[axis];
     for (int side = 0; side < 2; ++side)
-      if (body[side] != nullptr)
-        u += arm[side][axis].direction.dot(body[side]->velocity) + arm[side][axis].turning.dot(body[side]->spin);
+      if (body[side] != nullptr) u += sight[side].col(axis).dot(*body[side]);
     return u;
   }
   void push(int axis, double by) {
-    for (int side = 0; side < 2; ++side) {
-      if (body[side] == nullptr) continue;
-      body[side]->velocity += by * arm[side][axis].kick;
-      body[side]->spin += by * arm[side][axis].spin_per_impulse;
-    }
+    for (int side = 0; side < 2; ++side)
+      if (body[side] != nullptr) *body[side] += by * kick[side].col(axis);
   }
   double sweep();
 };
@@ -116,12 +114,12 @@ double Row::sweep() {
     }
     return change;
   }
-  const double normal = std::max(0.0, sum[0] - (speed(0) - contact->target) / mobility[0]) - sum[0];
+  const double normal = std::max(0.0, sum[0] - (speed(0) - contact->target) * normal_give) - sum[0];
   if (normal != 0) push(0, normal);
   sum[0] += normal;
-  const double across = std::max(mobility[1], mobility[2]), limit = contact->friction * sum[0];
+  const double limit = contact->friction * sum[0];
   if (!(limit > 0) && sum[1] == 0 && sum[2] == 0) return square(normal * mobility[0]);
-  Eigen::Vector2d next = sum.tail<2>() - Eigen::Vector2d(speed(1), speed(2)) / across;
+  Eigen::Vector2d next = sum.tail<2>() - across_give * Eigen::Vector2d(speed(1), speed(2));
   if (next.squaredNorm() > limit * limit) next *= limit / next.norm();
   const Eigen::Vector2d step = next - sum.tail<2>();
   push(1, step[0]);
@@ -130,38 +128,122 @@ double Row::sweep() {
   return std::max(square(normal * mobility[0]), step.squaredNorm() * square(across));
 }
 
-Row row_of(Contact& c, Vector3d Contact::*impulse, Bodies& bodies) {
+/// @param twists  of a and b
+Row row_of(Contact& c, Vector3d Contact::*impulse, const std::array<Twist*, 2>& twists, const Bodies& bodies) {
   Row row;
   row.contact = &c;
   row.impulse = &(c.*impulse);
   for (int side = 0; side < 2; ++side) {
     const int number = side == 0 ? c.a : c.b;
     if (number < 0) continue;
-    BodyState& body = bodies.all[static_cast<std::size_t>(number)];
+    const BodyState& body = bodies.all[static_cast<std::size_t>(number)];
     const Vector3d& place = side == 0 ? c.arm_a : c.arm_b;
     const double sign = side == 0 ? 1.0 : -1.0;
     if (body.fixed()) {
       row.still += sign * (c.axes.transpose() * (body.velocity + body.spin.cross(place)));
       continue;
     }
-    row.body[side] = &body;
+    row.body[side] = twists[static_cast<std::size_t>(side)];
     const Eigen::Matrix3d& inverse = bodies.inverse_inertia[static_cast<std::size_t>(number)];
     for (int axis = 0; axis < 3; ++axis) {
-      Arm& arm = row.arm[side][axis];
-      arm.direction = sign * c.axes.col(axis);
-      arm.turning = place.cross(arm.direction);
-      arm.kick = body.inverse_mass * arm.direction;
-      arm.spin_per_impulse = inverse * arm.turning;
-      row.mobility[axis] += body.inverse_mass + arm.turning.dot(arm.spin_per_impulse);
+      const Vector3d direction = sign * c.axes.col(axis), turning = place.cross(direction), spin = inverse * turning;
+      row.sight[side].col(axis) << direction, turning;
+      row.kick[side].col(axis) << body.inverse_mass * direction, spin;
+      row.mobility[axis] += body.inverse_mass + turning.dot(spin);
     }
   }
+  row.across = std::max(row.mobility[1], row.mobility[2]);
+  row.normal_give = 1 / row.mobility[0];
+  row.across_give = 1 / row.across;
   return row;
 }
 
+/// Impulses of an island as one list of numbers.
+class Impulses {
+ public:
+  explicit Impulses(std::span<Row* const> rows) : rows_(rows), start_(now()) {
+    for (const Row* row : rows)
+      for (Twist* body : row->body)
+        if (body != nullptr && std::find(bodies_.begin(), bodies_.end(), body) == bodies_.end())
+          bodies_.push_back(body);
+    for (const Twist* body : bodies_) twists_.push_back(*body);
+  }
+  Eigen::VectorXd now() const {
+    Eigen::VectorXd all(3 * static_cast<Eigen::Index>(rows_.size()));
+    for (std::size_t i = 0; i < rows_.size(); ++i)
+      all.segment<3>(3 * static_cast<Eigen::Index>(i)) = *rows_[i]->impulse;
+    return all;
+  }
+  /// Speeds that impulses alone would give.
+  Eigen::VectorXd weights() const {
+    Eigen::VectorXd all(3 * static_cast<Eigen::Index>(rows_.size()));
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = *rows_[i];
+      all.segment<3>(3 * static_cast<Eigen::Index>(i)) << row.mobility[0], row.across, row.across;
+    }
+    return all;
+  }
+  /// The nearest to these that push, and rub within friction's cone; bodies' motions by all of them since the start, so that wide
+  /// ways there and back leave no round-off.
+  void become(const Eigen::VectorXd& wanted) {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) *bodies_[i] = twists_[i];
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      Vector3d sum = wanted.segment<3>(3 * static_cast<Eigen::Index>(i));
+      const Contact& c = *rows_[i]->contact;
+      if (!c.tied) {
+        sum[0] = std::max(0.0, sum[0]);
+        const double limit = c.friction * sum[0];
+        if (sum.tail<2>().squaredNorm() > limit * limit) sum.tail<2>() *= limit / sum.tail<2>().norm();
+      }
+      *rows_[i]->impulse = sum;
+      sum -= start_.segment<3>(3 * static_cast<Eigen::Index>(i));
+      for (int axis = 0; axis < 3; ++axis) rows_[i]->push(axis, sum[axis]);
+    }
+  }
+
+ private:
+  std::span<Row* const> rows_;
+  std::vector<Twist*> bodies_;
+  std::vector<Twist> twists_;  // at the start
+  Eigen::VectorXd start_;
+};
+
+/// Sweeps over one island until it has settled. Where they are slow, as in a pile, what comes next is mixed from several outcomes, and
+/// the best is kept of what does not settle.
+void settle(std::span<Row* const> island, int sweeps, double tolerance) {
+  std::optional<Impulses> impulses;
+  std::optional<Mixing> mixing;
+  Eigen::VectorXd from, best;
+  double change = 0.0, before = HUGE_VAL, least = HUGE_VAL;
+  for (int sweep = 1; sweep <= sweeps; ++sweep) {
+    const bool mixes = sweep >= kUnmixed && sweep % kMixEvery == 0 && island.size() > 1;
+    if (mixes && !impulses) {
+      impulses.emplace(island);
+      mixing.emplace(impulses->weights());
+    }
+    if (mixes) from = impulses->now();
+    change = 0.0;
+    for (Row* row : island) change = std::max(change, row->sweep());
+    if (change <= square(tolerance)) return;
+    if (sweep % kPatience == 0) {
+      if (change > square(0.9) * before) break;
+      before = change;
+    }
+    if (!mixes || sweep == sweeps) continue;
+    const Eigen::VectorXd to = impulses->now();
+    if (change < least) {
+      least = change;
+      best = to;
+    }
+    impulses->become(mixing->next(from, to));
+  }
+  if (least < change) impulses->become(best);
+}
+
 /// Numbers the groups of contacts that share no moving body.
-void find_islands(std::vector<Row>& rows, std::size_t n_bodies, const BodyState* first) {
-  std::vector<int> parent(n_bodies);
-  for (std::size_t i = 0; i < n_bodies; ++i) parent[i] = static_cast<int>(i);
+void find_islands(std::vector<Row>& rows, const std::vector<Twist>& twists) {
+  std::vector<int> parent(twists.size());
+  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = static_cast<int>(i);
   const auto root = [&](int i) {
     while (parent[static_cast<std::size_t>(i)] != i) {
       int& up = parent[static_cast<std::size_t>(i)];
@@ -170,12 +252,12 @@ void find_islands(std::vector<Row>& rows, std::size_t n_bodies, const BodyState*
     }
     return i;
   };
-  const auto number = [&](const BodyState* body) { return static_cast<int>(body - first); };
+  const auto number = [&](const Twist* body) { return static_cast<int>(body - twists.data()); };
   for (const Row& row : rows)
     if (row.body[0] != nullptr && row.body[1] != nullptr)
       parent[static_cast<std::size_t>(root(number(row.body[0])))] = root(number(row.body[1]));
   for (Row& row : rows) {
-    const BodyState* moving = row.body[0] != nullptr ? row.body[0] : row.body[1];
+    const Twist* moving = row.body[0] != nullptr ? row.body[0] : row.body[1];
     row.island = moving == nullptr ? -1 : root(number(moving));
   }
 }
@@ -184,30 +266,41 @@ void find_islands(std::vector<Row>& rows, std::size_t n_bodies, const BodyState*
 
 double solve_contacts(std::span<Contact* const> contacts, Vector3d Contact::*impulse, int sweeps, double tolerance,
                       Bodies& bodies) {
+  std::vector<int> slot(bodies.all.size(), -1);
+  std::vector<std::size_t> touching;
+  for (const Contact* contact : contacts) {
+    for (const int body : {contact->a, contact->b}) {
+      if (body < 0 || slot[static_cast<std::size_t>(body)] >= 0) continue;
+      slot[static_cast<std::size_t>(body)] = static_cast<int>(touching.size());
+      touching.push_back(static_cast<std::size_t>(body));
+    }
+  }
+  std::vector<Twist> twists(touching.size());
+  for (std::size_t i = 0; i < twists.size(); ++i)
+    twists[i] << bodies.all[touching[i]].velocity, bodies.all[touching[i]].spin;
+  const auto twist_of = [&](int body) {
+    return body < 0 ? nullptr : &twists[static_cast<std::size_t>(slot[static_cast<std::size_t>(body)])];
+  };
   std::vector<Row> rows;
   rows.reserve(contacts.size());
-  for (Contact* contact : contacts) rows.push_back(row_of(*contact, impulse, bodies));
-  find_islands(rows, bodies.all.size(), bodies.all.data());
+  for (Contact* c : contacts) rows.push_back(row_of(*c, impulse, {twist_of(c->a), twist_of(c->b)}, bodies));
+  find_islands(rows, twists);
   std::vector<Row*> order;
   for (Row& row : rows) order.push_back(&row);
   std::stable_sort(order.begin(), order.end(), [](const Row* x, const Row* y) { return x->island < y->island; });
-  double worst = 0.0;
   for (std::size_t first = 0, last = 0; first < order.size(); first = last) {
     while (last < order.size() && order[last]->island == order[first]->island) ++last;
-    if (order[first]->island < 0) continue;  // nothing there moves
-    const std::span<Row* const> island(order.data() + first, last - first);
-    double change = 0.0, before = HUGE_VAL;
-    for (int sweep = 1; sweep <= sweeps; ++sweep) {
-      change = 0.0;
-      for (Row* row : island) change = std::max(change, row->sweep());
-      if (change <= square(tolerance)) break;
-      if (sweep % kPatience != 0) continue;
-      if (change > square(0.9) * before) break;
-      before = change;
-    }
-    for (const Row* row : island)
-      worst = std::max(worst, violation(*row->contact, *row->impulse, row->mobility, bodies));
+    if (order[first]->island >= 0)  // else nothing there moves
+      settle(std::span<Row* const>(order.data() + first, last - first), sweeps, tolerance);
   }
+  for (std::size_t i = 0; i < twists.size(); ++i) {
+    BodyState& body = bodies.all[touching[i]];
+    body.velocity = twists[i].head<3>();
+    body.spin = twists[i].tail<3>();
+  }
+  double worst = 0.0;
+  for (const Row& row : rows)
+    if (row.island >= 0) worst = std::max(worst, violation(*row.contact, *row.impulse, row.mobility, bodies));
   return worst;
 }
 

@@ -14,6 +14,7 @@
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/foundation/config/toml_table.hpp"
+#include "core/geometry/files/mesh_file.hpp"
 #include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modal_model.hpp"
@@ -37,6 +38,7 @@ std::string stem_of(const scene::Scene& scene, int number) {
 }
 
 std::string piece_file(int row) { return "pieces/" + std::to_string(row) + ".off"; }
+std::string piece_mesh_file(int row) { return "pieces/" + std::to_string(row) + ".vtu"; }
 
 std::array<double, 3> list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -86,6 +88,7 @@ void add_impulses(const events::EventLog& log, scene::SceneDocument& document) {
       ++sums.n_lasting;
       continue;
     }
+    if (impulse.kind != events::ImpulseKind::kImpact) continue;  // cracks strike nothing
     const double size = impulse.impulse_n_s.norm();
     ++sums.n_impacts;
     sums.total_impact_n_s += size;
@@ -202,15 +205,22 @@ ModelPointer keep_model(const SceneFolder* folder, const std::string& stem, scen
 
 std::string piece_stem(int row) { return "piece-" + std::to_string(row); }
 
+struct PieceShape {
+  std::string name;
+  mesh::SurfaceMesh surface;
+  std::optional<mesh::TetMesh> own;  ///< of what cracked off
+};
+
 /// A piece's proxy, where it has one.
 std::optional<scene::SoundModel> proxy_of_piece(const scene::SceneProxies& proxies, const scene::SceneBody& parent,
-                                                const std::string& name, const mesh::SurfaceMesh& surface,
-                                                const scene::SceneNotes& notes, Monitor& monitor) {
-  if (!proxies.may_stand_for(parent)) return {};
+                                                const PieceShape& piece, const scene::SceneNotes& notes,
+                                                Monitor& monitor) {
   try {
-    return proxies.stand_in({&parent, name, &surface, mesh::mesh_surface(surface, {}, name, monitor)}, notes, monitor);
+    const mesh::TetMesh mesh =
+        piece.own ? mesh::to_quadratic(*piece.own) : mesh::mesh_surface(piece.surface, {}, piece.name, monitor);
+    return proxies.stand_in({&parent, piece.name, &piece.surface, mesh}, notes, monitor);
   } catch (const InputError& error) {
-    notes.warning("piece " + name + " has no proxy: " + error.what());
+    notes.warning("piece " + piece.name + " has no proxy: " + error.what());
     return {};
   }
 }
@@ -272,6 +282,7 @@ void write_pieces(const SceneFolder& folder, const std::vector<scene::ScenePiece
       text += "3 " + std::to_string(surface.triangles(t, 0)) + " " + std::to_string(surface.triangles(t, 1)) + " " +
               std::to_string(surface.triangles(t, 2)) + "\n";
     write_file(folder.file(piece_file(piece.body)), text);
+    if (piece.mesh) mesh::write_tet_mesh(folder.file(piece_mesh_file(piece.body)), *piece.mesh);
   }
 }
 
@@ -291,8 +302,12 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
     if (folder.has(silent)) continue;
     const std::string& name = log.bodies[row].name;
     ModelPointer model;
-    const auto surface = [&] { return piece_surface(folder, number); };
-    if (auto proxy = proxies.may_stand_for(parent) ? proxy_of_piece(proxies, parent, name, surface(), notes, monitor)
+    const auto shape = [&]() -> PieceShape {
+      PieceShape piece{name, piece_surface(folder, number), {}};
+      if (folder.has(piece_mesh_file(number))) piece.own = mesh::read_tet_mesh(folder.file(piece_mesh_file(number)));
+      return piece;
+    };
+    if (auto proxy = proxies.may_stand_for(parent) ? proxy_of_piece(proxies, parent, shape(), notes, monitor)
                                                    : std::optional<scene::SoundModel>()) {
       if (proxy->modes.n_modes() == 0) {
         write_file(folder.file(silent), "");
@@ -302,7 +317,9 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
     }
     if (!model) model = kept_model(&folder, stem);
     if (!model) {
-      auto made = scene::sound_model_of(scene, parent, name, surface(), notes, monitor);
+      const PieceShape piece = shape();
+      auto made = piece.own ? scene::sound_model_of(scene, parent, name, *piece.own, notes, monitor)
+                            : scene::sound_model_of(scene, parent, name, piece.surface, notes, monitor);
       if (!made) {
         write_file(folder.file(silent), "");
         continue;

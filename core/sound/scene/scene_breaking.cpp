@@ -273,7 +273,7 @@ rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fra
     }
     breakage.pieces.push_back(world.add(spec));
     const double edge_m = 0.25 * std::cbrt(piece.volume_m3);
-    pieces.push_back({breakage.pieces.back(), body, fracture::fragment_surface(piece, edge_m)});
+    pieces.push_back({breakage.pieces.back(), body, fracture::fragment_surface(piece, edge_m), {}});
     // Two cells need more room than their least distance.
     if (generation < scene.fracture.generations && spec.size_m() > scene.fracture.smallest_piece_m)
       unmeshed[breakage.pieces.back()] = {pieces.size() - 1, piece.parts, spec.name, piece.mass_kg, root, generation};

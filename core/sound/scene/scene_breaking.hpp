@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,9 @@ struct BreakEvent {
 
 /// A piece, in the frame of the body that it comes from.
 struct ScenePiece {
-  int body = 0, parent = 0;   ///< in the world
-  mesh::SurfaceMesh surface;  ///< closed; what its modes are meshed from
+  int body = 0, parent = 0;           ///< in the world
+  mesh::SurfaceMesh surface;          ///< closed; what its modes are meshed from, unless there is a mesh
+  std::optional<mesh::TetMesh> mesh;  ///< of a cracking body's: its own tetrahedra, straight; slits are open
 };
 
 /// Breaks the breakable bodies of a scene while its world moves (SB sections 3.1 to 3.3, docs/fracture.md).

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/refinement.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/modal/polynomial_modes.hpp"
@@ -15,6 +16,8 @@ namespace klang::scene {
 namespace {
 
 constexpr int kMostModes = 1000;
+constexpr double kMeshError = 0.02;
+constexpr int kMostPieceElements = 20000;
 
 /// What makes two bodies sound alike, as text.
 std::string key_of(const SceneBody& body) {
@@ -41,15 +44,24 @@ std::vector<std::optional<int>> sound_model_numbers(const Scene& scene) {
 
 namespace {
 
-modal::EigenResult modes_in_band(const Scene& scene, const SceneBody& body, const modal::ModesBody& what,
-                                 const mesh::TetMesh& mesh, const SceneNotes& notes, Monitor& monitor) {
+struct Meshed {
+  const mesh::TetMesh& mesh;
+  std::optional<mesh::ShapeSpec> shape;
+  bool estimate_mesh_error = false;
+};
+
+modal::EigenResult modes_in_band(const Scene& scene, const SceneBody& body, const Meshed& meshed,
+                                 const SceneNotes& notes, Monitor& monitor) {
+  const modal::ModesBody what{meshed.shape, {}, 2};
   modal::ModesOptions options;
+  options.eigen.estimate_mesh_error = meshed.estimate_mesh_error;
   options.eigen.band = {scene.sound.low_hz, scene.sound.high_hz};
   if (body.modes_to_hz) options.eigen.band.high_hz = std::min(scene.sound.high_hz, *body.modes_to_hz);
   options.eigen.most = kMostModes;
   options.mesh_is_wanted = body.max_edge_m > 0.0 && what.shape;
-  modal::EigenResult modes = located(
-      body.place, [&] { return modal::modes_of(what, mesh, scene.material_of(body).elastic, options, monitor); });
+  modal::EigenResult modes = located(body.place, [&] {
+    return modal::modes_of(what, meshed.mesh, scene.material_of(body).elastic, options, monitor);
+  });
   if (!modes.usable()) throw NumericalError("modes of " + body.name + ": " + modes.message);
   if (modes.n_left_out > 0 && notes.warning)
     notes.warning("body " + body.name + ": " + std::to_string(modes.n_left_out) +
@@ -86,7 +98,7 @@ acoustics::TransferModel radiation_of(const Scene& scene, const SceneBody& body,
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes,
                                          Monitor& monitor) {
   const mesh::TetMesh mesh = mesh_of(body, notes, monitor);
-  const modal::EigenResult modes = modes_in_band(scene, body, {body.shape, {}, 2}, mesh, notes, monitor);
+  const modal::EigenResult modes = modes_in_band(scene, body, {mesh, body.shape}, notes, monitor);
   if (modes.model.n_modes() == 0) {
     const std::string band = to_text(scene.sound.low_hz) + " to " +
                              to_text(std::min(scene.sound.high_hz, body.modes_to_hz.value_or(HUGE_VAL))) + " Hz";
@@ -111,9 +123,35 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
   }
   SceneBody piece = parent;
   piece.modes_to_hz.reset();
-  const modal::EigenResult modes = modes_in_band(scene, piece, {{}, {}, 2}, mesh, notes, monitor);
+  const modal::EigenResult modes = modes_in_band(scene, piece, {mesh, {}}, notes, monitor);
   if (modes.model.n_modes() == 0) return {};
   return SoundModel{modes.model, radiation_of(scene, parent, modes.model, monitor), false};
+}
+
+std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& parent, const std::string& name,
+                                         mesh::TetMesh tetrahedra, const SceneNotes& notes, Monitor& monitor) {
+  SceneBody piece = parent;
+  piece.modes_to_hz.reset();
+  piece.name = name;
+  for (;;) {
+    const mesh::TetMesh mesh = mesh::to_quadratic(tetrahedra);
+    const modal::EigenResult modes = modes_in_band(scene, piece, {mesh, {}, true}, {}, monitor);
+    if (modes.model.n_modes() == 0) return {};  // a finer mesh has none lower than this one's error
+    const double error = modes.mesh_relative_error ? modes.mesh_relative_error->maxCoeff() : 0.0;
+    if (error > kMeshError && 8 * tetrahedra.n_elements() <= kMostPieceElements) {
+      tetrahedra = mesh::refined(tetrahedra);
+      continue;
+    }
+    if (error > 2.0 * kMeshError && notes.warning)
+      notes.warning("piece " + name + ": its highest modes may be " + to_text(std::round(100.0 * error)) +
+                    " % too high, by the estimate for its mesh");
+    try {
+      return SoundModel{modes.model, radiation_of(scene, parent, modes.model, monitor), false};
+    } catch (const InputError& why) {
+      if (notes.warning) notes.warning("piece " + name + " is silent, its surface does not radiate: " + why.what());
+      return {};
+    }
+  }
 }
 
 Eigen::VectorXd decay_per_s(const HeardBody& body, bool radiation_damping) {

@@ -1,7 +1,10 @@
 #include "core/sound/stage/modal_voice.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "core/foundation/base/conventions.hpp"
@@ -14,19 +17,39 @@
 namespace klang::stage {
 namespace {
 
-// The nodes of a body's surface, so that the nearest one is found without making the surface for each place.
+// The nodes of a body's surface, so that the nearest one is found without making the surface for each place. Nodes at one place, on both
+// lips of a slit, are looked for a little inside their own lip: so is what is pushed there.
 class SurfaceNodes {
  public:
   explicit SurfaceNodes(const mesh::TetMesh& mesh) {
     const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
-    std::vector<char> on_surface(static_cast<std::size_t>(mesh.n_nodes()), 0);
-    for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
-      for (Eigen::Index c = 0; c < surface.triangles.cols(); ++c)
-        on_surface[static_cast<std::size_t>(surface.triangles(t, c))] = 1;
+    std::vector<Eigen::Vector3d> outward(static_cast<std::size_t>(mesh.n_nodes()), Eigen::Vector3d::Zero());
+    std::vector<char> on_surface(outward.size(), 0);
+    for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
+      const auto corner = [&](int c) -> Eigen::Vector3d {
+        return surface.vertices_m.row(surface.triangles(t, c)).transpose();
+      };
+      const Eigen::Vector3d area = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      for (Eigen::Index c = 0; c < surface.triangles.cols(); ++c) {
+        const auto node = static_cast<std::size_t>(surface.triangles(t, c));
+        on_surface[node] = 1;
+        outward[node] += area;
+      }
+    }
+    std::map<std::array<double, 3>, int> at_place;
     for (int i = 0; i < mesh.n_nodes(); ++i) {
-      if (on_surface[static_cast<std::size_t>(i)] != 0) nodes_.push_back(i);
+      if (on_surface[static_cast<std::size_t>(i)] == 0) continue;
+      nodes_.push_back(i);
+      ++at_place[{mesh.nodes_m(i, 0), mesh.nodes_m(i, 1), mesh.nodes_m(i, 2)}];
     }
     places_.nodes_m = mesh.nodes_m(nodes_, Eigen::all);
+    constexpr double kInside = 1e-3;  // of the root of the faces' area
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      auto place = places_.nodes_m.row(static_cast<Eigen::Index>(i));
+      const Eigen::Vector3d& area = outward[static_cast<std::size_t>(nodes_[i])];
+      if (at_place[{place[0], place[1], place[2]}] > 1 && area.norm() > 0.0)
+        place -= kInside / std::sqrt(area.norm()) * area.transpose();
+    }
   }
   int nearest(const Eigen::Vector3d& point_m) const {
     return nodes_[static_cast<std::size_t>(mesh::nearest_node(places_, point_m))];

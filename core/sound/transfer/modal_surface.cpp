@@ -10,6 +10,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/math/triangle_rules.hpp"
+#include "core/geometry/mesh/slits.hpp"
 #include "core/geometry/mesh/triangle_distance.hpp"
 
 namespace klang::acoustics {
@@ -77,22 +78,26 @@ class CellGrid {
   std::unordered_map<Cell, std::vector<int>, Hash> lists_;
 };
 
-mesh::SurfaceMesh outer_boundary(const mesh::TetMesh& body) {
-  mesh::SurfaceMesh boundary = mesh::boundary_surface(body);
-  const std::vector<bool> outer = faces_outer_fluid({boundary.vertices_m, boundary.triangles.leftCols(3)});
-  mesh::IndexRows kept(std::count(outer.begin(), outer.end(), true), boundary.triangles.cols());
+/// What faces the fluid outside: without slits, whose lips touch.
+mesh::SurfaceMesh outer_boundary(const mesh::SurfaceMesh& boundary, const mesh::ShutSlits& slits) {
+  mesh::SurfaceMesh shut{boundary.vertices_m, mesh::IndexRows(static_cast<Eigen::Index>(slits.kept.size()), 3)};
+  for (Eigen::Index row = 0; row < shut.triangles.rows(); ++row)
+    for (int c = 0; c < 3; ++c) shut.triangles(row, c) = slits.vertex_of[boundary.triangles(slits.kept[row], c)];
+  const std::vector<bool> outer = faces_outer_fluid(shut);
+  mesh::SurfaceMesh kept{boundary.vertices_m,
+                         mesh::IndexRows(std::count(outer.begin(), outer.end(), true), boundary.triangles.cols())};
   Eigen::Index row = 0;
   for (std::size_t t = 0; t < outer.size(); ++t)
-    if (outer[t]) kept.row(row++) = boundary.triangles.row(static_cast<Eigen::Index>(t));
-  boundary.triangles = kept;
-  return boundary;
+    if (outer[t]) kept.triangles.row(row++) = boundary.triangles.row(slits.kept[t]);
+  return kept;
 }
 
 }  // namespace
 
 ModalSurface::ModalSurface(const modal::ModalModel& model, double element_m, int max_triangles) : model_(model) {
-  const mesh::SurfaceMesh boundary = outer_boundary(model.mesh);
-  faces_ = boundary.triangles;
+  const mesh::SurfaceMesh boundary = mesh::boundary_surface(model.mesh);
+  const mesh::ShutSlits slits = mesh::shut_slits(boundary);
+  faces_ = outer_boundary(boundary, slits).triangles;
   const bool quadratic = faces_.cols() == 6;
   const auto n_faces = static_cast<int>(faces_.rows());
   double longest = 0.0;
@@ -119,7 +124,7 @@ ModalSurface::ModalSurface(const modal::ModalModel& model, double element_m, int
     const auto vertex = [&](int i, int j) {
       const std::array<int, 3> weights{cuts - i - j, i, j};
       std::array<std::array<int, 2>, 3> terms;
-      for (int c = 0; c < 3; ++c) terms[c] = {weights[c] > 0 ? faces_(f, c) : -1, weights[c]};
+      for (int c = 0; c < 3; ++c) terms[c] = {weights[c] > 0 ? slits.vertex_of[faces_(f, c)] : -1, weights[c]};
       std::sort(terms.begin(), terms.end());
       const std::array<int, 6> key{terms[0][0], terms[0][1], terms[1][0], terms[1][1], terms[2][0], terms[2][1]};
       const auto [found, fresh] = numbers.try_emplace(key, static_cast<int>(points.size()));

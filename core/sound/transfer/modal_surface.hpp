@@ -8,7 +8,8 @@
 namespace klang::acoustics {
 
 /// The surface of a modal model that faces the fluid outside, cut finely enough to be measured by boundary elements of a
-/// given size, with the normal velocity of its modes.
+/// given size, with the normal velocity of its modes. Slits are shut (mesh/slits.hpp): their lips touch, and the air that a slit takes in
+/// where it gapes is left out.
 class ModalSurface {
  public:
   /// @param element_m  size of the smallest boundary elements: the curved faces of the mesh are cut until their pieces (of 7

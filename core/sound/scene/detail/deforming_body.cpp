@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
+#include "core/physics/fracture/dynamic/part_meshes.hpp"
 #include "core/physics/solid/support.hpp"
 
 namespace klang::scene::detail {
@@ -17,8 +18,16 @@ using Eigen::Vector3d;
 constexpr int kMostElements = 2'000'000;
 constexpr double kSmallestStepS = 1e-10;
 constexpr std::size_t kPullSteps = 25;  ///< over which a pull is taken to have risen
+constexpr double kIntoLip =
+    1e-3;  ///< of the way to the middle of its element: pulls at both lips of a slit have one place
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+Vector3d centre_of(const fracture::CrackMesh& mesh, int element) {
+  Vector3d sum = Vector3d::Zero();
+  for (const int node : mesh.nodes_of(element)) sum += mesh.rest_m[at(node)];
+  return 0.25 * sum;
+}
 
 std::vector<int> all_nodes(const fracture::CrackMesh& mesh) {
   std::vector<int> nodes(at(mesh.n_nodes()));
@@ -346,25 +355,14 @@ void DeformingBody::add_to(const Scene& scene, SceneMotion& motion) const {
     for (int i = 0; i < mesh.n_nodes(); ++i) nodes[at(piece_of[at(i)])].push_back(i);
     int n_pieces = 0;
     const std::vector<int> piece_of_element = mesh.fragments(n_pieces);
+    std::vector<mesh::TetMesh> parts = fracture::part_meshes(mesh, scene.bodies[at(row_)].sounds());
     for (int p = 0; p < n_pieces_; ++p) {
       const FittedFrame frame = fitted_frame(mesh, nodes[at(p)]);
       rows.push_back(static_cast<int>(motion.log.bodies.size()));
       motion.log.bodies.push_back({scene.bodies[at(row_)].name + "/" + std::to_string(p + 1), row_});
       motion.mass_kg.push_back(frame.mass_kg);
       motion.final.push_back(frame.state);
-      mesh::TetMesh part;
-      std::map<int, int> number;
-      std::vector<std::array<int, 4>> elements;
-      for (int e = 0; e < mesh.n_elements(); ++e)
-        if (piece_of_element[at(e)] == p) elements.push_back(mesh.nodes_of(e));
-      for (const auto& element : elements)
-        for (const int node : element) number.try_emplace(node, static_cast<int>(number.size()));
-      part.nodes_m.resize(static_cast<Eigen::Index>(number.size()), 3);
-      for (const auto& [node, k] : number) part.nodes_m.row(k) = mesh.rest_m[at(node)].transpose();
-      part.elements.resize(static_cast<Eigen::Index>(elements.size()), 4);
-      for (std::size_t e = 0; e < elements.size(); ++e)
-        for (int c = 0; c < 4; ++c) part.elements(static_cast<int>(e), c) = number.at(elements[e][at(c)]);
-      motion.pieces.push_back({rows.back(), row_, mesh::boundary_surface(part)});
+      motion.pieces.push_back({rows.back(), row_, mesh::boundary_surface(parts[at(p)]), std::move(parts[at(p)])});
     }
     motion.log.fractures.push_back({*broken_s_, row_});
     if (scene.bodies[at(row_)].sounds() && scene.fracture.impulses) add_pulls(rows, piece_of_element, motion);
@@ -439,7 +437,7 @@ void DeformingBody::add_pulls(const std::vector<int>& row_of_piece, const std::v
   const fracture::CrackMesh& mesh = solid_->mesh();
   for (const fracture::PartedFace& face : cracker_->faces()) {
     const std::array<int, 2> pieces = {piece_of_element[at(face.elements[0])], piece_of_element[at(face.elements[1])]};
-    if (pieces[0] == pieces[1] || face.pull_n.isZero(0.0)) continue;
+    if (face.pull_n.isZero(0.0)) continue;
     const auto last = std::lower_bound(steps_s_.begin(), steps_s_.end(), face.time_s,
                                        [](const auto& step, double time_s) { return step[1] < time_s; });
     if (last == steps_s_.end()) continue;
@@ -450,12 +448,12 @@ void DeformingBody::add_pulls(const std::vector<int>& row_of_piece, const std::v
       impulse.duration_s = steps_s_[k][1] - steps_s_[k][0];
       impulse.shape = events::PulseShape::kHeld;
       impulse.kind = events::ImpulseKind::kFracture;
-      impulse.point_m = face.centre_m;
       const double share = static_cast<double>(k + 1 - first) / static_cast<double>(n - first);
       for (std::size_t side = 0; side < 2; ++side) {
         impulse.body = row_of_piece[at(pieces[side])];
         impulse.other = row_of_piece[at(pieces[1 - side])];
         const Eigen::Vector3d pull = side == 0 ? face.pull_n : Eigen::Vector3d(-face.pull_n);
+        impulse.point_m = face.centre_m + kIntoLip * (centre_of(mesh, face.elements[side]) - face.centre_m);
         const Kept* frame = frame_at(steps_s_[k][1], mesh.nodes_of(face.elements[side])[0]);
         if (frame == nullptr) continue;
         impulse.impulse_n_s = share * impulse.duration_s * (frame->pose.orientation().conjugate() * pull);

@@ -11,10 +11,13 @@
 #include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/detail/narrow_facets.hpp"
 #include "core/geometry/mesh/quality.hpp"
+#include "core/geometry/mesh/refinement.hpp"
+#include "core/geometry/mesh/slits.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/geometry/shapes/shape.hpp"
 #include "tests/core/geometry/mesh/mesh_checks.hpp"
+#include "tests/core/physics/fracture/dynamic/lattice.hpp"
 
 using namespace klang;
 using namespace klang::mesh;
@@ -342,6 +345,44 @@ TEST(Tetgen, TooFineAnEdgeIsRefusedBeforeMeshing) {
   expect_input_error([&] { mesh_surface(kBox, options, "box.stl"); }, {"box.stl", "too many elements", "max_edge_m"});
   options.max_edge_m = std::nan("");
   expect_input_error([&] { mesh_surface(kBox, options, "box.stl"); }, {"max_edge_m"});
+}
+
+TEST(Refined, EightOfEachKeepTheVolumeAndMatch) {
+  const TetMesh mesh = klang::test::lattice({3, 2, 2}, {0.3, 0.1, 0.2}, 0.2);
+  const TetMesh fine = refined(mesh);
+  EXPECT_EQ(fine.n_elements(), 8 * mesh.n_elements());
+  expect_conforming(fine);
+  double volume = 0.0, least = HUGE_VAL;
+  for (int e = 0; e < fine.n_elements(); ++e) {
+    const auto corner = [&](int c) -> Eigen::Vector3d { return fine.nodes_m.row(fine.elements(e, c)).transpose(); };
+    const double own = (corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(corner(3) - corner(0)) / 6.0;
+    volume += own;
+    least = std::min(least, own);
+  }
+  EXPECT_NEAR(volume, 0.006, 1e-15);
+  EXPECT_GT(least, 0.0);
+}
+
+// A slit that comes in from one face and ends inside: shut, the outside of the box is left, and it closes.
+TEST(ShutSlits, LeaveTheOutsideOfABoxWithASlit) {
+  const TetMesh whole = klang::test::lattice({4, 2, 2}, {0.4, 0.1, 0.1});
+  for (const TetMesh& mesh :
+       {to_quadratic(klang::test::slit_at(whole, 0.05, 0.2)), klang::test::slit_at(whole, 0.05, 0.2)}) {
+    const SurfaceMesh surface = boundary_surface(mesh);
+    ASSERT_EQ(surface.triangles.rows(), boundary_surface(whole).triangles.rows() + 2 * 2 * 4);
+    const ShutSlits slits = shut_slits(surface);
+    EXPECT_TRUE(slits.any);
+    SurfaceMesh shut{surface.vertices_m, IndexRows(static_cast<Eigen::Index>(slits.kept.size()), 3)};
+    for (Eigen::Index t = 0; t < shut.triangles.rows(); ++t)
+      for (int c = 0; c < 3; ++c)
+        shut.triangles(t, c) =
+            slits.vertex_of[static_cast<std::size_t>(surface.triangles(slits.kept[static_cast<std::size_t>(t)], c))];
+    const SurfaceParts parts = check_closed_surface(shut, "shut");
+    EXPECT_EQ(parts.n_parts, 1);
+    EXPECT_NEAR(parts.volume_m3, 0.004, 1e-15);
+    EXPECT_THROW(check_closed_surface({surface.vertices_m, surface.triangles.leftCols(3)}, "open"), InputError);
+  }
+  EXPECT_FALSE(shut_slits(boundary_surface(whole)).any);
 }
 
 TEST(LoadBody, AnStlInMillimetresBecomesABodyInMetres) {

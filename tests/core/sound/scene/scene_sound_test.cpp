@@ -7,6 +7,8 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/sound/scene/scene_motion.hpp"
+#include "core/sound/stage/modal_voice.hpp"
+#include "tests/core/physics/fracture/dynamic/lattice.hpp"
 
 namespace klang::scene {
 namespace {
@@ -146,6 +148,51 @@ TEST(SceneSound, ABodyWithoutAModeInTheBandIsSilentAndSaidUnlessItsModesWereAske
   EXPECT_EQ(said[0], "body ball is silent: it has no mode in the band, 20 to 1000 Hz");
   const Scene asked = scene_with("modes");
   EXPECT_THROW(sound_model_of(asked, asked.bodies[0]), InputError);
+}
+
+// A bar that is slit along half its length is a fork: its prongs swing against each other at some less than a clamped bar of their size
+// does (the root gives), which the whole bar does not. What is pushed apart at the slit's lips rings so, what is pushed along does not.
+TEST(SceneSound, APieceWithASlitRingsAsAFork) {
+  const Scene scene = parse_scene(
+      kMaterials +
+          "[[body]]\nname = \"bar\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.2, width_m = 0.01, "
+          "height_m = 0.01 }\nposition_m = [0, 0, 0.1]\n",
+      "fork.toml");
+  SceneBody body = scene.bodies[0];
+  Scene wide = scene;
+  wide.sound.high_hz = 3000.0;
+  const mesh::TetMesh whole = test::lattice({40, 2, 2}, {0.2, 0.01, 0.01});
+  const mesh::TetMesh slit = test::slit_at(whole, 0.005, 0.1);
+  const solid::Material& chime = scene.material_of(body).elastic;
+  const double thick_m = 0.005, long_m = 0.1;
+  const double clamped_hz = 1.8751 * 1.8751 / (2.0 * kPi) * thick_m / (std::sqrt(12.0) * long_m * long_m) *
+                            std::sqrt(chime.youngs_modulus_pa() / chime.density_kg_m3);
+  const auto near_clamped = [&](const SoundModel& model) {
+    std::vector<Eigen::Index> found;
+    for (Eigen::Index m = 0; m < model.modes.n_modes(); ++m)
+      if (const double f = model.modes.frequency_hz()[m]; f > 0.85 * clamped_hz && f < clamped_hz) found.push_back(m);
+    return found;
+  };
+  std::string warned;
+  SceneNotes notes;
+  notes.warning = [&](const std::string& text) { warned += text; };
+  const auto fork = sound_model_of(wide, body, "fork", slit, notes),
+             bar = sound_model_of(wide, body, "bar", whole, notes);
+  ASSERT_TRUE(fork && bar);
+  EXPECT_EQ(warned, "");
+  EXPECT_TRUE(near_clamped(*bar).empty());
+  const std::vector<Eigen::Index> prongs = near_clamped(*fork);
+  ASSERT_FALSE(prongs.empty());
+  ASSERT_EQ(static_cast<Eigen::Index>(fork->transfer.modes.size()), fork->modes.n_modes());
+  for (const acoustics::ModeTransfer& mode : fork->transfer.modes) EXPECT_GT(mode.radiated_power_w, 0.0);
+  const stage::ModalPush push = stage::push_at_nearest_node(fork->modes);
+  const Eigen::Vector3d above(0.2, 0.005, 0.0050001), below(0.2, 0.005, 0.0049999), up(0.0, 0.0, 1.0);
+  double apart = 0.0, along = 0.0;
+  for (const Eigen::Index m : prongs) {
+    apart = std::max(apart, std::abs((push(above, up) - push(below, up))[m]));
+    along = std::max(along, std::abs((push(above, up) + push(below, up))[m]));
+  }
+  EXPECT_GT(apart, 20.0 * along);
 }
 
 TEST(SceneSound, SoundOfTwoBodiesIsTheSumOfEach) {

@@ -9,6 +9,8 @@
 #include <map>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/slits.hpp"
+#include "core/physics/fracture/dynamic/part_meshes.hpp"
 #include "tests/core/physics/fracture/dynamic/lattice.hpp"
 
 namespace klang::fracture {
@@ -153,6 +155,44 @@ TEST(Cracker, CrackFromANotchStaysOnTheMidline) {
     }
     const double slope = (moments.inverse() * sums)[1];
     EXPECT_LE(std::abs(std::atan(slope)) * 180.0 / M_PI, 3.0) << seed;
+  }
+}
+
+// A slit of two faces; one lip's edge is cut later, and a node of it parted from another's.
+TEST(PartMeshes, LipsOfASlitHaveTheSameTrianglesWhereOneOfThemWasCut) {
+  for (const bool match : {true, false}) {
+    CrackMesh mesh(test::slit_at(test::lattice({4, 2, 2}, {0.4, 0.1, 0.1}), 0.05, 0.2), 1000.0);
+    const auto find = [&](const Vector3d& x, bool above) {
+      for (int i = 0; i < mesh.n_nodes(); ++i) {
+        if ((mesh.rest_m[static_cast<std::size_t>(i)] - x).norm() > 1e-9) continue;
+        double z = 0.0;
+        for (const int element : mesh.star(i))
+          for (const int node : mesh.nodes_of(element)) z += mesh.rest_m[static_cast<std::size_t>(node)].z() - x.z();
+        if ((z > 0.0) == above) return i;
+      }
+      return -1;
+    };
+    mesh.bisect_edge(find({0.3, 0.05, 0.05}, true), find({0.4, 0.05, 0.05}, true), 0.4);
+    mesh.bisect_edge(find({0.3, 0.05, 0.05}, false), find({0.3, 0.1, 0.05}, false), 0.7);
+    const std::vector<mesh::TetMesh> parts = part_meshes(mesh, match);
+    ASSERT_EQ(parts.size(), 1u);
+    const mesh::SurfaceMesh surface = mesh::boundary_surface(parts[0]);
+    const mesh::ShutSlits slits = mesh::shut_slits(surface);
+    double outside_m2 = 0.0, volume_m3 = 0.0;
+    for (const Eigen::Index t : slits.kept) {
+      const auto corner = [&](int c) -> Vector3d {
+        return surface.vertices_m.row(surface.triangles(t, c)).transpose();
+      };
+      const Vector3d area = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      outside_m2 += area.norm();
+      volume_m3 += area.dot(corner(0)) / 3.0;
+    }
+    EXPECT_NEAR(volume_m3, 0.004, 1e-12);
+    if (match) {
+      EXPECT_NEAR(outside_m2, 0.18, 1e-12);
+    } else {
+      EXPECT_GT(outside_m2, 0.181);
+    }
   }
 }
 

@@ -53,4 +53,26 @@ inline mesh::TetMesh lattice(std::array<int, 3> cells, const Eigen::Vector3d& si
   return mesh;
 }
 
+/// A mesh with a slit in the plane z = height_m for x above from_m: what lies above it gets nodes of its own.
+inline mesh::TetMesh slit_at(const mesh::TetMesh& whole, double height_m, double from_m) {
+  mesh::TetMesh mesh = whole;
+  std::vector<int> copy(static_cast<std::size_t>(whole.n_nodes()), -1);
+  int n = whole.n_nodes();
+  for (int i = 0; i < whole.n_nodes(); ++i)
+    if (std::abs(whole.nodes_m(i, 2) - height_m) < 1e-9 && whole.nodes_m(i, 0) > from_m + 1e-9)
+      copy[static_cast<std::size_t>(i)] = n++;
+  mesh.nodes_m.conservativeResize(n, 3);
+  for (int i = 0; i < whole.n_nodes(); ++i)
+    if (copy[static_cast<std::size_t>(i)] >= 0)
+      mesh.nodes_m.row(copy[static_cast<std::size_t>(i)]) = whole.nodes_m.row(i);
+  for (int e = 0; e < mesh.n_elements(); ++e) {
+    double z = 0.0;
+    for (int c = 0; c < 4; ++c) z += 0.25 * whole.nodes_m(whole.elements(e, c), 2);
+    for (int c = 0; c < 4; ++c)
+      if (const int own = copy[static_cast<std::size_t>(whole.elements(e, c))]; own >= 0 && z > height_m)
+        mesh.elements(e, c) = own;
+  }
+  return mesh;
+}
+
 }  // namespace klang::test

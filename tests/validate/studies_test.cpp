@@ -101,7 +101,7 @@ TEST(SceneStudy, StepsMeshAndSweepsReachTheirOrdersAndBreakageDoesNotDependOnThe
   expect_passed(study);
   ASSERT_EQ(study.series.size(), 7U);
   EXPECT_EQ(study.series[0].id, "mesh-bar");
-  EXPECT_EQ(study.claims.size(), 3U) << "time of the first break, twice, and pieces";
+  EXPECT_EQ(study.claims.size(), 4U) << "time of the first break, twice, pieces, and the column after mixing";
 }
 
 TEST(BemStudy, OrderTwoAlsoAtTheInteriorResonances) {

@@ -8,6 +8,7 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/physics/modal/damping/assumed_damping.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "fit/instrument/chime.hpp"
 #include "reports/report/report.hpp"
@@ -55,7 +56,7 @@ int run_chime(const ChimeCommand& command, const CommonOptions& common) {
   document.notes = set.notes;
   document.sound = "set.wav";
   std::vector<std::string>& warnings = document.header.warnings;
-  if (set.damping_is_assumed) warnings.push_back(fit::assumed_damping_words(command.fit));
+  if (set.damping_is_assumed) warnings.push_back(damping::assumed_damping_words(command.fit));
   if (std::any_of(set.notes.begin(), set.notes.end(), [](const fit::ChimeNote& n) { return !n.length_std_m; }))
     warnings.emplace_back("the fit does not say how well E is known: lengths have no uncertainty");
   const nlohmann::json json = json_of(document);

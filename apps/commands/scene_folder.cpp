@@ -237,6 +237,7 @@ std::array<std::string, 2> model_files(const scene::Scene& scene, const scene::H
 std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const scene::SceneProxies& proxies,
                                            const SceneFolder* folder, const scene::SceneNotes& notes,
                                            Monitor& monitor) {
+  scene::warn_of_assumed_damping(scene, notes);
   std::map<int, ModelPointer> models;
   std::set<int> silent;
   std::vector<scene::HeardBody> heard;
@@ -261,7 +262,7 @@ std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const scen
         model = keep_model(folder, stem, std::move(*made));
       }
     }
-    heard.push_back({static_cast<int>(i), model, *scene.material_of(body).damping});
+    heard.push_back({static_cast<int>(i), model, scene.material_of(body).damping_heard()});
   }
   return heard;
 }
@@ -326,7 +327,7 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
       }
       model = keep_model(&folder, stem, std::move(*made));
     }
-    heard.push_back({number, model, *scene.material_of(parent).damping});
+    heard.push_back({number, model, scene.material_of(parent).damping_heard()});
     ++n_heard[ancestor];
   }
   for (const auto& [body, n] : n_pieces)

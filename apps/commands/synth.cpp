@@ -12,6 +12,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/physics/modal/damping/assumed_damping.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/instrument/modal_bank.hpp"
 #include "core/sound/stage/listener_file.hpp"
@@ -81,7 +82,8 @@ Struck struck_body(const SynthOptions& options, const std::string& kind, Monitor
     struck.decays = *fitted;
   } else {
     struck.decays = fit::assumed_decay_per_s(struck.model);
-    struck.warnings.push_back(fit::assumed_damping_words(options.model) + "; " + damping_option_names() + " say it");
+    struck.warnings.push_back(damping::assumed_damping_words(options.model) + "; " + damping_option_names() +
+                              " say it");
   }
   return struck;
 }

@@ -9,6 +9,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/physics/modal/damping/assumed_damping.hpp"
 #include "core/sound/instrument/modal_bank.hpp"
 #include "fit/instrument/banks.hpp"
 #include "fit/instrument/fitted_body.hpp"
@@ -69,7 +70,7 @@ py::array_t<double> synth(const std::string& path, const std::string& specimen,
     instrument::normalise(bank, instrument::kPeak, rate_hz, std::min(duration_s, instrument::kPeakWithinS));
     sound = instrument::bank_sound(bank, rate_hz, static_cast<Eigen::Index>(std::llround(duration_s * rate_hz)));
   }
-  if (!is_damped && PyErr_WarnEx(PyExc_UserWarning, fit::assumed_damping_words(path).c_str(), 2) != 0)
+  if (!is_damped && PyErr_WarnEx(PyExc_UserWarning, damping::assumed_damping_words(path).c_str(), 2) != 0)
     throw py::error_already_set();
   return py::array_t<double>(sound.size(), sound.data());
 }

@@ -7,6 +7,7 @@
 #include "core/foundation/base/parse_json.hpp"
 #include "core/foundation/config/fields.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/physics/modal/damping/assumed_damping.hpp"
 #include "fit/instrument/fitted_body.hpp"
 
 namespace klang::fit {
@@ -25,12 +26,13 @@ ReadBanks bank_of(const AnalysisDocument& analysis) {
   for (const Partial& partial : analysis.partials) {
     if (!partial.is_ring() || !partial.amplitude || !(*partial.amplitude > 0.0)) continue;
     if (!partial.decay_per_s) ++n_undamped;
-    const double assumed_per_s = instrument::kAssumedLossFactor * kPi * partial.frequency_hz;
+    const double assumed_per_s = damping::kAssumedLossFactor * kPi * partial.frequency_hz;
     bank.partials.push_back({partial.frequency_hz, partial.decay_per_s.value_or(assumed_per_s), *partial.amplitude,
                              partial.phase_rad.value_or(0.0), partial.kind == PartialKind::kWeak});
   }
   ReadBanks result{{std::move(bank)}};
-  if (n_undamped > 0) result.warnings.push_back(assumed_damping_words(std::to_string(n_undamped) + " partial(s)"));
+  if (n_undamped > 0)
+    result.warnings.push_back(damping::assumed_damping_words(std::to_string(n_undamped) + " partial(s)"));
   return result;
 }
 
@@ -68,7 +70,7 @@ ReadBanks read_banks(const std::filesystem::path& path, const std::string& speci
                                   default_strike(body.model)));
       result.banks.back().name = record.name;
     }
-    if (!undamped.empty()) result.warnings.push_back(assumed_damping_words(undamped));
+    if (!undamped.empty()) result.warnings.push_back(damping::assumed_damping_words(undamped));
     if (result.banks.empty()) specimen_of(fit, specimen, path);  // says which there are
   } else {
     throw InputError(path.string(), "holds nothing to play", kind, "an analysis.json or a fit.json");

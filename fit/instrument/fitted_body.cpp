@@ -11,6 +11,7 @@
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "core/physics/modal/damping/assumed_damping.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/solid/fitted_material.hpp"
 #include "core/sound/instrument/modal_bank.hpp"
@@ -161,12 +162,7 @@ FittedBody fitted_body(const FitDocument& fit, const std::filesystem::path& path
 }
 
 Eigen::VectorXd assumed_decay_per_s(const modal::ModalModel& model) {
-  return 0.5 * instrument::kAssumedLossFactor * model.angular_frequency_rad_s;
-}
-
-std::string assumed_damping_words(const std::string& whose) {
-  return "no damping was measured (" + whose + "): a loss factor of 1/" +
-         to_text(std::round(1.0 / instrument::kAssumedLossFactor)) + " is assumed";
+  return 0.5 * damping::kAssumedLossFactor * model.angular_frequency_rad_s;
 }
 
 std::optional<FitBeside> fit_beside(const std::filesystem::path& modes_file) {

@@ -42,11 +42,8 @@ struct FittedBody {
   std::optional<Eigen::VectorXd> decay_per_s;  ///< one per mode; empty: the fit has no damping
 };
 
-/// Of every mode of a thing whose damping nobody measured, by instrument::kAssumedLossFactor.
+/// Of every mode of a thing whose damping nobody measured, by damping::kAssumedLossFactor.
 Eigen::VectorXd assumed_decay_per_s(const modal::ModalModel& model);
-
-/// "no damping was measured (WHOSE): a loss factor of 1/1000 is assumed": said wherever it is.
-std::string assumed_damping_words(const std::string& whose);
 
 /// The specimen's modes as modes-NAME.vtu beside the fit has them, each with the decay that the fit predicts for it (mounts and
 /// radiation included); of a changed body modes solved anew up to the same frequency, damped by the material's law alone.

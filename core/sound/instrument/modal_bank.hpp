@@ -39,9 +39,6 @@ double pitch_hz(const ModalBank& bank);
 /// Where the sum of the envelopes of the partials that are rendered at that rate has fallen to an amplitude [s]; infinite where it never does.
 double time_to_amplitude_s(const ModalBank& bank, double amplitude, double sample_rate_hz);
 
-/// What is assumed of things whose damping nobody measured: each mode loses this share of its energy per radian.
-inline constexpr double kAssumedLossFactor = 1e-3;
-
 inline constexpr double kSilent = 1e-9, kWeak = 1e-3;
 
 /// The bank of a model after a Gaussian strike, what stage::synthesise() sounds like once the pulse is over:

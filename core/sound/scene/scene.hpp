@@ -9,7 +9,7 @@
 #include "core/geometry/shapes/shape.hpp"
 #include "core/physics/fracture/dynamic/cracker.hpp"
 #include "core/physics/fracture/event/fracture_body.hpp"
-#include "core/physics/modal/damping/damping_reader.hpp"
+#include "core/physics/modal/damping/assumed_damping.hpp"
 #include "core/physics/rigid/rigid_world.hpp"
 #include "core/physics/solid/material.hpp"
 
@@ -26,14 +26,16 @@ struct FitSpread {
 struct SceneMaterial {
   std::string name;
   solid::Material elastic;
-  double restitution = 0.5;  ///< 0 to 1
-  double friction = 0.4;     ///< Coulomb's
-  std::optional<damping::LawValue> damping;
+  double restitution = 0.5;                  ///< 0 to 1
+  double friction = 0.4;                     ///< Coulomb's
+  std::optional<damping::LawValue> damping;  ///< none: what sounds of it rings by damping_heard()
   std::optional<double> tensile_strength_pa, fracture_energy_j_m2;
   std::vector<std::filesystem::path> inputs;  ///< files that it was read from
   std::optional<FitSpread> spread;            ///< of a fit that says how sure it is
   double roughness = 0.0;                     ///< rough_contacts.hpp; 0: smooth
   double roughness_length_m = 5e-4;
+
+  damping::LawValue damping_heard() const { return damping ? *damping : damping::assumed_damping(); }
 };
 
 /// How a body is heard.

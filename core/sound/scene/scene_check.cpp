@@ -5,12 +5,14 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/sound/scene/scene_proxies.hpp"
+#include "core/sound/scene/scene_sound.hpp"
 
 namespace klang::scene {
 
 SceneCheckDocument check_scene(const Scene& scene, const SceneNotes& notes, Monitor& monitor) {
   const SceneProxies proxies(scene);
   const rigid::RigidWorld world = world_of(scene, notes, monitor);
+  warn_of_assumed_damping(scene, notes);
   SceneCheckDocument document;
   document.name = scene.name;
   const double step_s = 1.0 / scene.solver.rate_hz;

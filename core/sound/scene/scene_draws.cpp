@@ -53,7 +53,7 @@ MaterialDraw draw_material(const SceneMaterial& material, std::uint64_t seed, st
       drawn[spread.names[i]] = estimate_of(spread.names[i], material.elastic) + offset[static_cast<Eigen::Index>(i)];
     MaterialDraw draw;
     bool good = true;
-    if (material.damping) draw.damping_parameters = material.damping->parameters;
+    draw.damping_parameters = material.damping_heard().parameters;
     for (std::size_t i = 0; i < spread.damping_std.size(); ++i) {
       draw.damping_parameters[i] += spread.damping_std[i] * random.normal();
       good = good && draw.damping_parameters[i] >= 0.0;

@@ -148,8 +148,8 @@ FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, doubl
     slab.angular_frequency_rad_s[k] = mode.angular_frequency_rad_s;
     at_blow[k] = sine_at(mode, kStruckX, kStruckY);
   }
-  slab.decay_per_s =
-      material.damping->law->decay_per_s(slab.angular_frequency_rad_s, material.damping->parameters.data());
+  const damping::LawValue damping = material.damping_heard();
+  slab.decay_per_s = damping.law->decay_per_s(slab.angular_frequency_rad_s, damping.parameters.data());
   slab.push = [at_blow](const Vector3d&, const Vector3d& impulse) -> Eigen::VectorXd { return at_blow * impulse.z(); };
   std::vector<std::unique_ptr<stage::ModalVoice>> voices;
   std::vector<stage::Voice*> list;

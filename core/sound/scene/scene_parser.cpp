@@ -63,7 +63,7 @@ const TomlField kSchema[] = {
      "largest principal stress that it stands; does not follow from ringing", true},
     {"material", "fracture_energy_j_m2", kNumber, "none", 0, 1e9,
      "toughness: energy per area of crack; does not follow from ringing", true},
-    {"material", "damping", kTable, "none, then bodies of it must not sound", -kInf, kInf, "how modes decay"},
+    {"material", "damping", kTable, "a loss factor of 1/1000, and the run says so", -kInf, kInf, "how modes decay"},
 
     {"body", "name", kText, "required", -kInf, kInf, "unique; not `floor`"},
     {"body", "shape", kTable, "this or mesh", -kInf, kInf, "a shape and its dimensions (docs/shapes.md)"},
@@ -324,9 +324,6 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
     throw InputError(table.place("fixed"), "a cracking or modal body is held by holds", body.name,
                      "[[hold]] where = ..., kind = \"position\"");
   body.sound = *enum_from_text<BodySound>(table.choice("sound", {"auto", "modes", "proxy", "none"}));
-  if (body.sounds() && !scene.material_of(body).damping)
-    throw InputError(table.place("material"), "has no damping, and the body sounds", scene.material_of(body).name,
-                     "damping = { model = ... } in the material, or sound = \"none\"");
   return body;
 }
 
@@ -346,14 +343,8 @@ void read_solver(const TomlTable& root, Scene& scene) {
   if (world.has("floor")) {
     const TomlTable floor = world.table("floor");
     scene.floor_material = material_named(scene, floor.text("material"), floor.place("material"));
-    const SceneMaterial& material = scene.materials[static_cast<std::size_t>(*scene.floor_material)];
-    options.floor = skin_of(material);
-    if (floor.has("sound")) {
-      if (!material.damping)
-        throw InputError(floor.place("sound"), "the floor's material has no damping", material.name,
-                         "damping = { model = ... } in the material");
-      scene.floor_sound = detail::read_floor_sound(floor.table("sound"));
-    }
+    options.floor = skin_of(scene.materials[static_cast<std::size_t>(*scene.floor_material)]);
+    if (floor.has("sound")) scene.floor_sound = detail::read_floor_sound(floor.table("sound"));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/refinement.hpp"
@@ -40,6 +41,17 @@ std::vector<std::optional<int>> sound_model_numbers(const Scene& scene) {
     if (body.sounds()) numbers.back() = known.try_emplace(key_of(body), static_cast<int>(known.size())).first->second;
   }
   return numbers;
+}
+
+void warn_of_assumed_damping(const Scene& scene, const SceneNotes& notes) {
+  if (!notes.warning) return;
+  std::set<int> heard;
+  for (const SceneBody& body : scene.bodies)
+    if (body.sounds()) heard.insert(body.material);
+  if (scene.floor_sound) heard.insert(*scene.floor_material);
+  for (const int number : heard)
+    if (const SceneMaterial& material = scene.materials[static_cast<std::size_t>(number)]; !material.damping)
+      notes.warning(damping::assumed_damping_words("material " + material.name));
 }
 
 namespace {

@@ -44,6 +44,9 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
 /// from 0 up; none for bodies that are silent.
 std::vector<std::optional<int>> sound_model_numbers(const Scene& scene);
 
+/// Warns of each material without damping that a sounding body or floor is of.
+void warn_of_assumed_damping(const Scene& scene, const SceneNotes& notes);
+
 /// A body of a log that is heard.
 struct HeardBody {
   int body = 0;  ///< row of the log's bodies

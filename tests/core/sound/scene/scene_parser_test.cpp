@@ -64,7 +64,6 @@ TEST(SceneParser, ComplainsInOneLineThatNamesThePlace) {
       {replaced(kScene, "material = \"glass\"\nposition", "material = \"glas\"\nposition"), "unknown material"},
       {replaced(kScene, "name = \"tile\"", "name = \"floor\""), "is no name of a body"},
       {replaced(kScene, "restitution = 0.6", "restitution = 1.6"), "restitution"},
-      {replaced(kScene, "damping = { model = \"loss_factor\", loss_factor = 1e-3 }", ""), "has no damping"},
       {replaced(kScene, "loss_factor = 1e-3 }", "loss_factor = 1e-3, rayleigh_mass_per_s = 3 }"), "has no meaning"},
       {replaced(kScene, "height_m = 0.008 }", "height_m = 0 }"), "height_m"},
       {replaced(kScene, "[0, 0, 0.3]", "[0, 0, 0.003]"), "overlap"},

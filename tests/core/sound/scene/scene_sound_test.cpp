@@ -38,7 +38,7 @@ std::vector<HeardBody> heard(const Scene& scene) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     bodies.push_back({static_cast<int>(i),
                       std::make_shared<const SoundModel>(sound_model_of(scene, scene.bodies[i]).value()),
-                      *scene.material_of(scene.bodies[i]).damping});
+                      scene.material_of(scene.bodies[i]).damping_heard()});
   return bodies;
 }
 
@@ -193,6 +193,24 @@ TEST(SceneSound, APieceWithASlitRingsAsAFork) {
     along = std::max(along, std::abs((push(above, up) + push(below, up))[m]));
   }
   EXPECT_GT(apart, 20.0 * along);
+}
+
+TEST(SceneSound, AMaterialWithoutDampingIsHeardWithALossFactorOfAThousandthAndSaid) {
+  const std::string damping = "damping = { model = \"rayleigh\", rayleigh_stiffness_s = 1e-7 }\n";
+  std::string text = kMaterials + "[[body]]\nname = \"D\"\nmaterial = \"chime\"\nposition_m = [0, 0, 0.12]\n" +
+                     "shape = { kind = \"tube\", length_m = 0.505, outer_radius_m = 0.0125, wall_m = 0.001 }\n";
+  text.erase(text.find(damping), damping.size());
+  const Scene scene = parse_scene(text, "chime.toml");
+  std::vector<std::string> said;
+  SceneNotes notes;
+  notes.warning = [&](const std::string& words) { said.push_back(words); };
+  warn_of_assumed_damping(scene, notes);
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_EQ(said[0], "no damping was measured (material chime): a loss factor of 1/1000 is assumed");
+  const HeardBody body = heard(scene)[0];
+  const Eigen::VectorXd decay = decay_per_s(body, false);
+  const Eigen::VectorXd expected = 0.5e-3 * body.model->modes.angular_frequency_rad_s;
+  EXPECT_LE((decay - expected).norm(), 1e-12 * expected.norm());
 }
 
 TEST(SceneSound, SoundOfTwoBodiesIsTheSumOfEach) {

@@ -231,8 +231,8 @@ std::string stills_html(const SceneDocument& data, ReportFolder& folder) {
   const std::vector<int> numbers = still_numbers(data);
   std::vector<FramePictureRequest> requests;
   for (const int number : numbers)
-    requests.push_back({folder.path() / scene::Frames::vtp_name(static_cast<std::size_t>(number)), data.frames->low_m,
-                        data.frames->high_m});
+    requests.push_back(
+        {folder.path() / scene::Frames::vtp_name(static_cast<std::size_t>(number)), data.frames->low_m[2]});
   folder.monitor().throw_if_stopped();
   const DrawnPictures drawn = render_frames(requests, folder.monitor());
   if (!drawn.warning.empty()) folder.warn(drawn.warning);
@@ -245,7 +245,8 @@ std::string stills_html(const SceneDocument& data, ReportFolder& folder) {
     const std::string when = rounded(numbers[k] / data.frames->rate_hz, 4) + " s";
     body += "<figure><img alt=\"The scene at " + when + "\" width=\"" + std::to_string(picture.width) + "\" height=\"" +
             std::to_string(picture.height) + "\" src=\"" + data_uri("image/png", picture.png) + "\">" +
-            tag("figcaption", "<b>" + when + "</b>") + "</figure>\n";
+            tag("figcaption", "<b>" + when + "</b>, lines every " + rounded(100 * picture.high, 3) + " cm") +
+            "</figure>\n";
   }
   return body.empty() ? "" : "<div class=\"pictures\">" + body + "</div>\n";
 }

@@ -15,7 +15,10 @@
 #include <vtkXMLPolyDataReader.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <vector>
 
 #include "reports/scenes/vtk_capture.hpp"
 
@@ -59,26 +62,113 @@ void add_bodies(vtkRenderer* renderer, vtkPolyData* data) {
   renderer->AddActor(actor);
 }
 
-/// A thin sheet under everything, so that one sees where the floor is.
-void add_ground(vtkRenderer* renderer, const Vector3d& low, const Vector3d& high) {
-  vtkNew<vtkPoints> points;
-  points->InsertNextPoint(low.x(), low.y(), low.z());
-  points->InsertNextPoint(high.x(), low.y(), low.z());
-  points->InsertNextPoint(high.x(), high.y(), low.z());
-  points->InsertNextPoint(low.x(), high.y(), low.z());
-  vtkNew<vtkCellArray> cells;
-  const vtkIdType corners[4] = {0, 1, 2, 3};
-  cells->InsertNextCell(4, corners);
-  vtkNew<vtkPolyData> sheet;
-  sheet->SetPoints(points);
-  sheet->SetPolys(cells);
+/// What is looked at.
+struct Box {
+  Vector3d low = Vector3d::Constant(HUGE_VAL), high = Vector3d::Constant(-HUGE_VAL);
+  void add(const Vector3d& point) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  Vector3d centre() const { return 0.5 * (low + high); }
+};
+
+struct Seen {
+  Box box;
+  double area_sq_m = 0.0, away_m = 0.0;
+};
+
+/// Of all bodies but those farthest from the middle that make up a twentieth of the surface.
+Box bodies_box(vtkPolyData* data) {
+  std::map<double, Seen> by_body;
+  Vector3d sum = Vector3d::Zero();
+  double area_sq_m = 0.0;
+  vtkDataArray* bodies = data->GetCellData()->GetArray("body");
+  for (vtkIdType i = 0; i < data->GetNumberOfCells(); ++i) {
+    const vtkIdType* corners = nullptr;
+    vtkIdType n = 0;
+    data->GetCellPoints(i, n, corners);
+    Seen& seen = by_body[bodies->GetTuple1(i)];
+    Vector3d first = Vector3d::Zero(), before = Vector3d::Zero(), cross = Vector3d::Zero();
+    for (vtkIdType k = 0; k < n; ++k) {
+      const Vector3d point(data->GetPoint(corners[k]));
+      if (k == 0) first = point;
+      cross += (before - first).cross(point - first) * (k > 1 ? 0.5 : 0.0);
+      before = point;
+      seen.box.add(point);
+    }
+    seen.area_sq_m += cross.norm();
+    area_sq_m += cross.norm();
+    sum += cross.norm() * first;
+  }
+  std::vector<Seen*> order;
+  for (auto& [number, seen] : by_body) {
+    seen.away_m = (seen.box.centre() - sum / area_sq_m).norm();
+    order.push_back(&seen);
+  }
+  std::stable_sort(order.begin(), order.end(), [](const Seen* x, const Seen* y) { return x->away_m < y->away_m; });
+  Box box;
+  double shown_sq_m = 0.0;
+  for (const Seen* seen : order) {
+    if (shown_sq_m > 0.95 * area_sq_m) break;
+    box.add(seen->box.low);
+    box.add(seen->box.high);
+    shown_sq_m += seen->area_sq_m;
+  }
+  return box;
+}
+
+void add_flat(vtkRenderer* renderer, vtkPolyData* data, double grey) {
   vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(sheet);
+  mapper->SetInputData(data);
+  mapper->ScalarVisibilityOff();
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(0.82, 0.82, 0.80);
+  actor->GetProperty()->SetColor(grey, grey, grey);
+  actor->GetProperty()->SetLineWidth(kFrameSupersampling);
   actor->GetProperty()->LightingOff();
   renderer->AddActor(actor);
+}
+
+/// 1, 2 or 5 times a power of ten, not below.
+double round_length(double length) {
+  const double power = std::pow(10.0, std::floor(std::log10(length)));
+  for (const double times : {1.0, 2.0, 5.0})
+    if (times * power >= length * (1 - 1e-9)) return times * power;
+  return 10.0 * power;
+}
+
+/// A sheet with lines, and on it the shadows of what is above. Each lies a hair above the one before.
+void add_floor(vtkRenderer* renderer, vtkPolyData* data, const Vector3d& under, double reach, double line_every) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> sheet_cells, lines;
+  const double hair = 2e-4 * reach, x = under.x(), y = under.y(), z = under.z();
+  const auto point = [&](double px, double py, double pz) { return points->InsertNextPoint(px, py, pz); };
+  const vtkIdType corners[4] = {point(x - reach, y - reach, z - hair), point(x + reach, y - reach, z - hair),
+                                point(x + reach, y + reach, z - hair), point(x - reach, y + reach, z - hair)};
+  sheet_cells->InsertNextCell(4, corners);
+  const auto line = [&](const Vector3d& from, const Vector3d& to) {
+    const vtkIdType ends[2] = {point(from.x(), from.y(), z), point(to.x(), to.y(), z)};
+    lines->InsertNextCell(2, ends);
+  };
+  for (double at = line_every * std::ceil((x - reach) / line_every); at < x + reach; at += line_every)
+    line({at, y - reach, z}, {at, y + reach, z});
+  for (double at = line_every * std::ceil((y - reach) / line_every); at < y + reach; at += line_every)
+    line({x - reach, at, z}, {x + reach, at, z});
+  vtkNew<vtkPolyData> sheet, ruling, shadow;
+  sheet->SetPoints(points);
+  sheet->SetPolys(sheet_cells);
+  ruling->SetPoints(points);
+  ruling->SetLines(lines);
+  shadow->DeepCopy(data);
+  for (vtkIdType i = 0; i < shadow->GetNumberOfPoints(); ++i) {
+    double place[3];
+    shadow->GetPoint(i, place);
+    place[2] = z + hair;
+    shadow->GetPoints()->SetPoint(i, place);
+  }
+  add_flat(renderer, sheet, 0.90);
+  add_flat(renderer, ruling, 0.78);
+  add_flat(renderer, shadow, 0.66);
 }
 
 std::optional<Drawing> draw_frame(const FramePictureRequest& request) {
@@ -87,19 +177,31 @@ std::optional<Drawing> draw_frame(const FramePictureRequest& request) {
   reader->Update();
   vtkPolyData* data = reader->GetOutput();
   if (!data || data->GetNumberOfPoints() < 4 || !data->GetCellData()->GetArray("body")) return {};
-  const Vector3d low(request.low_m[0], request.low_m[1], request.low_m[2]);
-  const Vector3d high(request.high_m[0], request.high_m[1], request.high_m[2]);
-  const double radius = 0.5 * (high - low).norm();
-  if (!(radius > 0.0) || !std::isfinite(radius)) return {};
+  Box box = bodies_box(data);
+  // What is about to touch the floor is shown with it.
+  if (box.low.z() - request.floor_m < (box.high - box.low).norm()) box.low.z() = std::min(box.low.z(), request.floor_m);
+  const Vector3d towards = Vector3d(0.45, -0.8, 0.5).normalized(),
+                 right = towards.cross(-Vector3d::UnitZ()).normalized(), up = towards.cross(right);
+  double half = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    Vector3d arm = box.high - box.centre();
+    for (int i = 0; i < 3; ++i)
+      if ((corner >> i & 1) != 0) arm[i] = -arm[i];
+    half = std::max({half, std::abs(arm.dot(right)), std::abs(arm.dot(up))});
+  }
+  half *= 1.2;
+  if (!(half > 0.0) || !std::isfinite(half)) return {};
+  const double height = std::max(box.centre().z() - request.floor_m, 0.0);
+  const Vector3d sight =
+      box.centre() - height / towards.z() * towards;  // where the middle of the picture meets the floor
+  const double line_every_m = round_length(0.4 * half);
   vtkNew<vtkRenderer> renderer;
-  add_ground(renderer, low, high);
+  add_floor(renderer, data, {sight.x(), sight.y(), request.floor_m}, 4.0 * half, line_every_m);
   add_bodies(renderer, data);
-  const Vector3d centre = 0.5 * (low + high);
-  const Vector3d eye = centre + 5.0 * radius * Vector3d(0.45, -0.8, 0.4).normalized();
-  look(renderer, {centre, eye, radius});
+  look(renderer, {box.centre(), box.centre() + 8.0 * half * towards, half});
   const RgbaImage image = captured(renderer, kFramePixels * kFrameSupersampling, kFramePixels * kFrameSupersampling);
   if (image.pixels.empty()) return {};
-  return Drawing{reduced(image, kFrameSupersampling), false, 0.0, 0.0};
+  return Drawing{reduced(image, kFrameSupersampling), false, 0.0, line_every_m};
 }
 
 }  // namespace

@@ -96,13 +96,31 @@ bool surely_above_band(const Scene& scene, const SceneBody& parent, const mesh::
   }
 }
 
-acoustics::TransferModel radiation_of(const Scene& scene, const SceneBody& body, const modal::ModalModel& modes,
-                                      Monitor& monitor) {
+/// The modes and their radiation; those of a large body that would need too many boundary elements are left out, it may be all.
+std::optional<SoundModel> with_radiation(const Scene& scene, const SceneBody& body, modal::ModalModel modes,
+                                         const SceneNotes& notes, Monitor& monitor) {
   acoustics::RadiateOptions options;
   options.elements_per_wavelength = scene.sound.elements_per_wavelength;
+  options.leave_out_coarse = true;
   acoustics::RadiateResult radiation = located(body.place, [&] { return acoustics::radiate(modes, options, monitor); });
   if (!radiation.usable()) throw NumericalError("radiation of " + body.name + ": " + radiation.message);
-  return std::move(radiation.transfer);
+  SoundModel model{std::move(modes), std::move(radiation.transfer), false};
+  if (radiation.n_left_out == 0) return model;
+  // Modes are in order of frequency and numbered by it: those from the first that is missing on go.
+  Eigen::Index kept = 0;
+  auto& transfers = model.transfer.modes;
+  while (kept < static_cast<Eigen::Index>(transfers.size()) && transfers[static_cast<std::size_t>(kept)].mode == kept)
+    ++kept;
+  if (notes.warning)
+    notes.warning("body " + body.name + ": " + std::to_string(model.modes.n_modes() - kept) + " modes from " +
+                  to_text(std::round(model.modes.frequency_hz()[kept])) +
+                  " Hz up are left out, their radiation needs more than " + std::to_string(options.max_elements) +
+                  " boundary elements");
+  if (kept == 0) return {};
+  transfers.resize(static_cast<std::size_t>(kept));
+  model.modes.angular_frequency_rad_s.conservativeResize(kept);
+  model.modes.shapes.conservativeResize(Eigen::NoChange, kept);
+  return model;
 }
 
 }  // namespace
@@ -120,7 +138,7 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& bo
     if (notes.warning) notes.warning("body " + body.name + " is silent: it has no mode in the band, " + band);
     return {};
   }
-  return SoundModel{modes.model, radiation_of(scene, body, modes.model, monitor), false};
+  return with_radiation(scene, body, modes.model, notes, monitor);
 }
 
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& parent, const std::string& name,
@@ -137,7 +155,7 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
   piece.modes_to_hz.reset();
   const modal::EigenResult modes = modes_in_band(scene, piece, {mesh, {}}, notes, monitor);
   if (modes.model.n_modes() == 0) return {};
-  return SoundModel{modes.model, radiation_of(scene, parent, modes.model, monitor), false};
+  return with_radiation(scene, parent, modes.model, notes, monitor);
 }
 
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& parent, const std::string& name,
@@ -158,7 +176,7 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
       notes.warning("piece " + name + ": its highest modes may be " + to_text(std::round(100.0 * error)) +
                     " % too high, by the estimate for its mesh");
     try {
-      return SoundModel{modes.model, radiation_of(scene, parent, modes.model, monitor), false};
+      return with_radiation(scene, parent, modes.model, notes, monitor);
     } catch (const InputError& why) {
       if (notes.warning) notes.warning("piece " + name + " is silent, its surface does not radiate: " + why.what());
       return {};

@@ -228,8 +228,16 @@ RadiateResult Radiation::run(const std::vector<ModeTransfer>& known) {
   for (Level& level : list) {
     monitor_.throw_if_stopped();
     level.elements = elements_of(surface, planes, {level.edge_m, std::min(0.05 * level.edge_m, wall_m)});
+    if (options_.leave_out_coarse) {
+      BemOptions any = options;
+      any.allow_coarse = true;
+      result_.n_left_out += static_cast<int>(std::erase_if(level.modes, [&](int mode) {
+        return check_resolution(level.elements, model_.frequency_hz()[mode], any) < any.min_elements_per_wavelength;
+      }));
+    }
     for (const int mode : level.modes) check_resolution(level.elements, model_.frequency_hz()[mode], options);
   }
+  std::erase_if(list, [](const Level& level) { return level.modes.empty(); });
   result_.wall_time_s["coarsen"] = watch.seconds();
   for (Level& level : list) {
     monitor_.throw_if_stopped();

@@ -20,6 +20,7 @@ struct RadiateOptions {
   int min_elements = 300;                ///< at most max_elements, where the modal mesh allows
   int max_elements = 12000;              ///< bounds memory to 24 (max_elements / 2)^2 bytes per solve
   bool allow_coarse = false;
+  bool leave_out_coarse = false;  ///< modes that max_elements do not resolve are left out instead of refused
   OrderOptions order;
   opencl::DeviceChoice device;  ///< of the boundary elements
   void validate() const;        ///< InputError
@@ -34,6 +35,7 @@ struct RadiateOptions {
     visit({"min_elements", "Boundary elements at least", between(20.0, 40000.0)}, self.min_elements);
     visit({"max_elements", "Boundary elements at most", between(20.0, 40000.0)}, self.max_elements);
     visit({"allow_coarse", "Accept fewer than 4 elements per wavelength"}, self.allow_coarse);
+    visit({"leave_out_coarse", "Leave out modes with fewer than 4 elements per wavelength"}, self.leave_out_coarse);
     visit({"order", "How far the multipoles go"}, self.order);
   }
 };
@@ -42,6 +44,7 @@ struct RadiateResult {
   RadiateStatus status = RadiateStatus::kNotRun;
   std::string message;
   TransferModel transfer;                            ///< modes in order of frequency
+  int n_left_out = 0;                                ///< leave_out_coarse
   std::vector<int> n_elements_of_level;              ///< boundary-element meshes used, coarse to fine
   std::string device = "processor", device_message;  ///< BemResult, of the last new mode
   std::map<std::string, double> wall_time_s;         ///< "surface", "coarsen", "static", "solve", "total"
@@ -54,6 +57,7 @@ struct RadiateResult {
 /// @param known  modes of an earlier run of the same model and options that was stopped: taken as they are
 /// @param done   told each new mode as it is finished, one at a time, in no certain order
 /// @throws InputError for a surface that does not close, and for a frequency that the finest mesh does not resolve
+///   (unless leave_out_coarse)
 RadiateResult radiate(const modal::ModalModel& model, const RadiateOptions& options = {},
                       Monitor& monitor = silent_monitor(), const std::vector<ModeTransfer>& known = {},
                       const std::function<void(const ModeTransfer&)>& done = {});

@@ -255,6 +255,23 @@ TEST(Radiate, OnADeviceModesRadiateAsOnTheProcessor) {
   EXPECT_EQ(without.transfer.modes[0].radiated_power_w, expected.transfer.modes[0].radiated_power_w);
 }
 
+TEST(Radiate, ModesThatTheElementsCannotResolveAreLeftOutWhereThatIsAskedFor) {
+  RadiateOptions options;
+  options.max_elements = options.min_elements = 100;
+  options.leave_out_coarse = true;
+  const RadiateResult all = radiate(ball({0.5, 1.0}), options);
+  EXPECT_EQ(all.n_left_out, 0);
+  const RadiateResult some = radiate(ball({0.5, 1.0, 20.0}), options);
+  ASSERT_TRUE(some.usable());
+  EXPECT_EQ(some.n_left_out, 1);
+  ASSERT_EQ(some.transfer.modes.size(), 2u);
+  for (int mode = 0; mode < 2; ++mode)
+    EXPECT_LE(std::abs(some.transfer.modes[static_cast<std::size_t>(mode)].radiated_power_w /
+                           all.transfer.modes[static_cast<std::size_t>(mode)].radiated_power_w -
+                       1.0),
+              1e-9);
+}
+
 TEST(Radiate, FrequenciesThatTheElementsCannotResolveAreRefused) {
   RadiateOptions options;
   options.max_elements = options.min_elements = 100;

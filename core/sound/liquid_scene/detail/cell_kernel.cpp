@@ -39,6 +39,8 @@ KLANG_CLONES void multiply(const CellMatrix& m, const LaneNumbers& give, const L
                            LaneValues& a) {
   const std::size_t n = m.n();
   const float* const v = x.data();
+  const LaneNumbers g = give,
+                    k2 = shift;  // copies: what is written could else be these, and nothing be put into vectors
   for (std::size_t i = 0; i < n; ++i) {
     const float *const here = v + kWide * i, *const x0 = v + kWide * static_cast<std::size_t>(m.before[0][i]),
                        *const x1 = v + kWide * static_cast<std::size_t>(m.next[0][i]),
@@ -50,12 +52,14 @@ KLANG_CLONES void multiply(const CellMatrix& m, const LaneNumbers& give, const L
     float sum[kWide];
     for (std::size_t l = 0; l < kWide; ++l)
       sum[l] = diagonal * here[l] - (x0[l] + x1[l] + (y0[l] + y1[l]) + (z0[l] + z1[l]));
+    float re[kLanes], im[kLanes], value[kWide];
+    for (std::size_t l = 0; l < kLanes; ++l) re[l] = wall * g.re[l] - k2.re[l];
+    for (std::size_t l = 0; l < kLanes; ++l) im[l] = wall * g.im[l] - k2.im[l];
+    for (std::size_t l = 0; l < kLanes; ++l) value[l] = sum[l] + re[l] * here[l] - im[l] * here[l + kLanes];
+    for (std::size_t l = 0; l < kLanes; ++l)
+      value[l + kLanes] = sum[l + kLanes] + re[l] * here[l + kLanes] + im[l] * here[l];
     float* const to = a.data() + kWide * i;
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      const float re = wall * give.re[l] - shift.re[l], im = wall * give.im[l] - shift.im[l];
-      to[l] = sum[l] + re * here[l] - im * here[l + kLanes];
-      to[l + kLanes] = sum[l + kLanes] + re * here[l + kLanes] + im * here[l];
-    }
+    for (std::size_t l = 0; l < kWide; ++l) to[l] = value[l];
   }
   std::fill(a.end() - kWide, a.end(), 0.0F);
 }
@@ -118,28 +122,31 @@ std::array<double, kLanes> norms_sq(const LaneValues& a) {
   return result;
 }
 
-KLANG_CLONES void add(const LaneNumbers& s, const LaneValues& x, LaneValues& y) {
+KLANG_CLONES void add(const LaneNumbers& times, const LaneValues& x, LaneValues& y) {
   const std::size_t n = x.size() / kWide;
+  const LaneNumbers s = times;
   for (std::size_t i = 0; i < n; ++i) {
     const float* const from = x.data() + kWide * i;
     float* const to = y.data() + kWide * i;
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      to[l] += s.re[l] * from[l] - s.im[l] * from[l + kLanes];
-      to[l + kLanes] += s.re[l] * from[l + kLanes] + s.im[l] * from[l];
-    }
+    float value[kWide];
+    for (std::size_t l = 0; l < kLanes; ++l) value[l] = to[l] + (s.re[l] * from[l] - s.im[l] * from[l + kLanes]);
+    for (std::size_t l = 0; l < kLanes; ++l)
+      value[l + kLanes] = to[l + kLanes] + (s.re[l] * from[l + kLanes] + s.im[l] * from[l]);
+    for (std::size_t l = 0; l < kWide; ++l) to[l] = value[l];
   }
 }
 
-KLANG_CLONES void add_to(const LaneValues& x, const LaneNumbers& s, LaneValues& y) {
+KLANG_CLONES void add_to(const LaneValues& x, const LaneNumbers& times, LaneValues& y) {
   const std::size_t n = x.size() / kWide;
+  const LaneNumbers s = times;
   for (std::size_t i = 0; i < n; ++i) {
     const float* const from = x.data() + kWide * i;
     float* const to = y.data() + kWide * i;
-    for (std::size_t l = 0; l < kLanes; ++l) {
-      const float re = to[l], im = to[l + kLanes];
-      to[l] = from[l] + (s.re[l] * re - s.im[l] * im);
-      to[l + kLanes] = from[l + kLanes] + (s.re[l] * im + s.im[l] * re);
-    }
+    float value[kWide];
+    for (std::size_t l = 0; l < kLanes; ++l) value[l] = from[l] + (s.re[l] * to[l] - s.im[l] * to[l + kLanes]);
+    for (std::size_t l = 0; l < kLanes; ++l)
+      value[l + kLanes] = from[l + kLanes] + (s.re[l] * to[l + kLanes] + s.im[l] * to[l]);
+    for (std::size_t l = 0; l < kWide; ++l) to[l] = value[l];
   }
 }
 

@@ -83,8 +83,9 @@ struct BubbleTransferDocument {
     visit(absent_if_empty({"n_steps", "forward: of the iteration"}), self.n_steps);
     visit(absent_if_empty({"n_images", "forward: of the bubble in surfaces close to it"}), self.n_images);
     visit(absent_if_empty({"n_elements", "reciprocal: triangles of the surface in the air"}), self.n_elements);
-    visit(absent_if_empty({"elements_per_wavelength", "reciprocal: wavelength in air over the longest edge"}),
-          self.elements_per_wavelength);
+    visit(
+        absent_if_empty({"elements_per_wavelength", "reciprocal: wavelength in air over the free surface's mean edge"}),
+        self.elements_per_wavelength);
   }
 };
 

@@ -40,12 +40,14 @@ struct Quadric {
 
 class Collapser {
  public:
-  Collapser(const SurfaceMesh& surface, const CoarseningOptions& options, const std::vector<int>& planes_of_vertex)
-      : options_(options), planes_(planes_of_vertex) {
+  Collapser(const SurfaceMesh& surface, const CoarseningOptions& options, const std::vector<int>& planes_of_vertex,
+            const std::vector<double>& times_larger)
+      : options_(options), planes_(planes_of_vertex), times_larger_(times_larger) {
     const auto n = static_cast<int>(surface.triangles.rows());
     origin_ = surface.vertices_m.row(surface.triangles(0, 0));
     points_.resize(static_cast<std::size_t>(surface.vertices_m.rows()));
     planes_.resize(points_.size(), 0);
+    times_larger_.resize(points_.size(), 1.0);
     for (std::size_t v = 0; v < points_.size(); ++v)
       points_[v] = surface.vertices_m.row(static_cast<Eigen::Index>(v)).transpose() - origin_;
     quadrics_.resize(points_.size());
@@ -91,9 +93,11 @@ class Collapser {
 
   void push(int a, int b) {
     if (a > b) std::swap(a, b);
-    const double length = (points_[a] - points_[b]).norm();
+    const double length = (points_[a] - points_[b]).norm() / times_larger(a, b);
     if (length < options_.edge_m) queue_.push({length, a, b, stamp_[a], stamp_[b]});
   }
+
+  double times_larger(int a, int b) const { return 0.5 * (times_larger_[a] + times_larger_[b]); }
 
   std::vector<int> neighbours(int v) const {
     std::vector<int> found;
@@ -107,7 +111,6 @@ class Collapser {
 
   /// The triangles of v but not of its partner, with v moved to x: nothing turned over, no sliver, no edge too long.
   bool stays_sound(int v, int partner, const Vector3d& x) const {
-    const double longest_sq = std::pow(kLongest * options_.edge_m, 2);
     for (const int t : of_vertex_[v]) {
       const auto& triangle = triangles_[t];
       if (std::find(triangle.begin(), triangle.end(), partner) != triangle.end()) continue;
@@ -119,7 +122,9 @@ class Collapser {
       for (int c = 0; c < 3; ++c) {
         const double edge_sq = (p[(c + 1) % 3] - p[c]).squaredNorm();
         const bool moved = triangle[c] == v || triangle[(c + 1) % 3] == v;
-        if (moved && edge_sq > longest_sq) return false;
+        if (moved &&
+            edge_sq > std::pow(kLongest * options_.edge_m * times_larger(triangle[c], triangle[(c + 1) % 3]), 2))
+          return false;
         sum_sq += edge_sq;
       }
       const double quality = 2.0 * std::sqrt(3.0) * after.norm() / sum_sq;
@@ -173,6 +178,7 @@ class Collapser {
   void collapse(int a, int b, const Vector3d& x, const Quadric& sum) {
     points_[a] = x;
     planes_[a] |= planes_[b];
+    times_larger_[a] = times_larger(a, b);
     quadrics_[a] = sum;
     ++stamp_[a];
     ++stamp_[b];
@@ -218,6 +224,7 @@ class Collapser {
   std::vector<Vector3d> points_;
   std::vector<int>
       planes_;  ///< by vertex, bits: normals of the planes at which the surface is open and on which it lies
+  std::vector<double> times_larger_;
   std::vector<Quadric> quadrics_;
   std::vector<std::array<int, 3>> triangles_;
   std::vector<bool> alive_;
@@ -232,9 +239,9 @@ class Collapser {
 void CoarseningOptions::validate() const { validate_fields("coarsening", *this); }
 
 SurfaceMesh coarsened(const SurfaceMesh& surface, const CoarseningOptions& options,
-                      const std::vector<int>& planes_of_vertex) {
+                      const std::vector<int>& planes_of_vertex, const std::vector<double>& times_larger) {
   options.validate();
-  return Collapser(surface, options, planes_of_vertex).run();
+  return Collapser(surface, options, planes_of_vertex, times_larger).run();
 }
 
 SurfaceMesh checked_coarsened(const SurfaceMesh& surface, CoarseningOptions options) {

@@ -29,8 +29,9 @@ struct CoarseningOptions {
 /// tenth of the wall keeps them apart, and checked_coarsened() makes sure.
 /// @param planes_of_vertex  for a surface that is open at planes across x, y or z, one for each axis: bit 0, 1 or 2 of each
 ///                          vertex that lies on one; vertices stay on their planes
+/// @param times_larger      of each vertex: edges there may be so many times longer; none: as long everywhere
 SurfaceMesh coarsened(const SurfaceMesh& surface, const CoarseningOptions& options,
-                      const std::vector<int>& planes_of_vertex = {});
+                      const std::vector<int>& planes_of_vertex = {}, const std::vector<double>& times_larger = {});
 
 /// As coarsened; where the result cuts itself the tolerance is cut to a quarter and the work done again, up to three times,
 /// then the surface as given (with straight triangles) is returned.

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <queue>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/conventions.hpp"
@@ -23,34 +25,93 @@ using Eigen::MatrixXcd;
 using Eigen::Vector3d;
 
 /// The triangles that the air sees.
-mesh::SurfaceMesh air_surface(const LiquidBoundary& boundary) {
-  mesh::SurfaceMesh result;
-  result.vertices_m = boundary.surface().vertices_m;
+std::vector<Index> dry_triangles(const LiquidBoundary& boundary) {
   std::vector<Index> kept;
   for (Index t = 0; t < boundary.surface().triangles.rows(); ++t)
     if (boundary.region()[static_cast<std::size_t>(t)] != static_cast<int>(BoundaryRegion::kWetSolid))
       kept.push_back(t);
+  return kept;
+}
+
+mesh::SurfaceMesh air_surface(const LiquidBoundary& boundary, const std::vector<Index>& kept) {
+  mesh::SurfaceMesh result;
+  result.vertices_m = boundary.surface().vertices_m;
   result.triangles.resize(static_cast<Index>(kept.size()), 3);
   for (std::size_t i = 0; i < kept.size(); ++i)
     result.triangles.row(static_cast<Index>(i)) = boundary.surface().triangles.row(kept[i]);
   return result;
 }
 
-mesh::SurfaceMesh with_triangles(const mesh::SurfaceMesh& surface, Index n_triangles) {
-  if (surface.triangles.rows() <= n_triangles) return surface;
-  mesh::CoarseningOptions options;
-  double area = 0.0;
+/// From each vertex along edges to the free surface.
+std::vector<double> way_to_free_surface_m(const LiquidBoundary& boundary, const mesh::SurfaceMesh& surface,
+                                          const std::vector<Index>& kept) {
+  std::vector<std::vector<std::pair<int, double>>> edges(static_cast<std::size_t>(surface.vertices_m.rows()));
+  std::vector<double> way(edges.size(), HUGE_VAL);
+  using Reached = std::pair<double, int>;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> queue;
+  for (Index t = 0; t < surface.triangles.rows(); ++t) {
+    const bool is_free = boundary.region()[static_cast<std::size_t>(kept[static_cast<std::size_t>(t)])] ==
+                         static_cast<int>(BoundaryRegion::kFreeSurface);
+    for (int c = 0; c < 3; ++c) {
+      const int a = surface.triangles(t, c), b = surface.triangles(t, (c + 1) % 3);
+      edges[static_cast<std::size_t>(a)].emplace_back(b,
+                                                      (surface.vertices_m.row(a) - surface.vertices_m.row(b)).norm());
+      if (is_free && way[static_cast<std::size_t>(a)] != 0.0) {
+        way[static_cast<std::size_t>(a)] = 0.0;
+        queue.emplace(0.0, a);
+      }
+    }
+  }
+  while (!queue.empty()) {
+    const auto [length, v] = queue.top();
+    queue.pop();
+    if (length > way[static_cast<std::size_t>(v)]) continue;
+    for (const auto& [other, edge] : edges[static_cast<std::size_t>(v)]) {
+      if (!(length + edge < way[static_cast<std::size_t>(other)])) continue;
+      way[static_cast<std::size_t>(other)] = length + edge;
+      queue.emplace(length + edge, other);
+    }
+  }
+  return way;
+}
+
+/// Fewer triangles: small ones on the free surface, where the field is asked for, larger ones away from it.
+/// @param edge_m  becomes the length of edges on the free surface, in the mean
+mesh::SurfaceMesh with_triangles(const mesh::SurfaceMesh& surface, const std::vector<double>& way_m, Index n_triangles,
+                                 double& edge_m) {
+  constexpr double kGrowth = 0.4, kLargest = 4.0;
+  std::vector<double> area_m2;
   for (Index t = 0; t < surface.triangles.rows(); ++t) {
     const Vector3d a = surface.vertices_m.row(surface.triangles(t, 0)),
                    b = surface.vertices_m.row(surface.triangles(t, 1)),
                    c = surface.vertices_m.row(surface.triangles(t, 2));
-    area += 0.5 * (b - a).cross(c - a).norm();
+    area_m2.push_back(0.5 * (b - a).cross(c - a).norm());
   }
-  options.edge_m =
-      1.3 * std::sqrt(2.31 * area / static_cast<double>(n_triangles));  // edge of equilateral ones, and room
+  const double all_m2 = std::accumulate(area_m2.begin(), area_m2.end(), 0.0);
+  if (surface.triangles.rows() <= n_triangles) {
+    edge_m = std::sqrt(2.31 * all_m2 / static_cast<double>(surface.triangles.rows()));
+    return surface;
+  }
+  edge_m = std::sqrt(2.31 * all_m2 / static_cast<double>(n_triangles));  // of equilateral ones
+  std::vector<double> times_larger(way_m.size(), 1.0);
+  for (int pass = 0; pass < 8; ++pass) {  // the smaller the edge is, the sooner the others are larger
+    for (std::size_t v = 0; v < way_m.size(); ++v)
+      times_larger[v] = std::min(kLargest, 1.0 + kGrowth * std::min(way_m[v], 1e3) / edge_m);
+    double counted_m2 = 0.0;
+    for (Index t = 0; t < surface.triangles.rows(); ++t) {
+      const double times = (times_larger[static_cast<std::size_t>(surface.triangles(t, 0))] +
+                            times_larger[static_cast<std::size_t>(surface.triangles(t, 1))] +
+                            times_larger[static_cast<std::size_t>(surface.triangles(t, 2))]) /
+                           3.0;
+      counted_m2 += area_m2[static_cast<std::size_t>(t)] / (times * times);
+    }
+    edge_m = std::sqrt(2.31 * counted_m2 / static_cast<double>(n_triangles));
+  }
+  mesh::CoarseningOptions options;
+  options.edge_m = 1.3 * edge_m;  // room
   options.tolerance_m = 0.2 * options.edge_m;
   options.stop_at_triangles = static_cast<int>(n_triangles);
-  return mesh::coarsened(surface, options);
+  return mesh::coarsened(surface, options, {}, times_larger);
 }
 
 Eigen::Matrix3Xd columns(const std::vector<Vector3d>& points) {
@@ -76,11 +137,16 @@ void ReciprocalOptions::validate() const { validate_fields("reciprocal transfer"
 
 struct EarElements::Data {
   acoustics::HelmholtzBem solver;
+  double edge_m = 0.0;  ///< on the free surface, in the mean
 };
 
 EarElements::EarElements(const LiquidBoundary& boundary, int most_vertices) {
-  const mesh::SurfaceMesh surface = with_triangles(air_surface(boundary), 2 * static_cast<Index>(most_vertices) - 4);
-  data_ = std::make_unique<const Data>(Data{acoustics::HelmholtzBem(acoustics::radiating_surface(surface))});
+  const std::vector<Index> kept = dry_triangles(boundary);
+  const mesh::SurfaceMesh whole = air_surface(boundary, kept);
+  double edge_m = 0.0;
+  const mesh::SurfaceMesh surface = with_triangles(whole, way_to_free_surface_m(boundary, whole, kept),
+                                                   2 * static_cast<Index>(most_vertices) - 4, edge_m);
+  data_ = std::make_unique<const Data>(Data{acoustics::HelmholtzBem(acoustics::radiating_surface(surface)), edge_m});
 }
 EarElements::~EarElements() = default;
 EarElements::EarElements(EarElements&&) noexcept = default;
@@ -88,7 +154,7 @@ EarElements::EarElements(EarElements&&) noexcept = default;
 int EarElements::n_elements() const { return data_->solver.surface().n_triangles(); }
 
 double EarElements::elements_per_wavelength(double frequency_hz, const acoustics::Medium& air) const {
-  return air.sound_speed_m_s / (frequency_hz * data_->solver.surface().largest_edge_m);
+  return air.sound_speed_m_s / (frequency_hz * data_->edge_m);
 }
 
 MatrixXcd EarElements::field(double frequency_hz, const std::vector<Vector3d>& ears_m, const acoustics::Medium& air,

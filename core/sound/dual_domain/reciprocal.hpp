@@ -50,6 +50,7 @@ class EarElements {
   Carrier carrier(const LiquidBoundary& boundary) const;
   Carrier carrier(const Eigen::Matrix3Xd& points_m) const;  ///< to points near the surface
   int n_elements() const;
+  /// On the free surface, by the mean edge; away from it elements are up to four times as long.
   double elements_per_wavelength(double frequency_hz, const acoustics::Medium& air) const;
 
  private:

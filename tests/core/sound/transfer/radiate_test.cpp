@@ -84,6 +84,23 @@ TEST(Coarsening, ThinPlateStaysClosedAndKeepsItsVolume) {
   }
 }
 
+TEST(Coarsening, TrianglesAreLargerWhereTheyMayBe) {
+  const mesh::SurfaceMesh sphere = geodesic_sphere(0.1, 24);
+  std::vector<double> times(static_cast<std::size_t>(sphere.vertices_m.rows()));
+  for (std::size_t v = 0; v < times.size(); ++v)
+    times[v] = sphere.vertices_m(static_cast<Eigen::Index>(v), 2) > 0.0 ? 1.0 : 3.0;
+  const mesh::SurfaceMesh coarse = coarsened(sphere, {0.02, 0.004}, {}, times);
+  mesh::check_closed_surface(coarse, "coarse");
+  int n_above = 0, n_below = 0;
+  for (Eigen::Index t = 0; t < coarse.triangles.rows(); ++t) {
+    double z = 0.0;
+    for (int c = 0; c < 3; ++c) z += coarse.vertices_m(coarse.triangles(t, c), 2);
+    ++(z > 0.0 ? n_above : n_below);
+  }
+  EXPECT_GT(n_above, 4 * n_below);  // nine times fewer but for the seam
+  EXPECT_GT(n_below, 20);
+}
+
 TEST(Coarsening, WithoutToleranceACurvedSurfaceStaysAsItIs) {
   const mesh::SurfaceMesh sphere = geodesic_sphere(0.1, 4);
   EXPECT_EQ(coarsened(sphere, {0.2, 0.0}).triangles.rows(), sphere.triangles.rows());

@@ -48,16 +48,21 @@ int bin_below(double frequency_hz, int per_octave) {
 class TransferFinder {
  public:
   TransferFinder(const liquid::LiquidFrames* frames, const std::vector<BubblePath>& paths, const LiquidScene& scene,
-                 std::uint64_t seed, Monitor& monitor);
+                 std::uint64_t seed, Monitor& monitor, TransferKeep keep);
   LiquidTransfer find();
 
  private:
+  std::vector<std::size_t> alive_in(std::size_t k) const;
   void frame(std::size_t k);
+  void solve_frames();
+  std::size_t go_on();
+  TransferCheckpoint checkpoint(std::size_t next_frame) const;
   bool by_cells(std::size_t k, std::vector<std::size_t> alive);
   std::map<int, std::vector<std::size_t>> bins_of(double time_s, const std::vector<std::size_t>& alive) const;
   std::optional<LiquidBoundary> boundary_of(const bubble::BoundaryMesh& mesh);
   void look_around(const LiquidBoundary& boundary, double time_s);
-  void reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
+  void make_air(std::size_t k, const LiquidBoundary& boundary);
+  void reciprocal(std::size_t k, const LiquidBoundary& boundary, const std::vector<std::size_t>& alive);
   void forward(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
   void half_space(std::size_t i);
   void check_cells(std::size_t k, const LiquidBoundary& boundary, const std::vector<std::size_t>& alive);
@@ -73,20 +78,20 @@ class TransferFinder {
   const LiquidScene& scene_;
   const std::uint64_t seed_;
   Monitor& monitor_;
+  TransferKeep keep_;
   std::vector<std::optional<HeardBubble>> heard_;
   bubble::ReciprocalOptions options_;
   std::optional<bubble::EarElements> elements_;
-  double elements_from_s_ = -1e300;
   Vector3d ear_m_ = Vector3d::Zero();
   std::map<int, Eigen::MatrixXcd> ear_of_bin_;
-  std::optional<CellEar> cells_;  ///< none: the surface is not one for cells
-  std::vector<double> errors_;
+  std::optional<CellEar> cells_;          ///< none: the surface is not one for cells
+  std::optional<std::size_t> air_frame_;  ///< from whose surface the air's elements are
   LiquidTransfer result_;
 };
 
 TransferFinder::TransferFinder(const liquid::LiquidFrames* frames, const std::vector<BubblePath>& paths,
-                               const LiquidScene& scene, std::uint64_t seed, Monitor& monitor)
-    : frames_(frames), paths_(paths), scene_(scene), seed_(seed), monitor_(monitor) {
+                               const LiquidScene& scene, std::uint64_t seed, Monitor& monitor, TransferKeep keep)
+    : frames_(frames), paths_(paths), scene_(scene), seed_(seed), monitor_(monitor), keep_(std::move(keep)) {
   for (const BubblePath& path : paths) heard_.push_back(heard(path, scene.sound));
   options_.pass.liquid = {scene.sound.medium.liquid_density_kg_m3, scene.sound.medium.liquid_sound_speed_m_s};
   options_.pass.air = {scene.sound.air_density_kg_m3, scene.sound.air_sound_speed_m_s};
@@ -149,16 +154,19 @@ void TransferFinder::check_cells(std::size_t k, const LiquidBoundary& boundary, 
   const double time = frames_->time_s()[k];
   const ThickPart thick(*frames_, k, boundary);
   options_.pass.sample_counts = thick.sample_counts();
-  const std::size_t first = 7919 * errors_.size();  // any of them, no two runs of neighbours
+  const std::size_t first = 7919 * result_.errors.size();  // any of them, no two runs of neighbours
   int n_checked = 0;
   for (std::size_t n = 0; n < alive.size(); ++n) {
     const std::size_t i = alive[(first + n) % alive.size()];
     if (!in_body(boundary, i, time) || (thick.is_body() && !thick.holds(place_at(paths_[i], time)))) continue;
     monitor_.throw_if_stopped();
-    std::optional<double> found = cells_->error(i, swinging(i, time), boundary, k);
-    if (!found)
-      found = error(boundary, cells_->air_field(i, boundary), cells_->pressure(i, swinging(i, time)), i, time);
-    errors_.push_back(*found);
+    const double pitch = pitch_at(paths_[i], time);
+    if (const auto found = cells_->error(i, swinging(i, time), boundary, k)) {
+      result_.errors.push_back({pitch, found->all(), found->bins, found->air, found->cells, found->age});
+    } else {
+      result_.errors.push_back(
+          {pitch, error(boundary, cells_->air_field(i, boundary), cells_->pressure(i, swinging(i, time)), i, time)});
+    }
     if (++n_checked == kChecksPerAir) return;
   }
 }
@@ -174,8 +182,11 @@ bool TransferFinder::by_cells(std::size_t k, std::vector<std::size_t> alive) {
     const liquid::LiquidSurface body{std::move(mesh.surface), std::move(mesh.region)};
     if (!cells_->renew(*made, body, scene_.sound.listener.centre_m(time), time)) {
       cells_.reset();
+      air_frame_.reset();
       return false;
     }
+    air_frame_ = k;
+    ++result_.n_airs;
   }
   cells_->enter(k);
   std::erase_if(alive, [&](std::size_t i) {
@@ -186,19 +197,26 @@ bool TransferFinder::by_cells(std::size_t k, std::vector<std::size_t> alive) {
   for (const std::size_t i : alive) pitches[i] = pitch_at(paths_[i], time);
   cells_->solve(pitches);
   result_.n_solves += static_cast<std::int64_t>(alive.size());
+  for (const auto& [i, pitch] : pitches) result_.n_iterations += cells_->iterations(i);
   for (const auto& [i, pitch] : pitches)
     result_.rows[i].push_back({time, pitch, cells_->pressure(i, swinging(i, time))});
   if (made) check_cells(k, *made, alive);
   return true;
 }
 
-void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive) {
+void TransferFinder::make_air(std::size_t k, const LiquidBoundary& boundary) {
+  elements_.emplace(boundary, kAirVertices);
+  air_frame_ = k;
+  ear_m_ = scene_.sound.listener.centre_m(frames_->time_s()[k]);
+  ear_of_bin_.clear();
+}
+
+void TransferFinder::reciprocal(std::size_t k, const LiquidBoundary& boundary, const std::vector<std::size_t>& alive) {
   const int per_octave = scene_.transfer.bins_per_octave;
-  if (time_s - elements_from_s_ >= kEarStep_s * (1.0 - 1e-9)) {
-    elements_.emplace(boundary, kAirVertices);
-    elements_from_s_ = time_s;
-    ear_m_ = scene_.sound.listener.centre_m(time_s);
-    ear_of_bin_.clear();
+  const double time_s = frames_->time_s()[k];
+  if (!air_frame_ || time_s - frames_->time_s()[*air_frame_] >= kEarStep_s * (1.0 - 1e-9)) {
+    make_air(k, boundary);
+    ++result_.n_airs;
   }
   const bubble::EarElements::Carrier carried = elements_->carrier(boundary);
   const bubble::SourcePoints points = bubble::random_source_points(boundary, kFluidSources, 1, seed_);
@@ -216,8 +234,8 @@ void TransferFinder::reciprocal(const LiquidBoundary& boundary, double time_s, c
     if (result_.n_solves++ % kSolvesPerCheck != 0) continue;
     const bubble::EarElements coarse(boundary, std::max(elements_->n_elements() / 8, 22));
     air.q_coarse = coarse.carrier(boundary)(coarse.field(frequency, {ear_m_}, options_.pass.air, monitor_));
-    errors_.push_back(
-        error(boundary, air, liquid.pressure(swinging(bubbles.front(), time_s), 0), bubbles.front(), time_s));
+    result_.errors.push_back({frequency, error(boundary, air, liquid.pressure(swinging(bubbles.front(), time_s), 0),
+                                               bubbles.front(), time_s)});
   }
 }
 
@@ -236,8 +254,9 @@ void TransferFinder::forward(const LiquidBoundary& boundary, double time_s, cons
     if (result_.n_solves++ % kSolvesPerCheck != 0) continue;
     bubble::ReciprocalOptions both = options_;
     both.estimate_air = true;
-    errors_.push_back(bubble::error_estimate(
-        pressure, bubble::reciprocal_transfer(boundary, frequency, points, {{one}, {ear}}, both, monitor_)[0][0]));
+    const bubble::ReciprocalTransfer reference =
+        bubble::reciprocal_transfer(boundary, frequency, points, {{one}, {ear}}, both, monitor_)[0][0];
+    result_.errors.push_back({frequency, bubble::error_estimate(pressure, reference)});
   }
 }
 
@@ -265,12 +284,18 @@ void TransferFinder::half_space(std::size_t i) {
   }
 }
 
-void TransferFinder::frame(std::size_t k) {
+std::vector<std::size_t> TransferFinder::alive_in(std::size_t k) const {
   const std::span<const double> times = frames_->time_s();
   const double time = times[k], step = times.size() > 1 ? times[1] - times[0] : 0.0;
   std::vector<std::size_t> alive;
   for (std::size_t i = 0; i < paths_.size(); ++i)
-    if (heard_[i] && time > heard_[i]->birth_s - step && time < heard_[i]->faded_s + step) alive.push_back(i);
+    if (heard_[i] && time > heard_[i]->birth_s - step && time < heard_[i]->quiet_s + step) alive.push_back(i);
+  return alive;
+}
+
+void TransferFinder::frame(std::size_t k) {
+  const double time = frames_->time_s()[k];
+  std::vector<std::size_t> alive = alive_in(k);
   if (alive.empty()) return;
   if (cells_ && by_cells(k, alive)) return;
   const std::optional<LiquidBoundary> made = boundary_of(main_body(frames_->boundary(k), frames_->cell_m()));
@@ -286,7 +311,55 @@ void TransferFinder::frame(std::size_t k) {
   if (scene_.transfer.method == TransferMethod::kForward) {
     forward(boundary, time, alive);
   } else {
-    reciprocal(boundary, time, alive);
+    reciprocal(k, boundary, alive);
+  }
+}
+
+TransferCheckpoint TransferFinder::checkpoint(std::size_t next_frame) const {
+  TransferCheckpoint now;
+  now.next_frame = next_frame;
+  now.found = result_;
+  now.by_cells = cells_.has_value();
+  now.air_frame = air_frame_;
+  if (cells_ && air_frame_) now.cells = cells_->state();
+  return now;
+}
+
+/// @return the frame to begin with
+std::size_t TransferFinder::go_on() {
+  if (!keep_.from) return 0;
+  TransferCheckpoint from = std::move(*keep_.from);
+  KLANG_CHECK(from.found.rows.size() == paths_.size(), "a checkpoint of these bubbles");
+  result_ = std::move(from.found);
+  if (!from.by_cells) cells_.reset();
+  if (!from.air_frame) return from.next_frame;
+  const std::size_t k = *from.air_frame;
+  bubble::BoundaryMesh mesh = main_body(frames_->boundary(k), frames_->cell_m());
+  const LiquidBoundary boundary(mesh);
+  if (cells_) {
+    const liquid::LiquidSurface body{std::move(mesh.surface), std::move(mesh.region)};
+    const bool whole =
+        cells_->restore(std::move(from.cells), boundary, body, scene_.sound.listener.centre_m(frames_->time_s()[k]));
+    KLANG_CHECK(whole, "a surface that had cells has them again");
+  } else {
+    make_air(k, boundary);
+  }
+  air_frame_ = k;
+  return from.next_frame;
+}
+
+void TransferFinder::solve_frames() {
+  if (scene_.transfer.method == TransferMethod::kReciprocal)
+    cells_.emplace(*frames_, options_, scene_.transfer.bins_per_octave, monitor_);
+  const std::size_t n = frames_->time_s().size();
+  std::vector<std::size_t> work(n + 1, 0);  // bubbles in all frames before
+  for (std::size_t k = 0; k < n; ++k) work[k + 1] = work[k] + alive_in(k).size();
+  for (std::size_t k = go_on(); k < n; ++k) {
+    monitor_.throw_if_stopped();
+    monitor_.progress("transfer, " + std::to_string(result_.n_solves) + " solves of about " + std::to_string(work[n]),
+                      static_cast<double>(work[k]) / static_cast<double>(std::max<std::size_t>(work[n], 1)));
+    frame(k);
+    if (keep_.due()) keep_.keep(checkpoint(k + 1));
   }
 }
 
@@ -295,23 +368,12 @@ LiquidTransfer TransferFinder::find() {
       scene_.transfer.method == TransferMethod::kReciprocal || scene_.transfer.method == TransferMethod::kForward;
   if (solved) {
     KLANG_CHECK(frames_ != nullptr, "the transfer needs frames");
-    if (scene_.transfer.method == TransferMethod::kReciprocal)
-      cells_.emplace(*frames_, options_, scene_.transfer.bins_per_octave, monitor_);
-    const std::size_t n = frames_->time_s().size();
-    for (std::size_t k = 0; k < n; ++k) {
-      monitor_.throw_if_stopped();
-      monitor_.progress("transfer", static_cast<double>(k) / static_cast<double>(n));
-      frame(k);
-    }
+    solve_frames();
   }
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     if (!heard_[i] || !result_.rows[i].empty() || scene_.transfer.method == TransferMethod::kUnit) continue;
     half_space(i);
     if (solved) ++result_.n_half_space;
-  }
-  if (!errors_.empty()) {
-    std::nth_element(errors_.begin(), errors_.begin() + static_cast<std::ptrdiff_t>(errors_.size() / 2), errors_.end());
-    result_.error_estimate = errors_[errors_.size() / 2];
   }
   return std::move(result_);
 }
@@ -321,10 +383,10 @@ LiquidTransfer TransferFinder::find() {
 std::optional<HeardBubble> heard(const BubblePath& path, const stage::BubbleScene& sound) {
   try {
     HeardBubble bubble{path.id, bubble::bubble_radius_m(path.frequency_hz.front(), sound.medium, sound.theory),
-                       path.birth_s(), 0.0};
-    bubble.faded_s =
-        bubble.birth_s +
-        std::log(1000.0) / bubble::bubble_oscillation(bubble.radius_m, sound.medium, sound.theory).decay_per_s;
+                       path.birth_s(), 0.0, 0.0};
+    const double decay_per_s = bubble::bubble_oscillation(bubble.radius_m, sound.medium, sound.theory).decay_per_s;
+    bubble.quiet_s = bubble.birth_s + std::log(100.0) / decay_per_s;
+    bubble.faded_s = bubble.birth_s + std::log(1000.0) / decay_per_s;
     return bubble;
   } catch (const InputError&) {
     return std::nullopt;
@@ -380,8 +442,8 @@ bubble::BoundaryMesh main_body(const liquid::LiquidSurface& surface, double cell
 }
 
 LiquidTransfer find_transfer(const liquid::LiquidFrames* frames, const std::vector<BubblePath>& paths,
-                             const LiquidScene& scene, std::uint64_t seed, Monitor& monitor) {
-  return TransferFinder(frames, paths, scene, seed, monitor).find();
+                             const LiquidScene& scene, std::uint64_t seed, Monitor& monitor, TransferKeep keep) {
+  return TransferFinder(frames, paths, scene, seed, monitor, std::move(keep)).find();
 }
 
 }  // namespace klang::liquid_scene

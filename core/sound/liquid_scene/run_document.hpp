@@ -64,9 +64,30 @@ struct PressureRecord {
   }
 };
 
+/// Errors of the solves that were checked, of one octave of pitch.
+struct TransferErrorRecord {
+  double low_hz = 0.0, high_hz = 0.0;
+  std::int64_t n = 0;
+  double relative = 0.0, bins = 0.0, air = 0.0, cells = 0.0, age = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"low_hz", "of the octave"}, self.low_hz);
+    visit({"high_hz", "of the octave"}, self.high_hz);
+    visit({"n", "solves that were checked"}, self.n);
+    visit({"relative", "median of their error estimates"}, self.relative);
+    visit({"bins", "median of what the air's bins of frequency have in it; 0 where not told apart"}, self.bins);
+    visit({"air", "of the part of the air's elements"}, self.air);
+    visit({"cells", "of the part of the liquid's cells"}, self.cells);
+    visit({"age", "of the part of the air's age"}, self.age);
+  }
+};
+
 struct TransferRecord {
   std::string method;
   std::optional<double> error_estimate;
+  std::vector<TransferErrorRecord> errors;
+  std::int64_t n_iterations = 0, n_airs = 0;
   std::vector<double> tank_modes_hz;
 
   template <class Self, class Visitor>
@@ -74,6 +95,9 @@ struct TransferRecord {
     visit({"method", "reciprocal, forward, half_space or unit"}, self.method);
     visit(null_if_empty({"error_estimate", "relative, median of the solves; null: none was made"}),
           self.error_estimate);
+    visit({"errors", "the same octave by octave, and where it comes from"}, self.errors);
+    visit({"n_iterations", "of the liquid's cells, summed over the solves"}, self.n_iterations);
+    visit({"n_airs", "how often the air's elements were made"}, self.n_airs);
     visit({"tank_modes_hz", "of the first frame's liquid with free surface and rigid walls, up to the highest pitch"},
           self.tank_modes_hz);
   }

@@ -1,6 +1,6 @@
 #include "core/sound/liquid_scene/transfer_stage.hpp"
-#include "core/sound/liquid_scene/stage_watch.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
@@ -8,11 +8,78 @@
 #include "core/foundation/config/csv.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
+#include "core/sound/liquid_scene/stage_watch.hpp"
 
 namespace klang::liquid_scene {
 
+namespace {
+
+/// Time of the stage over all its runs, and the checkpoints between them.
+class TransferWatch {
+ public:
+  explicit TransferWatch(StageRun& run) : run_(run), key_(run_key(run.scene)) {}
+  std::filesystem::path file() const { return run_.folder.file("checkpoint/transfer"); }
+  TransferKeep keep() {
+    TransferKeep keep;
+    if (run_.resume) keep.from = read_transfer_checkpoint(file(), key_);
+    if (keep.from) {
+      before_wall_s_ = keep.from->wall_s;
+      before_cpu_s_ = keep.from->cpu_s;
+    }
+    keep.due = [this] { return since_.seconds() >= run_.checkpoint_s; };
+    keep.keep = [this](TransferCheckpoint now) {
+      now.wall_s = before_wall_s_ + watch_.seconds();
+      now.cpu_s = before_cpu_s_ + watch_.cpu_s();
+      note(StageStatus::kRunning, now.found);
+      std::filesystem::create_directories(file().parent_path());
+      write_transfer_checkpoint(file(), key_, std::move(now));
+      since_.restart();
+    };
+    return keep;
+  }
+  void note(StageStatus status, const LiquidTransfer& found) {
+    run_.document.n_solves = found.n_solves;
+    run_.document.stages.transfer =
+        StageRecord{status, before_wall_s_ + watch_.seconds(), before_cpu_s_ + watch_.cpu_s(), found.n_solves};
+    run_.folder.write_document(run_.document);
+  }
+
+ private:
+  StageRun& run_;
+  const std::string key_;
+  const StageWatch watch_;
+  Stopwatch since_;
+  double before_wall_s_ = 0.0, before_cpu_s_ = 0.0;
+};
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+TransferRecord transfer_record(TransferMethod method, const LiquidTransfer& found) {
+  TransferRecord record{to_text(method), found.error_estimate(), {}, found.n_iterations, found.n_airs, found.modes_hz};
+  std::map<int, std::vector<const TransferError*>> of_octave;  // 500 Hz times a power of 2
+  for (const TransferError& error : found.errors)
+    of_octave[static_cast<int>(std::floor(std::log2(error.frequency_hz / 500.0)))].push_back(&error);
+  for (const auto& [octave, errors] : of_octave) {
+    const auto median_of = [&](double TransferError::*part) {
+      std::vector<double> values;
+      for (const TransferError* error : errors) values.push_back(error->*part);
+      return median(std::move(values));
+    };
+    record.errors.push_back({500.0 * std::exp2(octave), 1000.0 * std::exp2(octave),
+                             static_cast<std::int64_t>(errors.size()), median_of(&TransferError::relative),
+                             median_of(&TransferError::bins), median_of(&TransferError::air),
+                             median_of(&TransferError::cells), median_of(&TransferError::age)});
+  }
+  return record;
+}
+
+}  // namespace
+
 void run_transfer(StageRun& run) {
-  const StageWatch watch;
   const std::vector<entrainment::BubblePath> paths =
       run.document.n_bubbles > 0 ? entrainment::read_tracked_bubbles(run.folder.file("bubbles.trk")).paths
                                  : std::vector<entrainment::BubblePath>{};
@@ -26,7 +93,9 @@ void run_transfer(StageRun& run) {
     frames = folder_frames(run.scene, run.folder, static_cast<std::size_t>(run.document.n_frames));
   }
   LiquidTransfer found;
-  if (!paths.empty()) found = find_transfer(frames.get(), paths, run.scene, 1, run.monitor);
+  TransferWatch watched(run);
+  watched.note(StageStatus::kRunning, found);
+  if (!paths.empty()) found = find_transfer(frames.get(), paths, run.scene, 1, run.monitor, watched.keep());
   std::string text = "bubble,time_s,frequency_hz,re,im\n";
   double lowest = HUGE_VAL, highest = 0.0;
   for (std::size_t i = 0; i < paths.size(); ++i)
@@ -41,8 +110,9 @@ void run_transfer(StageRun& run) {
     run.warn(std::to_string(found.n_half_space) +
              " bubble(s) were never inside the largest body of liquid: they are heard as below a wide plane surface");
   constexpr double kDoubtful = 0.2;
-  if (found.error_estimate && !(*found.error_estimate <= kDoubtful))
-    run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *found.error_estimate)) +
+  const std::optional<double> off = found.error_estimate();
+  if (off && !(*off <= kDoubtful))
+    run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *off)) +
              " % (median of samples): elements of the air, cells or waves of the liquid are too coarse for its surface "
              "or for "
              "pitches this high; method half_space is the one to compare with");
@@ -55,9 +125,10 @@ void run_transfer(StageRun& run) {
              to_text(run.scene.transfer.liquid_loss_factor) + " and wall_admittance " +
              to_text(run.scene.transfer.wall_admittance) + " make them");
   run.document.n_solves = found.n_solves;
-  run.document.transfer = TransferRecord{to_text(method), found.error_estimate, found.modes_hz};
-  run.document.stages.transfer = StageRecord{StageStatus::kDone, watch.seconds(), watch.cpu_s(), found.n_solves};
-  run.folder.write_document(run.document);
+  run.document.transfer = transfer_record(method, found);
+  watched.note(StageStatus::kDone, found);
+  std::error_code gone;
+  std::filesystem::remove(watched.file(), gone);
 }
 
 std::map<std::int64_t, std::vector<bubble::TransferSeries::Row>> read_transfers(const std::filesystem::path& path) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/fields.hpp"
 
@@ -13,7 +14,7 @@ using Complex = std::complex<double>;
 
 constexpr double kLowestBin_hz = 20.0;
 constexpr double kFirstLife_s = 0.08, kLongestLife_s = 0.64, kSmallChange = 0.1, kLargeChange = 0.25;
-constexpr double kEnoughElements = 4.0;  // per wavelength
+constexpr double kEnoughElements = 5.0;  // per wavelength, by the mean edge
 constexpr double kTolerance =
     1e-4;  // a resonance of Q 50 is then right to a percent, with 3e-3 by nothing (LiquidCells.*)
 constexpr int kMostIterations = 1000;
@@ -29,7 +30,11 @@ double CellEar::bin_hz(int bin) const { return kLowestBin_hz * std::exp2(static_
 bool CellEar::due(double time_s) const { return !elements_[0] || time_s - made_s_ >= life_s_ * (1.0 - 1e-9); }
 
 std::size_t CellEar::level(double frequency_hz) const {
-  return elements_[0]->elements_per_wavelength(frequency_hz, options_.pass.air) >= kEnoughElements ? 0 : 1;
+  std::size_t level = 0;
+  while (level + 1 < kLevels &&
+         elements_[level]->elements_per_wavelength(frequency_hz, options_.pass.air) < kEnoughElements)
+    ++level;
+  return level;
 }
 
 Eigen::MatrixXcd CellEar::field(const bubble::EarElements& elements, double frequency_hz) const {
@@ -47,17 +52,47 @@ bool CellEar::renew(const bubble::LiquidBoundary& boundary, const liquid::Liquid
     if (level(bin_hz(bin)) == 0) old_q_[bin] = std::move(q);
   q_.clear();
   old_elements_ = std::move(elements_[0]);
-  for (const int level : {0, 1})
-    elements_[static_cast<std::size_t>(level)] =
-        std::make_unique<const bubble::EarElements>(boundary, options_.air_vertices << level);
+  make_elements(boundary);
   ear_m_ = ear_m;
   made_s_ = time_s;
   return true;
 }
 
+void CellEar::make_elements(const bubble::LiquidBoundary& boundary) {
+  for (std::size_t level = 0; level < kLevels; ++level)
+    elements_[level] = std::make_unique<const bubble::EarElements>(boundary, options_.air_vertices << level);
+}
+
+CellEarState CellEar::state() const {
+  KLANG_CHECK(!old_elements_, "the air of this frame has been solved");
+  CellEarState state{made_s_, life_s_, change_, q_, {}};
+  for (const auto& [bubble, wave] : waves_) state.waves[bubble] = {wave.frequency_hz, wave.waves.w};
+  return state;
+}
+
+bool CellEar::restore(CellEarState state, const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body,
+                      const Eigen::Vector3d& ear_m) {
+  box_ = cell_box(body, frames_.cell_m());
+  if (!box_) return false;
+  make_elements(boundary);
+  ear_m_ = ear_m;
+  made_s_ = state.made_s;
+  life_s_ = state.life_s;
+  change_ = state.change;
+  q_ = std::move(state.q);
+  waves_.clear();
+  for (auto& [bubble, wave] : state.waves) {
+    Wave& here = waves_[bubble];
+    here.frequency_hz = wave.frequency_hz;
+    here.waves.w = std::move(wave.w);
+  }
+  return true;
+}
+
 void CellEar::enter(std::size_t frame) {
   cells_.emplace(frames_, frame, *box_);
-  for (const std::size_t level : {0U, 1U}) carriers_[level] = elements_[level]->carrier(cells_->surface_m());
+  for (std::size_t level = 0; level < kLevels; ++level)
+    carriers_[level] = elements_[level]->carrier(cells_->surface_m());
   heard_.clear();
 }
 
@@ -162,17 +197,17 @@ Complex CellEar::pressure(std::size_t bubble, const bubble::SwingingBubble& at) 
 std::pair<Eigen::VectorXcd, double> CellEar::coarse_air(double frequency_hz, const bubble::LiquidBoundary& boundary,
                                                         const Eigen::Matrix3Xd& points_m) const {
   const std::size_t of = level(frequency_hz);
-  if (of == 1 && elements_[0]->n_elements() < elements_[1]->n_elements())
-    return {elements_[0]->carrier(points_m)(field(*elements_[0], frequency_hz)).col(0),
-            static_cast<double>(elements_[1]->n_elements()) / elements_[0]->n_elements()};
+  if (of > 0 && elements_[of - 1]->n_elements() < elements_[of]->n_elements())
+    return {elements_[of - 1]->carrier(points_m)(field(*elements_[of - 1], frequency_hz)).col(0),
+            static_cast<double>(elements_[of]->n_elements()) / elements_[of - 1]->n_elements()};
   const int n = elements_[of]->n_elements();
   const bubble::EarElements coarse(boundary, std::max(n / 8, 22));
   return {coarse.carrier(points_m)(field(coarse, frequency_hz)).col(0),
           std::max(1.5, static_cast<double>(n) / coarse.n_elements())};
 }
 
-std::optional<double> CellEar::error(std::size_t bubble, const bubble::SwingingBubble& at,
-                                     const bubble::LiquidBoundary& boundary, std::size_t frame) {
+std::optional<CellEar::Error> CellEar::error(std::size_t bubble, const bubble::SwingingBubble& at,
+                                             const bubble::LiquidBoundary& boundary, std::size_t frame) {
   const Wave& of = waves_.at(bubble);
   const auto coarse_box = coarser_box(*box_);
   if (!coarse_box) return std::nullopt;
@@ -190,7 +225,8 @@ std::optional<double> CellEar::error(std::size_t bubble, const bubble::SwingingB
   const double ratio = coarse_box->cell_m / box_->cell_m;
   const double cells =
       change_with(coarse, elements_[level_here]->carrier(coarse.surface_m())(own).col(0)) / (ratio * ratio - 1.0);
-  return (between_bins + air + cells) / std::abs(here) + 0.5 * change_;
+  const double size = std::abs(here);
+  return Error{between_bins / size, air / size, cells / size, 0.5 * change_};
 }
 
 bubble::EarField CellEar::air_field(std::size_t bubble, const bubble::LiquidBoundary& boundary) const {

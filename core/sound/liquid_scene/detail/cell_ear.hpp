@@ -8,6 +8,7 @@
 #include "core/foundation/base/monitor.hpp"
 #include "core/physics/liquid/frames.hpp"
 #include "core/sound/dual_domain/reciprocal.hpp"
+#include "core/sound/liquid_scene/cell_ear_state.hpp"
 #include "core/sound/liquid_scene/detail/cell_waves.hpp"
 
 namespace klang::liquid_scene {
@@ -28,16 +29,26 @@ class CellEar {
   /// @return false: the surface has solids, or walls that are no sides of its box; the cells do not know them
   bool renew(const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body, const Eigen::Vector3d& ear_m,
              double time_s);
+  /// Between two frames, the second of which has been solved.
+  CellEarState state() const;
+  /// Goes on from there. @param boundary, body  of the frame in which that air was made
+  bool restore(CellEarState state, const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body,
+               const Eigen::Vector3d& ear_m);
   void enter(std::size_t frame);  ///< to be called for each frame before what follows
   bool holds(const Eigen::Vector3d& x_m) const { return cells_->holds(x_m); }
   /// All bubbles of the frame at once, by any number of theirs; the work is shared between threads. @throws NumericalError
   void solve(const std::map<std::size_t, double>& pitch_of_bubble);
   std::complex<double> pressure(std::size_t bubble, const bubble::SwingingBubble& at) const;
-  /// Relative error of that: by coarser elements of the air and, with the same field on the surface, by coarser cells, both taken to err
+  int iterations(std::size_t bubble) const { return waves_.at(bubble).waves.iterations; }
+  struct Error {
+    double bins = 0.0, air = 0.0, cells = 0.0, age = 0.0;
+    double all() const { return bins + air + cells + age; }
+  };
+  /// Relative error of a pressure: by coarser elements of the air and, with the same field on the surface, by coarser cells, both taken to err
   /// as the square of their size; by the air solved at this very pitch; by half of what the air changed when it was last solved anew.
   /// None: no coarser cells fit between the walls.
-  std::optional<double> error(std::size_t bubble, const bubble::SwingingBubble& at,
-                              const bubble::LiquidBoundary& boundary, std::size_t frame);
+  std::optional<Error> error(std::size_t bubble, const bubble::SwingingBubble& at,
+                             const bubble::LiquidBoundary& boundary, std::size_t frame);
   /// At the pitch of a bubble, with q_coarse.
   bubble::EarField air_field(std::size_t bubble, const bubble::LiquidBoundary& boundary) const;
 
@@ -49,7 +60,9 @@ class CellEar {
   };
   using Elements = std::unique_ptr<const bubble::EarElements>;
   double bin_hz(int bin) const;
-  /// 0 where the first elements are enough for the wavelength, 1: twice as many vertices.
+  void make_elements(const bubble::LiquidBoundary& boundary);
+  static constexpr std::size_t kLevels = 3;
+  /// 0 where the first elements are enough for the wavelength; each next one has twice as many vertices.
   std::size_t level(double frequency_hz) const;
   Eigen::MatrixXcd field(const bubble::EarElements& elements, double frequency_hz) const;
   const Eigen::VectorXcd& heard_in_bin(int bin);
@@ -68,13 +81,13 @@ class CellEar {
   const bubble::ReciprocalOptions& options_;
   const int bins_per_octave_;
   Monitor& monitor_;
-  std::array<Elements, 2> elements_;
+  std::array<Elements, kLevels> elements_;
   Elements old_elements_;                      ///< of level 0
   std::map<int, Eigen::MatrixXcd> q_, old_q_;  ///< of bins, at the vertices of their elements
   std::map<int, Eigen::VectorXcd> heard_;      ///< of bins, at the crossings of this frame
   std::optional<CellBox> box_;
   std::optional<LiquidCells> cells_;
-  std::array<bubble::EarElements::Carrier, 2> carriers_;
+  std::array<bubble::EarElements::Carrier, kLevels> carriers_;
   Eigen::Vector3d ear_m_ = Eigen::Vector3d::Zero();
   double made_s_ = -1e300, life_s_ = 0.0, change_ = 0.0;
   std::map<std::size_t, Wave> waves_;

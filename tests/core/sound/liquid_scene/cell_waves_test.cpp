@@ -71,6 +71,9 @@ double largest_error(int n_cells, double frequency_hz, double half_waves, double
 TEST(LiquidCells, WavesOfATankAreTheClosedFormAlsoAtResonance) {
   const double mode_hz = 1497.0 / (4.0 * kDepth_m);
   for (const double f : {0.99 * mode_hz, mode_hz}) EXPECT_LE(largest_error(40, f, 0.0), 0.03) << f;  // Q is 50
+  const double next_hz = 1497.0 * std::hypot(1.0 / (2.0 * kSide_m), 1.0 / (4.0 * kDepth_m));
+  for (const double times : {0.95, 0.98, 1.0, 1.02, 1.05})
+    EXPECT_LE(largest_error(40, times * next_hz, 1.0), 0.03) << times;
   for (const double f : {500.0, 1.3 * mode_hz, 2.5 * mode_hz}) EXPECT_LE(largest_error(40, f, 0.0), 0.01) << f;
   for (const double f : {500.0, 5000.0}) EXPECT_LE(largest_error(40, f, 3.0), 0.01) << f;
 }

@@ -77,9 +77,9 @@ TEST(LiquidTransfer, OfACentralBubbleIsTheClosedFormAtItsPitchByBothMethods) {
   for (const char* method : {"reciprocal", "forward"}) {
     const LiquidScene scene = scene_of(method);
     const LiquidTransfer found = find_transfer(&frames, {central(f)}, scene, 1, silent_monitor());
-    EXPECT_GE(found.n_solves, 5);
-    ASSERT_TRUE(found.error_estimate.has_value());
-    EXPECT_LE(*found.error_estimate, 0.05);
+    EXPECT_GE(found.n_solves, 4);  // frames until a hundredth of the amplitude
+    ASSERT_TRUE(found.error_estimate().has_value());
+    EXPECT_LE(*found.error_estimate(), 0.05);
     const bubble::TransferSeries series(found.rows[0], "rows");
     const double radius = bubble::bubble_radius_m(f, scene.sound.medium),
                  strength = 4.0 * kPi * 1000.0 * omega * omega * radius * radius;
@@ -148,8 +148,8 @@ TEST(LiquidTransfer, AJetThatStandsOnTheBodyHardlyChangesABubbleBesideIt) {
     EXPECT_LE(std::abs(jet.rows[0][i].pressure_pa_per_m - alone.rows[0][i].pressure_pa_per_m),
               0.08 * std::abs(alone.rows[0][i].pressure_pa_per_m))
         << i;
-  ASSERT_TRUE(jet.error_estimate.has_value());
-  EXPECT_LE(*jet.error_estimate, 0.1);
+  ASSERT_TRUE(jet.error_estimate().has_value());
+  EXPECT_LE(*jet.error_estimate(), 0.1);
 }
 
 TEST(ThickPart, HoldsThePoolAndNoJetNorABubbleInIt) {

@@ -1,0 +1,20 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <map>
+#include <vector>
+
+namespace klang::liquid_scene {
+
+/// What a CellEar carries from one frame to the next, besides the elements of the air, which are made again from the surface they came from.
+struct CellEarState {
+  struct Wave {
+    double frequency_hz = 0.0;
+    std::vector<std::complex<float>> w;  ///< of all cells of the box
+  };
+  double made_s = -1e300, life_s = 0.0, change = 0.0;
+  std::map<int, Eigen::MatrixXcd> q;  ///< of bins, at the vertices of their elements
+  std::map<std::size_t, Wave> waves;  ///< of bubbles
+};
+
+}  // namespace klang::liquid_scene

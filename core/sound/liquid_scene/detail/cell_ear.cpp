@@ -13,7 +13,7 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr double kLowestBin_hz = 20.0;
-constexpr double kFirstLife_s = 0.08, kLongestLife_s = 0.64, kSmallChange = 0.1, kLargeChange = 0.25;
+constexpr double kFirstLife_s = 0.08, kLongestLife_s = 0.64, kSmallChange = 0.2, kLargeChange = 0.4;
 constexpr double kEnoughElements = 5.0;  // per wavelength, by the mean edge
 constexpr double kTolerance =
     1e-4;  // a resonance of Q 50 is then right to a percent, with 3e-3 by nothing (LiquidCells.*)

@@ -23,7 +23,7 @@ class CellEar {
           Monitor& monitor);
 
   /// Whether the air's elements are too old at a time. They live 0.08 s at first; twice as long, to 0.64 s, where their successors changed
-  /// what the free surface hears by less than 10 %, half as long where by more than 25 % (at the highest frequency with 4 elements per
+  /// what the free surface hears by less than 20 %, half as long where by more than 40 % (at the highest frequency with 5 elements per
   /// wavelength; another mesh of the same surface alone changes it by some 7 % there).
   bool due(double time_s) const;
   /// @return false: the surface has solids, or walls that are no sides of its box; the cells do not know them

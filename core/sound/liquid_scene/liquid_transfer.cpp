@@ -175,11 +175,12 @@ bool TransferFinder::by_cells(std::size_t k, std::vector<std::size_t> alive) {
   const double time = frames_->time_s()[k];
   std::optional<LiquidBoundary> made;
   if (cells_->due(time)) {
-    bubble::BoundaryMesh mesh = main_body(frames_->boundary(k), frames_->cell_m());
+    const liquid::LiquidSurface whole = frames_->boundary(k);
+    bubble::BoundaryMesh mesh = main_body(whole, frames_->cell_m());
     made = boundary_of(mesh);
     if (!made) return true;
     look_around(*made, time);
-    const liquid::LiquidSurface body{std::move(mesh.surface), std::move(mesh.region)};
+    const CellBody body{{std::move(mesh.surface), std::move(mesh.region)}, has_solids(whole)};
     if (!cells_->renew(*made, body, scene_.sound.listener.centre_m(time), time)) {
       cells_.reset();
       air_frame_.reset();
@@ -334,10 +335,11 @@ std::size_t TransferFinder::go_on() {
   if (!from.by_cells) cells_.reset();
   if (!from.air_frame) return from.next_frame;
   const std::size_t k = *from.air_frame;
-  bubble::BoundaryMesh mesh = main_body(frames_->boundary(k), frames_->cell_m());
+  const liquid::LiquidSurface surface = frames_->boundary(k);
+  bubble::BoundaryMesh mesh = main_body(surface, frames_->cell_m());
   const LiquidBoundary boundary(mesh);
   if (cells_) {
-    const liquid::LiquidSurface body{std::move(mesh.surface), std::move(mesh.region)};
+    const CellBody body{{std::move(mesh.surface), std::move(mesh.region)}, has_solids(surface)};
     const bool whole =
         cells_->restore(std::move(from.cells), boundary, body, scene_.sound.listener.centre_m(frames_->time_s()[k]));
     KLANG_CHECK(whole, "a surface that had cells has them again");

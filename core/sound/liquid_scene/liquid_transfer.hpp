@@ -36,7 +36,7 @@ struct TransferKeep {
 
 /// Transfer of every bubble to the listener's centre over time, until its amplitude is a hundredth; it is held from there on. reciprocal: the ear's field in the air at bins
 /// of frequency (bins_per_octave, from 20 Hz) and anew when it has changed, in the liquid on the frame's cells at each bubble's momentary
-/// pitch; where solids or slanting walls stand in the liquid, by waves about its centre at the bins' frequencies. forward: each
+/// pitch; where its walls are slanting, by waves about its centre at the bins' frequencies. forward: each
 /// bubble and frame by itself, at its momentary pitch; half_space: closed form, needs no frames.
 LiquidTransfer find_transfer(const liquid::LiquidFrames* frames, const std::vector<entrainment::BubblePath>& paths,
                              const LiquidScene& scene, std::uint64_t seed, Monitor& monitor, TransferKeep keep = {});

@@ -41,10 +41,11 @@ Eigen::MatrixXcd CellEar::field(const bubble::EarElements& elements, double freq
   return elements.field(frequency_hz, {ear_m_}, options_.pass.air, monitor_);
 }
 
-bool CellEar::renew(const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body,
-                    const Eigen::Vector3d& ear_m, double time_s) {
-  std::optional<CellBox> box = cell_box(body, frames_.cell_m());
+bool CellEar::renew(const bubble::LiquidBoundary& boundary, const CellBody& body, const Eigen::Vector3d& ear_m,
+                    double time_s) {
+  std::optional<CellBox> box = cell_box(body.surface, frames_.cell_m());
   if (!box) return false;
+  box->with_solids = body.with_solids;
   if (!box_ || !box_->same_cells(*box)) waves_.clear();
   box_ = box;
   old_q_.clear();
@@ -70,10 +71,11 @@ CellEarState CellEar::state() const {
   return state;
 }
 
-bool CellEar::restore(CellEarState state, const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body,
+bool CellEar::restore(CellEarState state, const bubble::LiquidBoundary& boundary, const CellBody& body,
                       const Eigen::Vector3d& ear_m) {
-  box_ = cell_box(body, frames_.cell_m());
+  box_ = cell_box(body.surface, frames_.cell_m());
   if (!box_) return false;
+  box_->with_solids = body.with_solids;
   make_elements(boundary);
   ear_m_ = ear_m;
   made_s_ = state.made_s;

@@ -13,6 +13,12 @@
 
 namespace klang::liquid_scene {
 
+/// The largest body of liquid, and whether solids are in or near the liquid.
+struct CellBody {
+  liquid::LiquidSurface surface;
+  bool with_solids = false;
+};
+
 /// The ear's field in a moving liquid at the pitch of each bubble: boundary elements in the air, the frame's own cells in the liquid. The air is
 /// solved at bins of frequency and anew when it has changed; what it does between them is smooth but for the way to the ear. The liquid
 /// resonates, and is solved at each pitch: from its waves of the frame before, and as exactly as these do not hold any more.
@@ -26,13 +32,12 @@ class CellEar {
   /// what the free surface hears by less than 20 %, half as long where by more than 40 % (at the highest frequency with 5 elements per
   /// wavelength; another mesh of the same surface alone changes it by some 7 % there).
   bool due(double time_s) const;
-  /// @return false: the surface has solids, or walls that are no sides of its box; the cells do not know them
-  bool renew(const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body, const Eigen::Vector3d& ear_m,
-             double time_s);
+  /// @return false: the surface has walls that are no sides of its box; the cells do not know them
+  bool renew(const bubble::LiquidBoundary& boundary, const CellBody& body, const Eigen::Vector3d& ear_m, double time_s);
   /// Between two frames, the second of which has been solved.
   CellEarState state() const;
   /// Goes on from there. @param boundary, body  of the frame in which that air was made
-  bool restore(CellEarState state, const bubble::LiquidBoundary& boundary, const liquid::LiquidSurface& body,
+  bool restore(CellEarState state, const bubble::LiquidBoundary& boundary, const CellBody& body,
                const Eigen::Vector3d& ear_m);
   void enter(std::size_t frame);  ///< to be called for each frame before what follows
   bool holds(const Eigen::Vector3d& x_m) const { return cells_->holds(x_m); }

@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/sound/liquid_scene/detail/solid_cells.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -29,6 +30,17 @@ Vector3d corner(const liquid::LiquidSurface& s, Index t, int c) {
 
 }  // namespace
 
+bool has_solids(const liquid::LiquidSurface& surface) {
+  double all_m2 = 0.0, solid_m2 = 0.0;
+  for (Index t = 0; t < surface.surface.triangles.rows(); ++t) {
+    const Vector3d a = corner(surface, t, 0);
+    const double area = 0.5 * (corner(surface, t, 1) - a).cross(corner(surface, t, 2) - a).norm();
+    all_m2 += area;
+    if (surface.region[static_cast<std::size_t>(t)] >= 2) solid_m2 += area;
+  }
+  return solid_m2 > kSmallSolids * all_m2;
+}
+
 std::optional<CellBox> cell_box(const liquid::LiquidSurface& surface, double cell_m) {
   const Index n_triangles = surface.surface.triangles.rows();
   if (n_triangles == 0) return std::nullopt;
@@ -51,14 +63,8 @@ std::optional<CellBox> cell_box(const liquid::LiquidSurface& surface, double cel
   if (n_cells > static_cast<double>(kMostCells)) return std::nullopt;
   // At edges of the box and where the surface meets it a wall's triangles go from one side to another, half a cell inside.
   const double on = 0.1 * cell_m, near = 0.55 * cell_m;
-  double all_m2 = 0.0, solid_m2 = 0.0;
   for (Index t = 0; t < n_triangles; ++t) {
-    const int region = surface.region[static_cast<std::size_t>(t)];
-    const Vector3d a = corner(surface, t, 0);
-    const double area = 0.5 * (corner(surface, t, 1) - a).cross(corner(surface, t, 2) - a).norm();
-    all_m2 += area;
-    if (region >= 2) solid_m2 += area;
-    if (region != 1) continue;
+    if (surface.region[static_cast<std::size_t>(t)] != 1) continue;
     std::array<bool, 3> corner_near{};
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (const std::size_t upper : {0U, 1U}) {
@@ -74,7 +80,6 @@ std::optional<CellBox> cell_box(const liquid::LiquidSurface& surface, double cel
       }
     if (!corner_near[0] || !corner_near[1] || !corner_near[2]) return std::nullopt;
   }
-  if (solid_m2 > kSmallSolids * all_m2) return std::nullopt;
   return box;
 }
 
@@ -98,7 +103,11 @@ LiquidCells::LiquidCells(const liquid::LiquidFrames& frames, std::size_t frame, 
   const std::size_t nx = static_cast<std::size_t>(box.n[0]) + 2, ny = static_cast<std::size_t>(box.n[1]) + 2,
                     nz = static_cast<std::size_t>(box.n[2]) + 2;
   std::vector<float> phi(nx * ny * nz);  // with a layer around
-  std::vector<std::uint8_t> liquid(index(0, 0, box.n[2]), 0), open(liquid.size(), 0);
+  Kinds kinds;
+  kinds.liquid.resize(index(0, 0, box.n[2]), 0);
+  kinds.open.resize(kinds.liquid.size(), 0);
+  kinds.solid = box.with_solids ? detail::solid_cells(frames.boundary(frame), box.low_m, box.cell_m, box.n)
+                                : std::vector<std::uint8_t>(kinds.liquid.size(), 0);
   parallel_for(nz, 1, [&](std::size_t k, std::size_t) {
     for (std::size_t j = 0; j < ny; ++j)
       for (std::size_t i = 0; i < nx; ++i) {
@@ -111,13 +120,14 @@ LiquidCells::LiquidCells(const liquid::LiquidFrames& frames, std::size_t frame, 
   for (int k = 0; k < box.n[2]; ++k)
     for (int j = 0; j < box.n[1]; ++j)
       for (int i = 0; i < box.n[0]; ++i)
-        liquid[index(i, j, k)] =
-            phi[static_cast<std::size_t>(i) + 1 +
-                nx * (static_cast<std::size_t>(j) + 1 + ny * (static_cast<std::size_t>(k) + 1))] < 0.0F
+        kinds.liquid[index(i, j, k)] =
+            kinds.solid[index(i, j, k)] == 0 &&
+                    phi[static_cast<std::size_t>(i) + 1 +
+                        nx * (static_cast<std::size_t>(j) + 1 + ny * (static_cast<std::size_t>(k) + 1))] < 0.0F
                 ? 1
                 : 0;
-  find_body(liquid, open);
-  assemble(phi, liquid, open);
+  find_body(kinds);
+  assemble(phi, kinds);
   matrix_.factor();
 }
 
@@ -152,9 +162,10 @@ std::vector<int> LiquidCells::components(const std::vector<std::uint8_t>& member
   return part;
 }
 
-void LiquidCells::find_body(std::vector<std::uint8_t>& liquid, std::vector<std::uint8_t>& open) const {
+void LiquidCells::find_body(Kinds& kinds) const {
+  std::vector<std::uint8_t>&liquid = kinds.liquid, &open = kinds.open;
   std::vector<std::uint8_t> dry(liquid.size());
-  for (std::size_t c = 0; c < liquid.size(); ++c) dry[c] = liquid[c] == 0 ? 1 : 0;
+  for (std::size_t c = 0; c < liquid.size(); ++c) dry[c] = liquid[c] == 0 && kinds.solid[c] == 0 ? 1 : 0;
   std::vector<std::size_t> sizes;
   std::vector<int> part = components(dry, sizes);
   std::vector<std::uint8_t> reached(sizes.size(), 0);  // from a side that is no wall
@@ -184,8 +195,8 @@ void LiquidCells::find_body(std::vector<std::uint8_t>& liquid, std::vector<std::
     if (part[c] != body) liquid[c] = 0;
 }
 
-void LiquidCells::assemble(const std::vector<float>& phi, const std::vector<std::uint8_t>& liquid,
-                           const std::vector<std::uint8_t>& open) {
+void LiquidCells::assemble(const std::vector<float>& phi, const Kinds& kinds) {
+  const std::vector<std::uint8_t>&liquid = kinds.liquid, &open = kinds.open;
   const std::array<std::size_t, 3> step{1, index(0, 1, 0), index(0, 0, 1)};
   const std::array<std::size_t, 3> phi_step{
       1, static_cast<std::size_t>(box_.n[0]) + 2,
@@ -222,6 +233,7 @@ void LiquidCells::assemble(const std::vector<float>& phi, const std::vector<std:
           (upper ? matrix_.next : matrix_.before)[a][row] = number_[other];
           continue;
         }
+        if (!edge && kinds.solid[other] != 0) continue;
         const double wet = phi[here], dry = phi[upper ? here + phi_step[a] : here - phi_step[a]];
         // Not so for a small hollow that counts as liquid and for what touches another body.
         const double theta = wet < 0.0 && dry > 0.0 ? std::clamp(wet / (wet - dry), kLeastTheta, 1.0) : 0.5;

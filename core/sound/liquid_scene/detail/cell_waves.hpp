@@ -17,15 +17,20 @@ struct CellBox {
   std::array<int, 3> n{};
   double cell_m = 0.0;
   std::array<std::array<bool, 2>, 3> wall{};  ///< of each axis' lower and upper side
+  bool with_solids = false;                   ///< they are looked for in the surface of each frame
   bool same_cells(const CellBox& other) const { return n == other.n && low_m == other.low_m && cell_m == other.cell_m; }
 };
-/// None: the surface has walls elsewhere, or solids of more than a hundredth of its area, which these cells do not know.
+/// Whether solids, wet or dry, have more than a hundredth of a surface's area. Smaller ones (mouthpieces) are taken as liquid or air,
+/// whatever phi says.
+bool has_solids(const liquid::LiquidSurface& surface);
+/// None: the surface has walls elsewhere, which these cells do not know.
 std::optional<CellBox> cell_box(const liquid::LiquidSurface& surface, double cell_m);
 /// The same box in cells 1.25 to 2 times as large. None: whole ones do not fit between its walls.
 std::optional<CellBox> coarser_box(const CellBox& box);
 
 /// Pass B of reciprocity (core/sound/dual_domain/reciprocal.hpp) on the cells of a frame: (nabla^2 + k^2) w = 0 in the largest body of liquid,
-/// w = q where lines between centres cross its surface (Gibou et al. 2002, as the flow's pressure), dw/dn + give w = 0 on walls. It
+/// w = q where lines between centres cross its surface (Gibou et al. 2002, as the flow's pressure), dw/dn + give w = 0 on walls, dw/dn = 0 on
+/// the faces of cells whose centre is in a solid. It
 /// follows jets, sheets and craters as the flow does; no waves about one centre are asked to. Hollows below 27 cells are liquid; in larger
 /// ones q is 0, as no sound of the ear gets there.
 class LiquidCells {
@@ -63,9 +68,12 @@ class LiquidCells {
                                              (static_cast<std::size_t>(j) + static_cast<std::size_t>(box_.n[1]) * k);
   }
   std::vector<int> components(const std::vector<std::uint8_t>& member, std::vector<std::size_t>& sizes) const;
-  void find_body(std::vector<std::uint8_t>& liquid, std::vector<std::uint8_t>& open) const;
-  void assemble(const std::vector<float>& phi, const std::vector<std::uint8_t>& liquid,
-                const std::vector<std::uint8_t>& open);
+  /// What is at each cell's centre; open: air that is connected to the sides.
+  struct Kinds {
+    std::vector<std::uint8_t> liquid, open, solid;
+  };
+  void find_body(Kinds& kinds) const;
+  void assemble(const std::vector<float>& phi, const Kinds& kinds);
   void load(const Question& question, std::size_t lane, detail::LaneValues& x, detail::LaneValues& right) const;
   void solve_lanes(const Question* questions, std::size_t n, double tolerance, int most_iterations, Waves* waves) const;
 

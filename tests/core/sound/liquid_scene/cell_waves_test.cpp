@@ -21,13 +21,19 @@ constexpr double kSide_m = 0.2, kDepth_m = 0.1037;  // the surface is no plane b
 /// One frame of what a distance says in a box of kSide_m.
 class OneFrame : public liquid::LiquidFrames {
  public:
-  OneFrame(int n_cells, std::function<double(const Vector3d&)> phi) : cell_m_(kSide_m / n_cells), phi_(std::move(phi)) {
+  using Distance = std::function<double(const Vector3d&)>;
+  OneFrame(int n_cells, Distance phi, const Distance& to_solid = {})
+      : cell_m_(kSide_m / n_cells), phi_(std::move(phi)) {
     const liquid::GridShape shape{n_cells, n_cells, n_cells, cell_m_};
     liquid::Field field(n_cells, n_cells, n_cells);
     for (int k = 0; k < n_cells; ++k)
       for (int j = 0; j < n_cells; ++j)
         for (int i = 0; i < n_cells; ++i) field(i, j, k) = phi_(shape.centre_m(i, j, k));
-    surface_ = liquid::liquid_surface(shape, field, {});
+    liquid::Field solid(to_solid ? n_cells : 0, to_solid ? n_cells : 0, to_solid ? n_cells : 0);
+    for (int k = 0; to_solid && k < n_cells; ++k)
+      for (int j = 0; j < n_cells; ++j)
+        for (int i = 0; i < n_cells; ++i) solid(i, j, k) = to_solid(shape.centre_m(i, j, k));
+    surface_ = liquid::liquid_surface(shape, field, solid);
   }
   std::span<const double> time_s() const override { return times_; }
   liquid::LiquidSurface boundary(std::size_t) const override { return surface_; }
@@ -83,6 +89,39 @@ TEST(LiquidCells, ErrorFallsAboutAsTheSquareOfTheCells) {
   EXPECT_LE(largest_error(40, 2000.0, 1.0, 1e-6), largest_error(20, 2000.0, 1.0, 1e-6) / 2.5);
 }
 
+// A floor of solid makes the tank less deep; a block in it stands at a side, so that the tank is less wide.
+TEST(LiquidCells, SolidsInTheLiquidAreItsWalls) {
+  constexpr double kFloor_m = 0.03, kBlock_m = 0.05;  // six and ten cells
+  const OneFrame frames(40, level, [](const Vector3d& x) { return std::min(x.z() - kFloor_m, x.x() - kBlock_m); });
+  std::optional<CellBox> box = cell_box(frames.boundary(0), frames.cell_m());
+  ASSERT_TRUE(box && has_solids(frames.boundary(0)));
+  box->with_solids = true;
+  const LiquidCells cells(frames, 0, *box);
+  EXPECT_FALSE(cells.holds({0.04, 0.1, 0.06}));
+  EXPECT_FALSE(cells.holds({0.1, 0.1, 0.02}));
+  EXPECT_EQ(cells.n_unknowns(), 30U * 40U * 15U);
+  const double deep = kDepth_m - kFloor_m, across = kPi / (kSide_m - kBlock_m);
+  const double mode_hz = 1497.0 / (4.0 * deep);  // Q is 50, 15 cells deep
+  for (const double hz : {500.0, mode_hz, 6000.0}) {
+    const Complex k = 2.0 * kPi * hz / 1497.0 * std::sqrt(Complex(1.0, -0.02)),
+                  kappa = std::sqrt(across * across - k * k);
+    LiquidCells::Question question{k, 0.0, Eigen::VectorXcd(cells.surface_m().cols()), nullptr};
+    for (Eigen::Index i = 0; i < question.q.size(); ++i)
+      question.q[i] = 1.0 + std::cos(across * (cells.surface_m()(0, i) - kBlock_m));
+    const auto waves = cells.solve({question}, 1e-4);
+    double largest = 0.0, scale = 0.0;
+    for (const double z : {0.034, 0.06, 0.09})
+      for (const double x : {0.06, 0.1, 0.18}) {
+        const Complex exact =
+            std::cos(k * (z - kFloor_m)) / std::cos(k * deep) +
+            std::cos(across * (x - kBlock_m)) * std::cosh(kappa * (z - kFloor_m)) / std::cosh(kappa * deep);
+        scale = std::max(scale, std::abs(exact));
+        largest = std::max(largest, std::abs(cells.at({x, 0.07, z}, waves[0], question.q) - exact));
+      }
+    EXPECT_LE(largest, (hz == mode_hz ? 0.06 : 0.02) * scale) << hz;
+  }
+}
+
 TEST(LiquidCells, BesideASurfaceItIsWhatTheSurfaceHears) {
   const OneFrame frames(20, level);
   const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
@@ -131,7 +170,7 @@ TEST(LiquidCells, DropsAreNoPartSmallHollowsAreLiquidAndLargeOnesHearNothing) {
   EXPECT_LT(unknowns[2], unknowns[0]);
 }
 
-TEST(LiquidCells, WallsThatAreNoSidesAndSolidsAreNotForThem) {
+TEST(LiquidCells, WallsThatAreNoSidesAreNotForThem) {
   const OneFrame frames(20, level);
   liquid::LiquidSurface surface = frames.boundary(0);
   ASSERT_TRUE(cell_box(surface, frames.cell_m()).has_value());
@@ -143,7 +182,8 @@ TEST(LiquidCells, WallsThatAreNoSidesAndSolidsAreNotForThem) {
     walled.surface.vertices_m(v, 0) += 0.3 * walled.surface.vertices_m(v, 2);
   EXPECT_FALSE(cell_box(walled, frames.cell_m()).has_value());
   for (std::size_t t = 0; t < solid.region.size() / 10; ++t) solid.region[t] = 2;
-  EXPECT_FALSE(cell_box(solid, frames.cell_m()).has_value());
+  EXPECT_FALSE(has_solids(surface));
+  EXPECT_TRUE(has_solids(solid));
 }
 
 /// How long the air of a still tank lives after it has been solved twice for a bubble of a pitch.
@@ -156,7 +196,8 @@ double second_life_s(double pitch_hz) {
     EXPECT_TRUE(ear.due(time_s));
     bubble::BoundaryMesh mesh = main_body(frames.boundary(0), frames.cell_m());
     const bubble::LiquidBoundary boundary(mesh);
-    EXPECT_TRUE(ear.renew(boundary, {std::move(mesh.surface), std::move(mesh.region)}, {0.1, 0.1, 0.4}, time_s));
+    EXPECT_TRUE(
+        ear.renew(boundary, {{std::move(mesh.surface), std::move(mesh.region)}, false}, {0.1, 0.1, 0.4}, time_s));
     ear.enter(0);
     ear.solve({{0, pitch_hz}});
   }

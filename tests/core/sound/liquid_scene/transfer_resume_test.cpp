@@ -14,10 +14,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Water to half of a tank, its surface swings; cells do not take it where a ball hangs in it.
+/// Water to half of a tank, its surface swings; a ball hangs in it. Cells do not take it where walls lean.
 class SwingingFrames : public liquid::LiquidFrames {
  public:
-  SwingingFrames(std::size_t n, bool with_solid) : with_solid_(with_solid) {
+  SwingingFrames(std::size_t n, bool leans) : lean_(leans ? 0.2 : 0.0) {
     for (std::size_t k = 0; k < n; ++k) times_.push_back(0.01 * static_cast<double>(k));
   }
   std::span<const double> time_s() const override { return times_; }
@@ -27,19 +27,23 @@ class SwingingFrames : public liquid::LiquidFrames {
     for (int k = 0; k < 12; ++k)
       for (int j = 0; j < 12; ++j)
         for (int i = 0; i < 12; ++i) {
-          phi(i, j, k) = phi_m(frame, shape.centre_m(i, j, k));
+          const Vector3d x = shape.centre_m(i, j, k);
+          phi(i, j, k) = phi_m(frame, {x.x() + lean_ * x.z(), x.y(), x.z()});
           solid(i, j, k) = (shape.centre_m(i, j, k) - Vector3d(0.06, 0.12, 0.05)).norm() - 0.03;
         }
-    return liquid::liquid_surface(shape, phi, with_solid_ ? solid : liquid::Field());
+    liquid::LiquidSurface surface = liquid::liquid_surface(shape, phi, solid);
+    surface.surface.vertices_m.col(0) += lean_ * surface.surface.vertices_m.col(2);
+    return surface;
   }
   double phi_m(std::size_t frame, const Vector3d& x) const override {
-    return x.z() - 0.09 - 0.01 * std::sin(0.9 * static_cast<double>(frame)) * std::cos(kPi * x.x() / 0.18);
+    return x.z() - 0.09 -
+           0.01 * std::sin(0.9 * static_cast<double>(frame)) * std::cos(kPi * (x.x() - lean_ * x.z()) / 0.18);
   }
   std::optional<Vector3d> velocity_m_s(std::size_t, const Vector3d&) const override { return Vector3d(0, 0, 0); }
   double cell_m() const override { return 0.015; }
 
  private:
-  const bool with_solid_;
+  const double lean_;
   std::vector<double> times_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <sstream>
 
@@ -162,6 +163,10 @@ void Reader::close() {
   if (path_.time_s.empty()) {
     ++result_.n_left_out;
   } else {
+    path_.time_s.shrink_to_fit();
+    path_.frequency_hz.shrink_to_fit();
+    path_.position_m.shrink_to_fit();
+    path_.phi_m.shrink_to_fit();
     result_.paths.push_back(std::move(path_));
   }
   path_ = {};
@@ -170,6 +175,8 @@ void Reader::close() {
 
 TrackedBubbles Reader::finish() {
   close();
+  if (result_.paths.empty() && result_.n_left_out == 0)
+    throw InputError(name_, "holds no bubble", "", "lines \"Bub ID RADIUS\"");
   return std::move(result_);
 }
 
@@ -184,13 +191,19 @@ TrackedBubbles parse_tracked_bubbles(const std::string& text, const std::string&
     reader.line(std::string_view(text).substr(i, end - i));
     i = end + 1;
   }
-  TrackedBubbles result = reader.finish();
-  if (result.paths.empty() && result.n_left_out == 0)
-    throw InputError(name, "holds no bubble", "", "lines \"Bub ID RADIUS\"");
-  return result;
+  return reader.finish();
 }
 
 TrackedBubbles read_tracked_bubbles(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!is_packed(path) && std::filesystem::is_regular_file(path, error)) {  // gigabytes, which need not be held as text
+    std::ifstream in(path);
+    if (in && std::filesystem::file_size(path, error) <= kMostBytes) {
+      Reader reader(path.string());
+      for (std::string line; std::getline(in, line);) reader.line(line);
+      return reader.finish();
+    }
+  }
   const std::string bytes = read_file(path, kMostBytes);
   return parse_tracked_bubbles(is_packed(path) ? unpacked(bytes, path.string()) : bytes, path.string());
 }

@@ -16,10 +16,8 @@ constexpr double kOnALine = 1e-9;   // twice the area of a triangle over its lon
 constexpr double kFlat = 1e-5;      // sine between faces that touch as one: far below what bodies that rest overlap by
 constexpr double kTie = 1e-13;      // of the sizes: a face is taken before edges that part no better
 
-double lowest(const Eigen::Matrix3Xd& corners, const Vector3d& direction) {
-  double least = HUGE_VAL;
-  for (Eigen::Index i = 0; i < corners.cols(); ++i) least = std::min(least, direction.dot(corners.col(i)));
-  return least;
+double lowest(const Eigen::MatrixX3d& by_axis, const Vector3d& direction) {
+  return (direction.x() * by_axis.col(0) + direction.y() * by_axis.col(1) + direction.z() * by_axis.col(2)).minCoeff();
 }
 
 /// Unit, out of a face; zero where its corners lie on a line.
@@ -97,7 +95,7 @@ std::vector<HullFeatures::Plate> plates_of(const Eigen::Matrix3Xd& all, const st
     if (taken[f] || normals[f].isZero(0)) continue;
     HullFeatures::Plate plate;
     plate.normal = normals[f];
-    plate.offset = -lowest(all, -plate.normal);
+    plate.offset = (all.transpose() * plate.normal).maxCoeff();
     std::set<int> corners;
     for (std::size_t g = f; g < faces.size(); ++g) {
       if (taken[g] || !(normals[g].dot(plate.normal) > 0 && normals[g].cross(plate.normal).norm() < kFlat)) continue;
@@ -113,7 +111,10 @@ std::vector<HullFeatures::Plate> plates_of(const Eigen::Matrix3Xd& all, const st
 }  // namespace
 
 HullFeatures::HullFeatures(const Eigen::Matrix3Xd& all, const std::vector<std::vector<int>>& faces)
-    : corners(all), centre(all.rowwise().mean()), size((all.colwise() - centre).colwise().norm().maxCoeff()) {
+    : corners(all),
+      by_axis(all.transpose()),
+      centre(all.rowwise().mean()),
+      size((all.colwise() - centre).colwise().norm().maxCoeff()) {
   std::vector<Vector3d> kept, of_face;
   FaceOfSide face_of_side;
   for (std::size_t f = 0; f < faces.size(); ++f) {
@@ -132,7 +133,7 @@ HullFeatures::HullFeatures(const Eigen::Matrix3Xd& all, const std::vector<std::v
   offsets.resize(normals.cols());
   for (Eigen::Index f = 0; f < normals.cols(); ++f) {
     normals.col(f) = kept[static_cast<std::size_t>(f)];
-    offsets[f] = -lowest(corners, -normals.col(f));
+    offsets[f] = -lowest(by_axis, -normals.col(f));
   }
   whole = normals.cols() >= 4;
   for (const auto& [side, face] : face_of_side) {
@@ -158,7 +159,7 @@ HullFeatures::HullFeatures(const Eigen::Matrix3Xd& all, const std::vector<std::v
 
 double gap_along(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a,
                  const Vector3d& normal) {
-  return lowest(a.corners, normal) + lowest(b.corners, -(b_to_a.linear().transpose() * normal)) -
+  return lowest(a.by_axis, normal) + lowest(b.by_axis, -(b_to_a.linear().transpose() * normal)) -
          normal.dot(b_to_a.translation());
 }
 
@@ -171,10 +172,22 @@ Edge moved(const Edge& edge, const Eigen::Isometry3d& to) {
   return {to * edge.from, turn * edge.along, turn * edge.left, turn * edge.right, edge.faces};
 }
 
+Eigen::MatrixX3d placed(const Eigen::MatrixX3d& corners, const Eigen::Isometry3d& to) {
+  Eigen::MatrixX3d there(corners.rows(), 3);
+  for (int i = 0; i < 3; ++i)
+    there.col(i) =
+        (to(i, 0) * corners.col(0) + to(i, 1) * corners.col(1) + to(i, 2) * corners.col(2)).array() + to(i, 3);
+  return there;
+}
+
 /// Of corners over the planes of a hull's faces, in its frame: a column per face.
-Eigen::MatrixXd heights_over(const HullFeatures& hull, const Eigen::Matrix3Xd& corners) {
-  Eigen::MatrixXd heights = corners.transpose().lazyProduct(hull.normals);
-  heights.rowwise() -= hull.offsets.transpose();
+Eigen::MatrixXd heights_over(const HullFeatures& hull, const Eigen::MatrixX3d& corners) {
+  Eigen::MatrixXd heights(corners.rows(), hull.normals.cols());
+  for (Eigen::Index f = 0; f < heights.cols(); ++f) {
+    const Vector3d normal = hull.normals.col(f);
+    heights.col(f) = (normal.x() * corners.col(0) + normal.y() * corners.col(1) + normal.z() * corners.col(2)).array() -
+                     hull.offsets[f];
+  }
   return heights;
 }
 
@@ -208,8 +221,8 @@ bool arcs_cross(const Edge& a, const Edge& b) {
 class EdgePairs {
  public:
   /// @param corners_b  in a's frame
-  EdgePairs(const HullFeatures& a, const HullFeatures& b, const Eigen::Matrix3Xd& corners_b)
-      : corners_a_(a.corners), corners_b_(corners_b), size_a_(a.size), size_b_(b.size), whole_(a.whole && b.whole) {}
+  EdgePairs(const HullFeatures& a, const HullFeatures& b, const Eigen::MatrixX3d& corners_b)
+      : corners_a_(a.by_axis), corners_b_(corners_b), size_a_(a.size), size_b_(b.size), whole_(a.whole && b.whole) {}
 
   /// @param i, j  numbers of the edges
   /// @returns     the best so far parts the two
@@ -232,7 +245,7 @@ class EdgePairs {
   }
 
  private:
-  const Eigen::Matrix3Xd &corners_a_, &corners_b_;
+  const Eigen::MatrixX3d &corners_a_, &corners_b_;
   double size_a_, size_b_;
   bool whole_;
 };
@@ -241,7 +254,7 @@ class EdgePairs {
 
 HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a) {
   const Eigen::Isometry3d a_to_b = b_to_a.inverse();
-  const Eigen::Matrix3Xd corners_b = (b_to_a.linear() * b.corners).colwise() + b_to_a.translation();
+  const Eigen::MatrixX3d corners_b = placed(b.by_axis, b_to_a);
   HullAxis best;
   best.gap = -HUGE_VAL;
   const auto take = [&](const Vector3d& normal, double gap) {
@@ -251,7 +264,7 @@ HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Is
   const Eigen::MatrixXd over_a = heights_over(a, corners_b);
   for (Eigen::Index f = 0; f < a.normals.cols(); ++f)
     if (take(-a.normals.col(f), over_a.col(f).minCoeff())) return best;
-  const Eigen::MatrixXd over_b = heights_over(b, (a_to_b.linear() * a.corners).colwise() + a_to_b.translation());
+  const Eigen::MatrixXd over_b = heights_over(b, placed(a.by_axis, a_to_b));
   for (Eigen::Index f = 0; f < b.normals.cols(); ++f)
     if (take(b_to_a.linear() * b.normals.col(f), over_b.col(f).minCoeff())) return best;
   std::vector<Edge> edges_b;

@@ -21,6 +21,7 @@ struct HullFeatures {
     std::vector<int> corners;
   };
   Eigen::Matrix3Xd corners;
+  Eigen::MatrixX3d by_axis;  ///< the same, one per row: heights along a direction are sums of columns
   Eigen::Matrix3Xd normals;  ///< of faces, unit, out of it
   Eigen::VectorXd offsets;   ///< normal . x of the face's plane
   std::vector<Edge> edges;

@@ -138,43 +138,57 @@ void SelfContact::wake() {
   std::inplace_merge(awake_.begin(), awake_.begin() + static_cast<std::ptrdiff_t>(n), awake_.end());
 }
 
-void SelfContact::push(const CrackMesh& mesh, const Pair& pair, const TetOverlap& overlap, double dt_s) {
+void SelfContact::push(const CrackMesh& mesh, const Pair& pair, const TetOverlap& overlap) {
   const double beyond = overlap.volume_m3 - pair.spared_m3, pressure = pair.kappa * beyond;
   forces_.energy_j += 0.5 * pressure * beyond;
   const std::array<int, 2> elements = {pair.first, pair.second};
   ElementTouch touch{elements, overlap.centre_m, Vector3d::Zero()};
-  Vector3d slide = Vector3d::Zero();  // of the first on the second
-  double inverse_mass = 0.0;
-  std::array<std::array<int, 4>, 2> nodes;
-  std::array<Eigen::Vector4d, 2> weight;
+  Rubbing rubbing;
   for (std::size_t side = 0; side < 2; ++side) {
-    nodes[side] = mesh.nodes_of(elements[side]);
-    weight[side] = weights_at(corners_of(mesh, elements[side]), overlap.centre_m);
+    const std::array<int, 4> nodes = mesh.nodes_of(elements[side]);
+    const Eigen::Vector4d weight = weights_at(corners_of(mesh, elements[side]), overlap.centre_m);
     for (std::size_t k = 0; k < 4; ++k) {
-      const std::size_t node = at(nodes[side][k]);
+      const std::size_t node = at(nodes[k]);
       const Vector3d force = -pressure * overlap.gradient_m2[4 * side + k];
-      const double w = weight[side][static_cast<Eigen::Index>(k)];
-      if (forces_.normal_n[node].isZero(0.0) && forces_.friction_n[node].isZero(0.0)) pushed_.push_back(nodes[side][k]);
+      if (forces_.normal_n[node].isZero(0.0)) pushed_.push_back(nodes[k]);
       forces_.normal_n[node] += force;
       if (side == 0) touch.force_n += force;
-      slide += (side == 0 ? w : -w) * mesh.velocity_m_s[node];
-      inverse_mass += w * w / mesh.mass_kg_of[node];
+      rubbing.nodes[4 * side + k] = nodes[k];
+      rubbing.weight[4 * side + k] = weight[static_cast<Eigen::Index>(k)];
     }
   }
-  const double push_n = touch.force_n.norm();
-  if (friction_ > 0.0 && push_n > 0.0) {
+  rubbing_.push_back(rubbing);
+  forces_.touches.push_back(touch);
+}
+
+/// Impulses J on touches change their slides by A J, A = W M^-1 W^T; what a touch takes at most is its slide over the sum of its row of |A|
+/// or more, so that the energy that all take, J A J / 2 against J slide, never falls below 0.
+void SelfContact::rub(const CrackMesh& mesh, double dt_s) {
+  weight_sums_.resize(at(mesh.n_nodes()), 0.0);
+  for (const Rubbing& r : rubbing_)
+    for (std::size_t k = 0; k < 8; ++k) weight_sums_[at(r.nodes[k])] += std::abs(r.weight[k]);
+  for (std::size_t i = 0; i < rubbing_.size(); ++i) {
+    const Rubbing& r = rubbing_[i];
+    ElementTouch& touch = forces_.touches[i];
+    Vector3d slide = Vector3d::Zero();  // of the first on the second
+    double inverse_mass = 0.0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      const std::size_t node = at(r.nodes[k]);
+      slide += (k < 4 ? r.weight[k] : -r.weight[k]) * mesh.velocity_m_s[node];
+      inverse_mass += std::abs(r.weight[k]) * weight_sums_[node] / mesh.mass_kg_of[node];
+    }
+    const double push_n = touch.force_n.norm();
+    if (!(push_n > 0.0)) continue;
     slide -= slide.dot(touch.force_n) / (push_n * push_n) * touch.force_n;
     const double speed = slide.norm(), most = speed / (inverse_mass * dt_s);
-    if (speed > 0.0) {
-      const Vector3d drag = -std::min(friction_ * push_n, most) / speed * slide;
-      for (std::size_t side = 0; side < 2; ++side)
-        for (std::size_t k = 0; k < 4; ++k)
-          forces_.friction_n[at(nodes[side][k])] +=
-              (side == 0 ? 1.0 : -1.0) * weight[side][static_cast<Eigen::Index>(k)] * drag;
-      touch.force_n += drag;
-    }
+    if (!(speed > 0.0)) continue;
+    const Vector3d drag = -std::min(friction_ * push_n, most) / speed * slide;
+    for (std::size_t k = 0; k < 8; ++k)
+      forces_.friction_n[at(r.nodes[k])] += (k < 4 ? r.weight[k] : -r.weight[k]) * drag;
+    touch.force_n += drag;
   }
-  forces_.touches.push_back(touch);
+  for (const Rubbing& r : rubbing_)
+    for (const int node : r.nodes) weight_sums_[at(node)] = 0.0;
 }
 
 const SelfContact::Forces& SelfContact::forces(const CrackMesh& mesh, double dt_s) {
@@ -189,6 +203,7 @@ const SelfContact::Forces& SelfContact::forces(const CrackMesh& mesh, double dt_
   place_before_ = mesh.place_m;
   for (const int node : pushed_) forces_.normal_n[at(node)] = forces_.friction_n[at(node)] = Vector3d::Zero();
   pushed_.clear();
+  rubbing_.clear();
   forces_.touches.clear();
   forces_.energy_j = 0.0;
   forces_.normal_n.resize(n, Vector3d::Zero());
@@ -214,7 +229,7 @@ const SelfContact::Forces& SelfContact::forces(const CrackMesh& mesh, double dt_
       } else {
         if (pair.is_new && were_neighbours(mesh, pair.first, pair.second)) pair.spared_m3 = overlap->volume_m3;
         pair.spared_m3 = std::min(pair.spared_m3, overlap->volume_m3);
-        if (overlap->volume_m3 > pair.spared_m3) push(mesh, pair, *overlap, dt_s);
+        if (overlap->volume_m3 > pair.spared_m3) push(mesh, pair, *overlap);
       }
     } else {
       pair.spared_m3 = 0.0;
@@ -229,6 +244,7 @@ const SelfContact::Forces& SelfContact::forces(const CrackMesh& mesh, double dt_
     }
   }
   awake_.resize(kept);
+  if (friction_ > 0.0) rub(mesh, dt_s);
   return forces_;
 }
 

@@ -17,7 +17,8 @@ struct ElementTouch {
 /// Contact of a body with itself and of its pieces with one another, by the volume that pairs of elements have in common: each pair that shares
 /// no node has the energy kappa V^2 / 2 and its exact gradient, so that energy, momentum and moment are kept. kappa follows from the two
 /// rest shapes and a rate: as a spring between what the lighter one's corners weigh its rate is at most the one given. Coulomb's friction acts
-/// at the centre of the common volume, along it, on both by their shape functions.
+/// at the centre of the common volume, along it, on both by their shape functions. Within a step it takes at most what slides there, counting what other
+/// contacts of the same nodes do: all of them together never give energy.
 ///
 /// Which pairs are near is known from a tree of boxes, made anew where elements have moved by its margin or were cut. A pair that lies apart by some
 /// gap is not looked at again before nodes have moved far enough to close it. Only elements with a free face are asked.
@@ -52,7 +53,8 @@ class SelfContact {
   void find_pairs(const CrackMesh& mesh);
   void read_elements(const CrackMesh& mesh);
   void wake();
-  void push(const CrackMesh& mesh, const Pair& pair, const TetOverlap& overlap, double dt_s);
+  void push(const CrackMesh& mesh, const Pair& pair, const TetOverlap& overlap);
+  void rub(const CrackMesh& mesh, double dt_s);
 
   double rate_sq_per_s2_, friction_;
   double travel_m_ = 0.0, valid_to_m_ = -1.0;  ///< sum of twice what any node moved beside the mean
@@ -65,7 +67,14 @@ class SelfContact {
   std::vector<std::size_t> awake_;
   std::priority_queue<Due> asleep_;
   Forces forces_;
-  std::vector<int> pushed_;  ///< nodes that have forces
+  /// Nodes of a touch and the shape functions of its centre there.
+  struct Rubbing {
+    std::array<int, 8> nodes;
+    std::array<double, 8> weight;
+  };
+  std::vector<Rubbing> rubbing_;     ///< of each of forces_.touches
+  std::vector<double> weight_sums_;  ///< of nodes: over all touches; 0 between calls
+  std::vector<int> pushed_;          ///< nodes that have forces
 };
 
 }  // namespace klang::fracture

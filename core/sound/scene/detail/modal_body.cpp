@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -66,6 +67,7 @@ void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::R
     made.high_m = made.high_m.cwiseMax(made.places[i].rest_m);
     made.reach_m = std::max(made.reach_m, made.places[i].rest_m.norm());
   }
+  made.groups = corner_groups(made.places);
   for (const rigid::ConvexPart& part : spec.parts) {
     const mesh::SurfaceMesh hull = rigid::hull_of(part);
     std::vector<Eigen::Vector4d> planes;
@@ -155,6 +157,30 @@ void ModalBody::refresh() {
   const Matrix3d r = turn.toRotationMatrix();
   for (Eigen::Index i = 0; i < n; ++i)
     corners_m.col(i) = centre_m + r * (places[static_cast<std::size_t>(i)].rest_m + by.col(i));
+  looked_at.resize(places.size());
+  std::iota(looked_at.begin(), looked_at.end(), 0);
+}
+
+void ModalBody::refresh_low() {
+  corners_m.resize(3, static_cast<Eigen::Index>(places.size()));
+  looked_at.clear();
+  swell_m = 0.0;
+  const Eigen::VectorXd size = modes.z.cwiseAbs();
+  const Matrix3d r = turn.toRotationMatrix();
+  const double slack_m = 1e-9 * reach_m;  // round-off
+  for (const CornerGroup& group : groups) {
+    const double swell = size.size() > 0 ? group.most.dot(size) : 0.0;
+    swell_m = std::max(swell_m, swell);
+    if (centre_m.z() + r.row(2).dot(group.centre_m) > group.reach_m + swell + slack_m) continue;
+    looked_at.insert(looked_at.end(), group.corners.begin(), group.corners.end());
+  }
+  std::sort(looked_at.begin(), looked_at.end());
+  for (const int i : looked_at) {
+    const ModalPlace& place = places[static_cast<std::size_t>(i)];
+    Vector3d own = place.rest_m;
+    if (size.size() > 0) own += place.shape * modes.z;
+    corners_m.col(i) = centre_m + r * own;
+  }
 }
 
 void ModalBody::push(const ModalPlace& place, const Vector3d& impulse_n_s) {
@@ -226,6 +252,47 @@ void ModalBody::keep_pose() {
   pose.position_m = centre_m - turn * rest_centre_m;
   pose.orientation_wxyz = {turn.w(), turn.x(), turn.y(), turn.z()};
   poses.push_back(pose);
+}
+
+std::vector<CornerGroup> corner_groups(const std::vector<ModalPlace>& places) {
+  constexpr std::size_t kMost = 32;
+  std::vector<std::vector<int>> open(1), done;
+  for (std::size_t i = 0; i < places.size(); ++i) open[0].push_back(static_cast<int>(i));
+  const auto rest = [&](int i) -> const Vector3d& { return places[static_cast<std::size_t>(i)].rest_m; };
+  while (!open.empty()) {
+    std::vector<int> corners = std::move(open.back());
+    open.pop_back();
+    if (corners.size() <= kMost) {
+      if (!corners.empty()) done.push_back(std::move(corners));
+      continue;
+    }
+    Eigen::AlignedBox3d box;
+    for (const int i : corners) box.extend(rest(i));
+    Eigen::Index axis = 0;
+    box.sizes().maxCoeff(&axis);
+    const auto half = corners.begin() + static_cast<std::ptrdiff_t>(corners.size() / 2);
+    std::nth_element(corners.begin(), half, corners.end(), [&](int i, int j) {
+      return rest(i)[axis] < rest(j)[axis] || (rest(i)[axis] == rest(j)[axis] && i < j);
+    });
+    open.emplace_back(corners.begin(), half);
+    open.emplace_back(half, corners.end());
+  }
+  std::vector<CornerGroup> groups;
+  for (std::vector<int>& corners : done) {
+    CornerGroup group;
+    Eigen::AlignedBox3d box;
+    group.most = Eigen::VectorXd::Zero(places.front().shape.cols());
+    for (const int i : corners) {
+      box.extend(rest(i));
+      const Eigen::Matrix3Xd& shape = places[static_cast<std::size_t>(i)].shape;
+      if (shape.cols() > 0) group.most = group.most.cwiseMax(shape.colwise().norm().transpose());
+    }
+    group.centre_m = box.center();
+    for (const int i : corners) group.reach_m = std::max(group.reach_m, (rest(i) - group.centre_m).norm());
+    group.corners = std::move(corners);
+    groups.push_back(std::move(group));
+  }
+  return groups;
 }
 
 ModalBody modal_body_of(const Scene& scene, int row, const rigid::RigidBodySpec& spec, const SceneNotes& notes,

@@ -39,6 +39,14 @@ struct ModalDepth {
   ModalPlace place;                               ///< of the surface
 };
 
+/// Corners that lie near one another at rest: no corner of theirs is displaced by more than sum of |z_k| times most[k].
+struct CornerGroup {
+  std::vector<int> corners;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  double reach_m = 0.0;
+  Eigen::VectorXd most;
+};
+
 /// One modal body of a scene (H03): a rigid frame and its lowest elastic modes.
 struct ModalBody {
   int row = 0;
@@ -52,6 +60,7 @@ struct ModalBody {
   modal::ModalState modes{Eigen::VectorXd(), Eigen::VectorXd()};
   std::vector<ModalPlace> places;                  ///< corners of the surface
   Eigen::MatrixXd corner_shapes;                   ///< of all places, three rows each
+  std::vector<CornerGroup> groups;                 ///< of all places
   std::shared_ptr<ResidualFlexibility> discarded;  ///< null: discarded modes are stiff
   double spring_j = 0.0;                           ///< in the discarded modes at the floor and other bodies
   std::vector<HeldPlace> held;
@@ -66,7 +75,8 @@ struct ModalBody {
 
   // Of the present moment, by refresh().
   Eigen::Matrix3Xd corners_m;  ///< places in the world; empty where nothing is near
-  double swell_m = 0.0;        ///< largest displacement of a corner
+  std::vector<int> looked_at;  ///< corners whose places are of now, ascending
+  double swell_m = 0.0;        ///< largest displacement of a corner, or more
 
   Eigen::Matrix3d inverse_inertia() const {
     const Eigen::Matrix3d r = turn.toRotationMatrix();
@@ -86,6 +96,8 @@ struct ModalBody {
   /// Where a place will be after fly(dt), to round-off.
   Eigen::Vector3d place_after(const ModalPlace& place, double dt, const Eigen::Vector3d& gravity) const;
   void refresh();
+  /// The same where only the floor is near, of those groups of corners alone that may be below it: H03's refitted tree, of one level.
+  void refresh_low();
   /// An impulse at a place, without what it costs.
   void push(const ModalPlace& place, const Eigen::Vector3d& impulse_n_s);
   void note(const ModalPlace& place, int other, bool is_new, const Eigen::Vector3d& impulse_n_s);
@@ -98,6 +110,9 @@ struct ModalBody {
                            const Eigen::Vector3d& w) const;
   void keep_pose();
 };
+
+/// Groups of some 32 places by halving along their longest extent.
+std::vector<CornerGroup> corner_groups(const std::vector<ModalPlace>& places);
 
 /// Its mesh, modes and holds. @throws InputError; NumericalError where modes are not found
 ModalBody modal_body_of(const Scene& scene, int row, const rigid::RigidBodySpec& spec, const SceneNotes& notes,

@@ -19,10 +19,9 @@ ModalContacts::ModalContacts(const Scene& scene, std::vector<ModalBody>& bodies,
     : scene_(scene), bodies_(bodies), joints_(std::move(joints)) {}
 
 std::vector<ModalTouching> ModalContacts::find(std::vector<PressedBody>& others) {
-  const auto is_near = [&](std::size_t a) {
+  const auto is_near_others = [&](std::size_t a) {
     const ModalBody& body = bodies_[a];
     const double reach = kNear * body.reach_m;
-    if (scene_.solver.floor && body.centre_m.z() - reach <= 0.0) return true;
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (b != a && (bodies_[b].centre_m - body.centre_m).norm() < reach + kNear * bodies_[b].reach_m) return true;
     const Vector3d ones = Vector3d::Constant(reach);
@@ -30,12 +29,16 @@ std::vector<ModalTouching> ModalContacts::find(std::vector<PressedBody>& others)
       return other.is_near(body.centre_m - ones, body.centre_m + ones);
     });
   };
-  for (std::size_t a = 0; a < bodies_.size(); ++a)
-    if (is_near(a)) {
-      bodies_[a].refresh();
+  for (std::size_t a = 0; a < bodies_.size(); ++a) {
+    ModalBody& body = bodies_[a];
+    if (is_near_others(a)) {
+      body.refresh();
+    } else if (scene_.solver.floor && body.centre_m.z() - kNear * body.reach_m <= 0.0) {
+      body.refresh_low();
     } else {
-      bodies_[a].corners_m.resize(3, 0);
+      body.corners_m.resize(3, 0);
     }
+  }
   std::vector<ModalTouching> found;
   std::set<Key> now;
   for (std::size_t a = 0; a < bodies_.size(); ++a)
@@ -56,10 +59,9 @@ void ModalContacts::find_corners(std::size_t a, std::vector<PressedBody>& others
     found.push_back(std::move(touch));
   };
   const int n_bodies = static_cast<int>(bodies_.size()), own = static_cast<int>(a);
-  for (Eigen::Index i = 0; i < body.corners_m.cols(); ++i) {
-    const Vector3d x = body.corners_m.col(i);
-    const ModalPlace& place = body.places[static_cast<std::size_t>(i)];
-    const int corner = static_cast<int>(i);
+  for (const int corner : body.looked_at) {
+    const Vector3d x = body.corners_m.col(corner);
+    const ModalPlace& place = body.places[nth(corner)];
     if (scene_.solver.floor && x.z() <= 0.0)
       add({{own, x, place}, {kWorld, x, {}}, Vector3d::UnitZ(), x.z()}, {own, corner, -1}, *scene_.solver.floor);
     for (int b = 0; b < n_bodies; ++b) {

@@ -140,6 +140,20 @@ TEST_F(SceneCracking, AWallThatIsStruckGrowsAsThatOfFigureNineDoes) {  // B99: 1
   EXPECT_LE(motion.residual_relative, 1e-3);
 }
 
+TEST_F(SceneCracking, BowlsOfLowerStrengthComeIntoMorePieces) {  // B99 Figure 11: strengths 4 : 3 : 2.5 : 1
+  std::size_t fewer = 1;
+  for (const char* bowl : {"bowl_1", "bowl_2", "bowl_3", "bowl_4"}) {
+    const auto path = std::filesystem::path(klang::test::source_dir()) / "datasets-synthetic/scenes/b99" /
+                      (std::string(bowl) + ".toml");
+    std::ifstream file(path);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const SceneMotion motion = move(parse_scene(text, path));
+    EXPECT_GT(motion.pieces.size(), fewer) << bowl;
+    fewer = motion.pieces.size();
+    EXPECT_LE(motion.residual_relative, 1e-3) << bowl;
+  }
+}
+
 TEST_F(SceneCracking, ScenesOfThePapersCanBeRead) {
   int n = 0;
   for (const char* paper : {"b99", "d02", "h03"})

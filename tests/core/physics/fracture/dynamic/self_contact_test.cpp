@@ -196,6 +196,40 @@ TEST(SelfContact, FrictionTakesEnergyAndKeepsMomentumAndMoment) {
   EXPECT_LE(flight.energy_error, 2e-3 * flight.kinetic_j);
 }
 
+// Two blocks on each other, face to face: each node takes part in many contacts, which together may stop what slides and not throw it back.
+TEST(SelfContact, StickingFrictionOfManyContactsNeverGivesEnergy) {
+  CrackMesh mesh = two_pieces(0.0);
+  const Eigen::Index n_first = 64;
+  for (std::size_t i = 0; i < mesh.rest_m.size(); ++i) {
+    const bool second = static_cast<Eigen::Index>(i) >= n_first;
+    // The second one upright on the first, 2 mm within it.
+    if (second) {
+      const mesh::TetMesh b = test::lattice({3, 2, 2}, {0.1, 0.06, 0.06}, 0.2, 2);
+      mesh.place_m[i] = b.nodes_m.row(static_cast<Eigen::Index>(i) - n_first).transpose() + Vector3d(0.0, 0.02, 0.098);
+    }
+    mesh.velocity_m_s[i] = (second ? 1.0 : 0.0) * Vector3d(0.01, 0.004, 0.0);
+  }
+  const auto kinetic_j = [&] {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < mesh.rest_m.size(); ++i)
+      sum += 0.5 * mesh.mass_kg_of[i] * mesh.velocity_m_s[i].squaredNorm();
+    return sum;
+  };
+  constexpr double kStep = 1e-4;
+  SelfContact contact(0.25 / (kStep * kStep), 1e6);
+  const double start = kinetic_j();
+  double before = start;
+  for (int n = 0; n < 20; ++n) {
+    const SelfContact::Forces& forces = contact.forces(mesh, kStep);
+    ASSERT_GT(forces.touches.size(), 30u);
+    for (std::size_t i = 0; i < mesh.rest_m.size(); ++i)
+      mesh.velocity_m_s[i] += kStep / mesh.mass_kg_of[i] * forces.friction_n[i];
+    EXPECT_LE(kinetic_j(), before * (1.0 + 1e-12));
+    before = kinetic_j();
+  }
+  EXPECT_LT(before, 0.9 * start);
+}
+
 /// A strip bent to a hairpin, its rest shape, whose arms are thrown at each other.
 double common_volume_of_arms(bool touches, double& energy_error, double& contact_j) {
   constexpr double kThick = 0.004, kGap = 0.012, kArm = 0.1;

@@ -1,0 +1,44 @@
+// A small step of a modal body of 18,847 corners and 40 modes (H03's brain): its state; with the places of all corners; above the floor, with what may touch.
+#include <benchmark/benchmark.h>
+
+#include "core/sound/scene/detail/modal_contacts.hpp"
+#include "tests/core/sound/scene/modal_corners.hpp"
+
+namespace {
+
+using namespace klang;
+
+constexpr int kModes = 40;
+void state(benchmark::State& bench) {
+  scene::detail::ModalBody body = test::ball_of_corners(static_cast<int>(bench.range(0)), kModes);
+  for (auto _ : bench) body.fly(body.dt_s, Eigen::Vector3d::Zero());
+}
+
+void state_and_all_corners(benchmark::State& bench) {
+  scene::detail::ModalBody body = test::ball_of_corners(static_cast<int>(bench.range(0)), kModes);
+  for (auto _ : bench) {
+    body.fly(body.dt_s, Eigen::Vector3d::Zero());
+    body.refresh();
+  }
+}
+
+/// It hovers: what is asked is which corners touch.
+void above_the_floor(benchmark::State& bench) {
+  scene::Scene scene;
+  scene.solver.floor = rigid::Skin{};
+  std::vector<scene::detail::ModalBody> bodies = {test::ball_of_corners(static_cast<int>(bench.range(0)), kModes)};
+  bodies[0].centre_m.z() += 0.006;
+  scene::detail::ModalContacts contacts(scene, bodies, {});
+  std::vector<scene::detail::PressedBody> none;
+  for (auto _ : bench) {
+    bodies[0].fly(bodies[0].dt_s, Eigen::Vector3d::Zero());
+    contacts.solve(none, bodies[0].dt_s);
+  }
+  bench.counters["looked_at"] = static_cast<double>(bodies[0].looked_at.size());
+}
+
+BENCHMARK(state)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
+BENCHMARK(state_and_all_corners)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
+BENCHMARK(above_the_floor)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
+
+}  // namespace

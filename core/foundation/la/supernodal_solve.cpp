@@ -152,6 +152,61 @@ void SupernodalSolve::cut_tree() {
     for (int column = begin_[s]; column < begin_[s + 1]; ++column) top_place_[column] = n_top_rows_++;
 }
 
+// Supernodes above the subtrees are one after the other, and in bodies of three dimensions they hold half of the factor: what lies
+// below their diagonal is shared out by rows (forward) or columns (backward), so that the bits do not depend on the threads.
+constexpr int kManyRows = 1024, kPanel = 4 * kBlock, kRowsOfJob = 256, kColumnsOfJob = kBlock;
+
+void SupernodalSolve::forward_shared(int s, double* x) const {
+  const int n_columns = begin_[s + 1] - begin_[s], n_rows = row_begin_[s + 1] - row_begin_[s];
+  const double* l = value_ + value_begin_[s];
+  const auto stride = static_cast<std::size_t>(n_rows);
+  std::vector<double*> place(stride);
+  for (int i = 0; i < n_rows; ++i) place[i] = x + static_cast<std::size_t>(kWidth) * row_[row_begin_[s] + i];
+  const auto top = [&](int j) { return place[0] + static_cast<std::ptrdiff_t>(kWidth) * j; };
+  for (int first = 0; first < n_columns; first += kPanel) {
+    const int last = std::min(first + kPanel, n_columns);
+    for (int j = first; j < last; j += kBlock) {
+      const int n = std::min(kBlock, last - j);
+      const double* diagonal = l + stride * j + j;
+      solve_lower(diagonal, stride, n, top(j));
+      subtract_below(diagonal + n, stride, last - j - n, n, top(j), place.data() + j + n);
+    }
+    const int n_jobs = (n_rows - last + kRowsOfJob - 1) / kRowsOfJob;
+    parallel_for(static_cast<std::size_t>(n_jobs), 1, [&](std::size_t begin, std::size_t end) {
+      const int from = last + static_cast<int>(begin) * kRowsOfJob;
+      const int to = std::min(last + static_cast<int>(end) * kRowsOfJob, n_rows);
+      for (int j = first; j < last; j += kBlock)
+        subtract_below(l + stride * j + from, stride, to - from, std::min(kBlock, last - j), top(j),
+                       place.data() + from);
+    });
+  }
+}
+
+void SupernodalSolve::backward_shared(int s, double* x) const {
+  const int n_columns = begin_[s + 1] - begin_[s], n_rows = row_begin_[s + 1] - row_begin_[s];
+  const double* l = value_ + value_begin_[s];
+  const auto stride = static_cast<std::size_t>(n_rows);
+  std::vector<const double*> place(stride);
+  for (int i = 0; i < n_rows; ++i) place[i] = x + static_cast<std::size_t>(kWidth) * row_[row_begin_[s] + i];
+  const auto top = [&](int j) { return x + static_cast<std::size_t>(kWidth) * (begin_[s] + j); };
+  for (int first = (n_columns - 1) / kPanel * kPanel; first >= 0; first -= kPanel) {
+    const int last = std::min(first + kPanel, n_columns);
+    const int n_jobs = (last - first + kColumnsOfJob - 1) / kColumnsOfJob;
+    parallel_for(static_cast<std::size_t>(n_jobs), 1, [&](std::size_t begin, std::size_t end) {
+      for (int j = first + static_cast<int>(begin) * kColumnsOfJob;
+           j < std::min(first + static_cast<int>(end) * kColumnsOfJob, last); j += kColumnsOfJob)
+        subtract_above(l + stride * j + last, stride, n_rows - last, std::min(kColumnsOfJob, last - j), top(j),
+                       place.data() + last);
+    });
+    for (int j = first + (last - first - 1) / kBlock * kBlock; j >= first; j -= kBlock) {
+      const int n = std::min(kBlock, last - j);
+      const double* diagonal = l + stride * j + j;
+      subtract_above(diagonal + n, stride, last - j - n, n, top(j), place.data() + j + n);
+      solve_upper(diagonal, stride, n, top(j));
+    }
+  }
+}
+
 void SupernodalSolve::forward(int s, int last_inside, double* x, double* outside) const {
   const int n_columns = begin_[s + 1] - begin_[s], n_rows = row_begin_[s + 1] - row_begin_[s];
   const double* l = value_ + value_begin_[s];
@@ -200,6 +255,7 @@ void SupernodalSolve::solve(const double* b, double* x, int n_columns) const {
       for (std::size_t i = begin; i < end; ++i) rows[i * kWidth + c] = b[c * n + permutation_[i]];
     }
   });
+  const auto has_many_rows = [&](int s) { return row_begin_[s + 1] - row_begin_[s] >= kManyRows; };
   const std::size_t n_outside = static_cast<std::size_t>(n_top_rows_) * kWidth;
   std::vector<double> outside(n_outside * subtrees_.size(), 0.0);
   parallel_for(subtrees_.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -216,9 +272,17 @@ void SupernodalSolve::solve(const double* b, double* x, int n_columns) const {
         for (int c = 0; c < kWidth; ++c) rows[static_cast<std::size_t>(kWidth) * column + c] += from[c];
       }
     }
-    forward(s, n_, rows.data(), nullptr);
+    if (has_many_rows(s))
+      forward_shared(s, rows.data());
+    else
+      forward(s, n_, rows.data(), nullptr);
   }
-  for (auto s = top_.rbegin(); s != top_.rend(); ++s) backward(*s, rows.data());
+  for (auto s = top_.rbegin(); s != top_.rend(); ++s) {
+    if (has_many_rows(*s))
+      backward_shared(*s, rows.data());
+    else
+      backward(*s, rows.data());
+  }
   parallel_for(subtrees_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (int s = subtrees_[t].last - 1; s >= subtrees_[t].first; --s) backward(s, rows.data());

@@ -27,6 +27,8 @@ class SupernodalSolve {
   void cut_tree();
   void forward(int supernode, int last_inside, double* x, double* outside) const;
   void backward(int supernode, double* x) const;
+  void forward_shared(int supernode, double* x) const;  ///< by all threads
+  void backward_shared(int supernode, double* x) const;
 
   int n_ = 0, n_supernodes_ = 0;
   const int* begin_;      // first column of each supernode

@@ -21,9 +21,15 @@ solid::SparseMatrix bar_matrix(int cells) {
   return solid::stiffness(assembled, 1.0, 0.5) + 2.0 * assembled.mass_unit_density;
 }
 
+// Its last separators have more than a thousand rows, which are shared out among the threads.
+solid::SparseMatrix cube_matrix() {
+  const auto assembled = solid::assemble(klang::test::box_mesh(1, 1, 1, 9, 9, 9, 2));
+  return solid::stiffness(assembled, 1.0, 0.5) + 2.0 * assembled.mass_unit_density;
+}
+
 TEST(SparseCholesky, SolvesAnyNumberOfColumnsToRoundOff) {
-  for (const int cells : {1, 5}) {  // one supernode or a few; a tree of hundreds
-    const solid::SparseMatrix a = bar_matrix(cells);
+  for (const int cells : {1, 5, 0}) {  // one supernode or a few; a tree of hundreds; wide ones on top
+    const solid::SparseMatrix a = cells > 0 ? bar_matrix(cells) : cube_matrix();
     la::SparseCholesky factor;
     ASSERT_TRUE(factor.factor(a, la::block_ordering(a)));
     for (const int columns : {1, 2, 3, 7, 8, 9, 20}) {
@@ -36,16 +42,17 @@ TEST(SparseCholesky, SolvesAnyNumberOfColumnsToRoundOff) {
 }
 
 TEST(SparseCholesky, SolutionHasTheSameBitsOnOneThreadAsOnTwo) {
-  const solid::SparseMatrix a = bar_matrix(5);
-  la::SparseCholesky factor;
-  ASSERT_TRUE(factor.factor(a, la::block_ordering(a)));
-  const Eigen::MatrixXd b = Eigen::VectorXd::LinSpaced(a.rows() * 8, -1, 1).reshaped(a.rows(), 8);
-  klang::set_thread_count(1);
-  const Eigen::MatrixXd one = factor.solve(b);
-  klang::set_thread_count(2);
-  const Eigen::MatrixXd two = factor.solve(b);
-  klang::set_thread_count(0);
-  EXPECT_TRUE(one == two);
+  for (const solid::SparseMatrix& a : {bar_matrix(5), cube_matrix()}) {
+    la::SparseCholesky factor;
+    ASSERT_TRUE(factor.factor(a, la::block_ordering(a)));
+    const Eigen::MatrixXd b = Eigen::VectorXd::LinSpaced(a.rows() * 8, -1, 1).reshaped(a.rows(), 8);
+    klang::set_thread_count(1);
+    const Eigen::MatrixXd one = factor.solve(b);
+    klang::set_thread_count(2);
+    const Eigen::MatrixXd two = factor.solve(b);
+    klang::set_thread_count(0);
+    EXPECT_TRUE(one == two);
+  }
 }
 
 TEST(SparseCholesky, OrderOfSeveralAtATimeIsThatOfOneAlone) {

@@ -56,7 +56,8 @@ bool orthonormalise(MatrixXd& x, MatrixXd& mass_x, const BlockMass& mass, Matrix
 }  // namespace
 
 BlockLanczosResult block_lanczos(const std::function<MatrixXd(const MatrixXd&)>& apply, const BlockMass& mass,
-                                 MatrixXd start, Index n_wanted, double tolerance, int max_restarts) {
+                                 MatrixXd start, Index n_wanted, double tolerance, int max_restarts,
+                                 const LanczosWatch& watch) {
   BlockLanczosResult result;
   const Index n = start.rows(), b = start.cols();
   const Index n_kept_max = n_wanted + std::max<Index>(b, n_wanted / 4);
@@ -93,17 +94,18 @@ BlockLanczosResult block_lanczos(const std::function<MatrixXd(const MatrixXd&)>&
       const MatrixXd part = projected.topLeftCorner(n_done, n_done);
       const Eigen::SelfAdjointEigenSolver<MatrixXd> ritz(0.5 * (part + part.transpose()));
       const MatrixXd coupling = r * ritz.eigenvectors().bottomRows(b);  // rows: the part of Op u outside the space
-      bool all = true;
-      for (Index k = n_done - n_wanted; k < n_done; ++k) {
-        all = all && coupling.col(k).norm() <= tolerance * ritz.eigenvalues()(k);
-      }
+      const Eigen::VectorXd theta = ritz.eigenvalues().tail(n_wanted).reverse();
+      const Eigen::VectorXd residual =
+          coupling.rightCols(n_wanted).colwise().norm().transpose().reverse().cwiseQuotient(theta);
+      const bool all = (residual.array() <= tolerance).all();
+      if (watch && !all) watch(theta, residual);
       const bool full = n_done + b > n_space;
       if (!all && !full) continue;
       const Index keep = all ? n_wanted : n_kept_max;
       MatrixXd turned(n, keep);
       multiply('N', 1, basis.leftCols(n_done), ritz.eigenvectors().rightCols(keep), 0, turned);
       if (all || restart == max_restarts) {
-        result.theta = ritz.eigenvalues().tail(n_wanted).reverse();
+        result.theta = theta;
         result.vector = turned.rightCols(n_wanted).rowwise().reverse();
         result.converged = all;
         return result;

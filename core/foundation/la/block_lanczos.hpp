@@ -13,6 +13,9 @@ struct BlockLanczosResult {
   int n_blocks = 0;  ///< applications of the operator to a block
 };
 
+/// Told the approximations so far, descending, and the relative residual of each.
+using LanczosWatch = std::function<void(const Eigen::VectorXd& theta, const Eigen::VectorXd& residual)>;
+
 /// The n_wanted largest eigenvalues of an operator that is self-adjoint in the M inner product: block
 /// Krylov-Schur (Lanczos with full orthogonalisation and thick restarts; Stewart 2001, Zhou and Saad 2008). A
 /// block of b vectors costs one pass through the factor instead of b, and holds eigenvalues of multiplicity
@@ -21,6 +24,6 @@ struct BlockLanczosResult {
 /// Stops when every ||Op u - theta u||_M <= tolerance theta, or after max_restarts.
 BlockLanczosResult block_lanczos(const std::function<Eigen::MatrixXd(const Eigen::MatrixXd& mass_x)>& apply,
                                  const BlockMass& mass, Eigen::MatrixXd start, Eigen::Index n_wanted, double tolerance,
-                                 int max_restarts);
+                                 int max_restarts, const LanczosWatch& watch = {});
 
 }  // namespace klang::la

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <future>
+#include <optional>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/memory.hpp"
@@ -34,6 +36,29 @@ struct Search {
   double iterate_s = 0;
 };
 
+/// The Sturm count on a thread of its own: where it is made does not depend on the last digits, so that it need not wait for them.
+class EarlyCount {
+ public:
+  EarlyCount(detail::EigenProblem& problem, double& count_at) : problem_(problem), count_at_(count_at) {}
+  bool started() const { return counting_.valid(); }
+  void start(double omega_sq) {
+    if (started() || !(omega_sq > 0)) return;
+    count_at_ = omega_sq;
+    blas_.emplace(1);
+    counting_ = std::async(std::launch::async, [this] { problem_.n_below(count_at_); });
+  }
+  void finish() {
+    if (started()) counting_.get();
+    blas_.reset();
+  }
+
+ private:
+  detail::EigenProblem& problem_;
+  double& count_at_;
+  std::optional<BlasThreads> blas_;  // two that compute at once share the threads
+  std::future<void> counting_;       // last: done before the rest goes
+};
+
 // The lowest pairs: at least `n_wanted`, with guards above them so that a gap for the Sturm count is seen.
 void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, bool dense, Eigen::Index n_wanted,
                  Search& search) {
@@ -41,23 +66,30 @@ void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, boo
     const Eigen::Index n = std::min(n_wanted + guard, problem.n_elastic());
     const Stopwatch watch;
     const bool too_many_for_lanczos = 4 * n + 8 * kBlock > problem.n_elastic();
+    const bool proves = !dense && options.count > 0 && options.prove_none_missing;
+    EarlyCount early(problem, search.count_at);
     if (dense || too_many_for_lanczos) {
       search.pairs = problem.lowest_dense(n);
+    } else if (problem.n_dofs() >= 3 * kBlockFromNodes) {
+      detail::EigenProblem::Watch look;
+      if (proves && thread_count() > 1)
+        look = [&](const Eigen::VectorXd& value, const Eigen::VectorXd& error) {
+          early.start(detail::sure_gap_above(value, error, n_wanted));
+        };
+      search.pairs = problem.lowest_block(n, kBlock, options.tolerance, options.max_restarts, look);
     } else {
-      search.pairs = problem.n_dofs() >= 3 * kBlockFromNodes
-                         ? problem.lowest_block(n, kBlock, options.tolerance, options.max_restarts)
-                         : problem.lowest(n, options.tolerance, options.max_restarts, {}, 0);
+      search.pairs = problem.lowest(n, options.tolerance, options.max_restarts, {}, 0);
     }
     if (search.pairs.converged) {
-      // Where the count is made does not depend on the last digits, so that it need not wait for them.
       const double gap = detail::gap_above(search.pairs, n_wanted);
-      if (!dense && options.count > 0 && options.prove_none_missing && gap > 0) {
+      if (proves && gap > 0 && !early.started()) {
         search.count_at = gap;
         problem.polish_and_count(search.pairs, gap);
       } else {
         problem.polish(search.pairs);
       }
     }
+    early.finish();
     search.iterate_s += watch.seconds();
     if (!search.pairs.converged || n == problem.n_elastic() || detail::gap_above(search.pairs, n_wanted) > 0) return;
   }

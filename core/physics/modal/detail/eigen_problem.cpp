@@ -200,13 +200,21 @@ Pairs EigenProblem::lowest(Eigen::Index n, double tolerance, int max_restarts, c
   return pairs;
 }
 
-Pairs EigenProblem::lowest_block(Eigen::Index n, Eigen::Index block, double tolerance, int max_restarts) {
+Pairs EigenProblem::lowest_block(Eigen::Index n, Eigen::Index block, double tolerance, int max_restarts,
+                                 const Watch& watch) {
   RandomStream random(20021, 0);
   Eigen::MatrixXd start(n_dofs(), block);
   for (double& value : start.reshaped()) value = random.uniform(-1, 1);
   const auto apply = [&](const Eigen::MatrixXd& mass_x) { return solve(mass_x); };
   start = apply(mass_.times(start));
-  la::BlockLanczosResult found = la::block_lanczos(apply, mass_, std::move(start), n, tolerance, max_restarts);
+  la::LanczosWatch as_values;
+  if (watch)
+    as_values = [&](const Eigen::VectorXd& theta, const Eigen::VectorXd& residual) {
+      const Eigen::VectorXd shifted_value = theta.cwiseInverse();
+      watch(shifted_value.array() + shift_, shifted_value.cwiseProduct(residual));
+    };
+  la::BlockLanczosResult found =
+      la::block_lanczos(apply, mass_, std::move(start), n, tolerance, max_restarts, as_values);
   Pairs pairs;
   pairs.converged = found.converged;
   if (!found.converged)
@@ -322,6 +330,18 @@ double gap_above(const Pairs& pairs, Eigen::Index wanted) {
     if (gap > widest) {
       widest = gap;
       middle = std::sqrt(pairs.value[i] * pairs.value[i - 1]);
+    }
+  }
+  return middle;
+}
+
+double sure_gap_above(const Eigen::VectorXd& value, const Eigen::VectorXd& error, Eigen::Index wanted) {
+  double widest = 1e-7, middle = 0;
+  for (Eigen::Index i = std::max<Eigen::Index>(wanted, 1); i < value.size(); ++i) {
+    const double gap = value[i] / value[i - 1] - 1;
+    if (gap > widest && 10 * std::max(error[i - 1], error[i]) <= value[i] - value[i - 1]) {
+      widest = gap;
+      middle = std::sqrt(value[i] * value[i - 1]);
     }
   }
   return middle;

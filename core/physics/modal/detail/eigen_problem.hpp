@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -43,7 +44,9 @@ class EigenProblem {
   /// inverse. attempt changes the start vector and widens the search space.
   Pairs lowest(Eigen::Index n, double tolerance, int max_restarts, const Eigen::MatrixXd& known, int attempt);
   /// The same, with blocks of start vectors: fewer passes through the factor, for large bodies.
-  Pairs lowest_block(Eigen::Index n, Eigen::Index block, double tolerance, int max_restarts);
+  /// @param watch  told the eigenvalues so far, ascending, and how far off each may be at most
+  using Watch = std::function<void(const Eigen::VectorXd& value, const Eigen::VectorXd& error)>;
+  Pairs lowest_block(Eigen::Index n, Eigen::Index block, double tolerance, int max_restarts, const Watch& watch = {});
   /// The same by a dense solver (LAPACK), all at once; needs no factor.
   Pairs lowest_dense(Eigen::Index n) const;
 
@@ -93,6 +96,10 @@ struct Proof {
 /// Middle of the widest gap between neighbours from pairs.value[wanted - 1] on; 0 when all the rest is one
 /// cluster.
 double gap_above(const Pairs& pairs, Eigen::Index wanted);
+
+/// The same of values that are still on their way, each off by its error at most: only gaps that stand for sure, ten times as wide as their ends
+/// may be off.
+double sure_gap_above(const Eigen::VectorXd& value, const Eigen::VectorXd& error, Eigen::Index wanted);
 
 /// Counts at omega_sq; while modes are missing there, looks for them among what is M-orthogonal to those
 /// found (at most max_searches times) and merges them in.

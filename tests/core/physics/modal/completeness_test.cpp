@@ -106,6 +106,34 @@ TEST(Completeness, AnInventedModeIsCountedToo) {
   EXPECT_EQ(detail::prove(problem, pairs, gap, 1e-10, 100, 2).none_missing, false);
 }
 
+TEST(Completeness, AGapIsSureOnceItIsTenTimesAsWideAsItsEndsMayBeOff) {
+  const Eigen::Vector4d value(1.0, 2.0, 2.4, 2.5);
+  Eigen::Vector4d error(1e-3, 1e-3, 0.05, 0.1);
+  EXPECT_EQ(detail::sure_gap_above(value, error, 2), 0.0);  // 2 to 2.4: 0.05 is too much
+  error[2] = 0.039;
+  EXPECT_DOUBLE_EQ(detail::sure_gap_above(value, error, 2), std::sqrt(2.0 * 2.4));
+  EXPECT_DOUBLE_EQ(detail::sure_gap_above(value, error, 1), std::sqrt(1.0 * 2.0));
+}
+
+// The count is made while the search goes on, from values that are not yet what they become.
+TEST(Completeness, ACountMadeDuringTheSearchIsOfTheValuesThatItEndsWith) {
+  const TetMesh mesh = box_mesh(0.1, 0.1, 0.008, 26, 26, 2, 2);
+  ASSERT_GE(mesh.n_nodes(), 4000) << "blocks of vectors";
+  const auto assembled = solid::assemble(mesh);
+  detail::EigenProblem problem(mesh, assembled, kCeramic);
+  std::string message;
+  ASSERT_TRUE(problem.factor(message)) << message;
+  double early = 0.0;
+  const detail::Pairs pairs =
+      problem.lowest_block(14, 8, 1e-10, 100, [&](const Eigen::VectorXd& value, const Eigen::VectorXd& error) {
+        if (early == 0.0) early = detail::sure_gap_above(value, error, 10);
+      });
+  ASSERT_TRUE(pairs.converged);
+  ASSERT_GT(early, 0.0);
+  EXPECT_EQ(*problem.n_below(early), 6 + (pairs.value.array() < early).count());
+  lowest_hz(mesh, kCeramic, 10);  // proven
+}
+
 TEST(Completeness, BlockAndOneVectorLanczosAgreeTo1e9) {
   const TetMesh mesh = box_mesh(0.1, 0.1, 0.008, 10, 10, 1, 2);
   const auto assembled = solid::assemble(mesh);

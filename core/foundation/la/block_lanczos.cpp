@@ -56,8 +56,8 @@ bool orthonormalise(MatrixXd& x, MatrixXd& mass_x, const BlockMass& mass, Matrix
 }  // namespace
 
 BlockLanczosResult block_lanczos(const std::function<MatrixXd(const MatrixXd&)>& apply, const BlockMass& mass,
-                                 MatrixXd start, Index n_wanted, double tolerance, int max_restarts,
-                                 const LanczosWatch& watch) {
+                                 MatrixXd start, const BlockLanczosOptions& options) {
+  const Index n_wanted = options.n_wanted;
   BlockLanczosResult result;
   const Index n = start.rows(), b = start.cols();
   const Index n_kept_max = n_wanted + std::max<Index>(b, n_wanted / 4);
@@ -68,7 +68,7 @@ BlockLanczosResult block_lanczos(const std::function<MatrixXd(const MatrixXd&)>&
   if (!orthonormalise(start, mass_x, mass, r)) return result;
   basis.leftCols(b) = start;
   Index n_done = 0;  // columns of the basis that Op has been applied to
-  for (int restart = 0; restart <= max_restarts; ++restart) {
+  for (int restart = 0; restart <= options.max_restarts; ++restart) {
     while (n_done + b <= n_space) {
       // The newest block is basis[n_done, n_done + b), with mass_x its product with M.
       MatrixXd next = apply(mass_x);
@@ -97,14 +97,14 @@ BlockLanczosResult block_lanczos(const std::function<MatrixXd(const MatrixXd&)>&
       const Eigen::VectorXd theta = ritz.eigenvalues().tail(n_wanted).reverse();
       const Eigen::VectorXd residual =
           coupling.rightCols(n_wanted).colwise().norm().transpose().reverse().cwiseQuotient(theta);
-      const bool all = (residual.array() <= tolerance).all();
-      if (watch && !all) watch(theta, residual);
+      const bool all = (residual.array() <= options.tolerance).all();
+      if (options.watch && !all) options.watch(theta, residual);
       const bool full = n_done + b > n_space;
       if (!all && !full) continue;
       const Index keep = all ? n_wanted : n_kept_max;
       MatrixXd turned(n, keep);
       multiply('N', 1, basis.leftCols(n_done), ritz.eigenvectors().rightCols(keep), 0, turned);
-      if (all || restart == max_restarts) {
+      if (all || restart == options.max_restarts) {
         result.theta = theta;
         result.vector = turned.rightCols(n_wanted).rowwise().reverse();
         result.converged = all;

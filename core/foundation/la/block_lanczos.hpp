@@ -16,6 +16,13 @@ struct BlockLanczosResult {
 /// Told the approximations so far, descending, and the relative residual of each.
 using LanczosWatch = std::function<void(const Eigen::VectorXd& theta, const Eigen::VectorXd& residual)>;
 
+struct BlockLanczosOptions {
+  Eigen::Index n_wanted = 1;
+  double tolerance = 1e-10;
+  int max_restarts = 100;
+  LanczosWatch watch;
+};
+
 /// The n_wanted largest eigenvalues of an operator that is self-adjoint in the M inner product: block
 /// Krylov-Schur (Lanczos with full orthogonalisation and thick restarts; Stewart 2001, Zhou and Saad 2008). A
 /// block of b vectors costs one pass through the factor instead of b, and holds eigenvalues of multiplicity
@@ -23,7 +30,6 @@ using LanczosWatch = std::function<void(const Eigen::VectorXd& theta, const Eige
 ///   apply(X) = Op M X for a block, given M X.
 /// Stops when every ||Op u - theta u||_M <= tolerance theta, or after max_restarts.
 BlockLanczosResult block_lanczos(const std::function<Eigen::MatrixXd(const Eigen::MatrixXd& mass_x)>& apply,
-                                 const BlockMass& mass, Eigen::MatrixXd start, Eigen::Index n_wanted, double tolerance,
-                                 int max_restarts, const LanczosWatch& watch = {});
+                                 const BlockMass& mass, Eigen::MatrixXd start, const BlockLanczosOptions& options);
 
 }  // namespace klang::la

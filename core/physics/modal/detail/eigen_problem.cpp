@@ -207,14 +207,13 @@ Pairs EigenProblem::lowest_block(Eigen::Index n, Eigen::Index block, double tole
   for (double& value : start.reshaped()) value = random.uniform(-1, 1);
   const auto apply = [&](const Eigen::MatrixXd& mass_x) { return solve(mass_x); };
   start = apply(mass_.times(start));
-  la::LanczosWatch as_values;
+  la::BlockLanczosOptions options{n, tolerance, max_restarts, {}};
   if (watch)
-    as_values = [&](const Eigen::VectorXd& theta, const Eigen::VectorXd& residual) {
+    options.watch = [&](const Eigen::VectorXd& theta, const Eigen::VectorXd& residual) {
       const Eigen::VectorXd shifted_value = theta.cwiseInverse();
       watch(shifted_value.array() + shift_, shifted_value.cwiseProduct(residual));
     };
-  la::BlockLanczosResult found =
-      la::block_lanczos(apply, mass_, std::move(start), n, tolerance, max_restarts, as_values);
+  la::BlockLanczosResult found = la::block_lanczos(apply, mass_, std::move(start), options);
   Pairs pairs;
   pairs.converged = found.converged;
   if (!found.converged)

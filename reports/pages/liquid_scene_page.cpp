@@ -264,7 +264,10 @@ std::string sound_html(const RunDocument& data, const std::vector<BubblePath>& p
   pair.recorded = folder.sound_beside(data.sound->file);
   std::vector<const BubblePath*> largest;
   for (const BubblePath& path : paths)
-    if (!path.frequency_hz.empty()) largest.push_back(&path);
+    if (!path.frequency_hz.empty()) {
+      largest.push_back(&path);
+      pair.highest_hz = std::max(pair.highest_hz, path.frequency_hz.front());
+    }
   std::stable_sort(largest.begin(), largest.end(),
                    [](const auto* a, const auto* b) { return a->radius_m > b->radius_m; });
   largest.resize(std::min(largest.size(), kMostRidges));

@@ -14,6 +14,8 @@ namespace {
 
 using entrainment::BubblePath;
 
+constexpr double kTimesFaded = 3.0;  ///< of the time in which a bubble fades to a thousandth
+
 /// A law of pitch so steep that phi can carry any pitch within eight e-foldings, and its inverse: the voice takes the pitch from phi.
 bubble::PitchModel carrier_law() {
   bubble::PitchModel law;
@@ -47,11 +49,11 @@ stage::BubbleScene heard_scene(const StageRun& run) {
   sound.duration_s = sound.duration_s.value_or(run.until_s);
   if (run.scene.transfer.method == TransferMethod::kUnit) sound.transfer = stage::SceneTransfer::kUnit;
   if (run.document.n_bubbles == 0) return sound;
-  const std::vector<BubblePath> paths = entrainment::read_tracked_bubbles(run.folder.file("bubbles.trk")).paths;
+  std::vector<BubblePath> paths = entrainment::read_tracked_bubbles(run.folder.file("bubbles.trk")).paths;
   const auto transfers = read_transfers(run.folder.file("transfer.csv"));
   std::map<std::int64_t, double> radii;
   for (const BubblePath& path : paths) radii[path.id] = path.radius_m;
-  for (const BubblePath& path : paths) {
+  for (BubblePath& path : paths) {
     const std::optional<HeardBubble> one = heard(path, sound);
     const auto rows = transfers.find(path.id);
     const bool unit = sound.transfer == stage::SceneTransfer::kUnit;
@@ -62,6 +64,8 @@ stage::BubbleScene heard_scene(const StageRun& run) {
     bubble.strength = strength(path, radii);
     bubble::SampledMotion motion;
     for (std::size_t i = 0; i < path.time_s.size(); ++i) {
+      // Most bubbles live a hundred times as long as they sound, also with a pitch that falls.
+      if (i >= 8 && path.time_s[i - 8] > one->birth_s + kTimesFaded * (one->faded_s - one->birth_s)) break;
       motion.times_s.push_back(path.time_s[i] - one->birth_s);
       motion.positions_m.push_back(path.position_m[i]);
       motion.phi_m.push_back(carrier_phi(path.frequency_hz[i] / path.frequency_hz.front()));
@@ -69,6 +73,7 @@ stage::BubbleScene heard_scene(const StageRun& run) {
     bubble.motion = bubble::sampled_motion(std::move(motion));
     if (!unit) bubble.transfer = std::make_shared<const bubble::TransferSeries>(rows->second, "transfer.csv");
     sound.bubbles.push_back(std::move(bubble));
+    path = {};  // gigabytes, all together
   }
   return sound;
 }

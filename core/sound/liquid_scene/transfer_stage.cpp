@@ -17,7 +17,7 @@ namespace {
 /// Time of the stage over all its runs, and the checkpoints between them.
 class TransferWatch {
  public:
-  explicit TransferWatch(StageRun& run) : run_(run), key_(run_key(run.scene)) {}
+  explicit TransferWatch(StageRun& run) : run_(run), key_(run.document.run) {}
   std::filesystem::path file() const { return run_.folder.file("checkpoint/transfer"); }
   TransferKeep keep() {
     TransferKeep keep;

@@ -1,10 +1,12 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "apps/kit/command.hpp"
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
@@ -69,9 +71,17 @@ int run_converge(const ConvergeCommand& command, const CommonOptions& common) {
 Subcommand add_converge(CLI::App& program, CommonOptions& common) {
   auto command = std::make_shared<ConvergeCommand>();
   CLI::App* app = program.add_subcommand("converge", "Observed orders of convergence against exact solutions; report");
-  std::string names;
-  for (const std::string& name : validate::study_names()) names += (names.empty() ? "" : ", ") + name;
-  app->add_option("study", command->study, "One of: " + names)->required();
+  const std::vector<std::string> names = validate::study_names();
+  app->add_option("study", command->study, "One of: " + word_list(names))
+      ->required()
+      ->type_name("")
+      ->check(CLI::Validator(
+          [names](const std::string& name) {
+            return std::find(names.begin(), names.end(), name) != names.end()
+                       ? std::string()
+                       : unknown_word("converge", "unknown study", name, name, names).what();
+          },
+          ""));
   app->add_option("-o,--output", command->output,
                   "Folder for study.json, report.html, junit.xml, levels.csv, VTK files")
       ->required();

@@ -38,7 +38,7 @@ nlohmann::json options_json(const ProxyBuildOptions& o) {
 }
 
 int run_proxy_build(ProxyBuildOptions o, const CommonOptions& common) {
-  if (o.output.empty()) throw InputError("command line", "-o", {}, "a file for the bank");
+  if (o.output.empty()) throw InputError("-o", "is missing", "", "a file for the bank");
   if (std::filesystem::is_directory(o.output)) throw InputError("-o", "is a folder", o.output, "a file for the bank");
   o.build.material = solid::from_youngs_modulus(o.youngs_modulus_pa, o.poissons_ratio, o.density_kg_m3);
   o.build.n_checked_modes = std::min(o.build.n_checked_modes, o.build.modes_per_cell);

@@ -34,7 +34,7 @@ void write_voice(const std::filesystem::path& path, const fit::Voice& voice, con
 }
 
 int run_proxy_fit(const ProxyFitCommand& o, const CommonOptions& common) {
-  if (o.output.empty()) throw InputError("command line", "-o", {}, "a folder for the result");
+  if (o.output.empty()) throw InputError("-o", "is missing", "", "a folder for the result");
   o.fit.validate();
   const soundbank::Soundbank bank = soundbank::read_soundbank(o.bank);
   TerminalMonitor monitor(common.quiet);

@@ -63,7 +63,7 @@ void write_mixes(const std::filesystem::path& folder, const validate::DebrisStud
 }
 
 int run_proxy_study(ProxyStudyCommand o, const CommonOptions& common) {
-  if (o.output.empty()) throw InputError("command line", "-o", {}, "a folder for the result");
+  if (o.output.empty()) throw InputError("-o", "is missing", "", "a folder for the result");
   validate::DebrisStudyOptions& study = o.study;
   if (study.debris.n_shards < 1)
     throw InputError("command line", "--pieces", std::to_string(study.debris.n_shards), "1 to 500");

@@ -159,7 +159,7 @@ int run_surface(const TransferOptions& options, const CommonOptions& common) {
 }
 
 int run_model(const TransferOptions& options, const CommonOptions& common) {
-  if (options.output.empty()) throw InputError("command line", "-o", "", "a file for the transfer model (.vtu)");
+  if (options.output.empty()) throw InputError("-o", "is missing", "", "a file for the transfer model (.vtu)");
   if (std::filesystem::path(options.output).extension() != ".vtu")
     throw InputError("-o", "is no .vtu", options.output, "a name that ends in .vtu");
   options.radiate.validate();

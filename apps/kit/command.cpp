@@ -18,6 +18,7 @@ namespace {
 std::mutex terminal_mutex;
 bool line_shown = false;  ///< a progress line stands on the terminal
 bool verbose = false;
+std::function<void(std::string_view)> warning_hearer;
 
 /// Takes the progress line away before anything else is written.
 void clear_line() {
@@ -120,7 +121,10 @@ void say(const CommonOptions& common, const char* format, ...) {
   va_end(arguments);
 }
 
+void set_warning_hearer(std::function<void(std::string_view)> hearer) { warning_hearer = std::move(hearer); }
+
 void warn(std::string_view text) {
+  if (warning_hearer) return warning_hearer(text);
   clear_line();
   std::fprintf(stderr, "klang: warning: %.*s\n", static_cast<int>(text.size()), text.data());
 }

@@ -62,8 +62,11 @@ void write_table(const std::filesystem::path& path, const std::string& text);
 /// printf to standard output, unless --quiet or where standard output holds JSON or a table.
 void say(const CommonOptions& common, const char* format, ...) __attribute__((format(printf, 2, 3)));
 
-/// One line to standard error, "klang: warning: ...".
+/// One line to standard error, "klang: warning: ...", or to who hears warnings instead.
 void warn(std::string_view text);
+
+/// Within another program: who hears warnings from now on; empty: standard error again.
+void set_warning_hearer(std::function<void(std::string_view)> hearer);
 
 /// One line to standard error, "klang: note: ...", unless --quiet: what was done to the input without being asked.
 void note(const CommonOptions& common, std::string_view text);

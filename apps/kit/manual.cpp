@@ -38,7 +38,13 @@ std::string dashed(std::string path) {
   return path;
 }
 
-std::string page(const CLI::App& app, const std::string& path, const std::string& more) {
+/// Commands and groups below an app, in the order of --help.
+std::vector<const CLI::App*> commands_below(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+std::string page(const CLI::App& app, const std::string& path, const std::string& more,
+                 const std::string& see_also = "") {
   std::string upper = dashed(path);
   std::transform(upper.begin(), upper.end(), upper.begin(), [](unsigned char c) { return std::toupper(c); });
   std::string text = ".TH " + upper + " 1 \"\" \"klangprobe " + version() + "\" \"Klangprobe\"\n.SH NAME\n" +
@@ -48,7 +54,7 @@ std::string page(const CLI::App& app, const std::string& path, const std::string
     if (!option->get_positional()) continue;
     text += ".I " + roff(option->get_name(true)) + "\n";
   }
-  text += "[options]\n.SH OPTIONS\n";
+  text += commands_below(app).empty() ? "[options]\n.SH OPTIONS\n" : "command [options]\n.SH OPTIONS\n";
   for (const CLI::Option* option : shown_options(app)) {
     const bool positional = option->get_positional();
     const std::string value = option->get_items_expected_max() > 0 && !positional ? " " + option->get_type_name() : "";
@@ -60,7 +66,7 @@ std::string page(const CLI::App& app, const std::string& path, const std::string
   }
   text += more;
   if (!app.get_footer().empty()) text += ".SH NOTES\n.nf\n" + roff(app.get_footer()) + "\n.fi\n";
-  return text + ".SH SEE ALSO\nklang(1)\n";
+  return text + ".SH SEE ALSO\nklang(1)" + see_also + "\n";
 }
 
 /// Options of a command with their long and short names: "--json", "-q".
@@ -79,11 +85,6 @@ std::string option_words(const CLI::App& app) {
   return words;
 }
 
-/// Commands and groups below an app, in the order of --help.
-std::vector<const CLI::App*> commands_below(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App*) { return true; });
-}
-
 /// Within single quotes of a shell.
 std::string shell_quoted(const std::string& text) {
   std::string out;
@@ -100,6 +101,18 @@ std::map<std::string, std::string> manual_pages(const Program& program) {
     const std::string path = program.path_of(*command);
     pages[dashed(path) + ".1"] = page(*command, path, "");
     list += ".TP\n\\fB" + roff(path) + "\\fR\n" + roff(command->get_description()) + "\n";
+  }
+  for (const CLI::App* group : commands_below(program.app())) {
+    const std::vector<const CLI::App*> members = commands_below(*group);
+    if (members.empty()) continue;
+    std::string of_group = ".SH COMMANDS\n", see_also;
+    for (const CLI::App* member : members) {
+      const std::string path = program.path_of(*member);
+      of_group += ".TP\n\\fB" + roff(path) + "\\fR\n" + roff(member->get_description()) + "\n";
+      see_also += ", " + roff(dashed(path)) + "(1)";
+    }
+    const std::string path = program.path_of(*group);
+    pages[dashed(path) + ".1"] = page(*group, path, of_group, see_also);
   }
   pages["klang.1"] = page(program.app(), "klang", list);
   return pages;

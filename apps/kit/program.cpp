@@ -64,6 +64,19 @@ std::string option_meant(const CLI::App& command, const std::vector<std::string>
   return {};
 }
 
+/// What a mistyped choice was meant to be: of the parser's "NAME: WORD not in {a,b,c}".
+std::string choice_meant(const std::string& said) {
+  static constexpr std::string_view kNotIn = " not in {";
+  const std::size_t name_end = said.find(": "), word_end = said.find(kNotIn), list_end = said.rfind('}');
+  if (name_end == std::string::npos || word_end == std::string::npos || list_end == std::string::npos) return {};
+  const std::size_t word_begin = name_end + 2, list_begin = word_end + kNotIn.size();
+  if (word_begin > word_end || list_begin > list_end) return {};
+  std::istringstream list(said.substr(list_begin, list_end - list_begin));
+  std::vector<std::string> known;
+  for (std::string word; std::getline(list, word, ',');) known.push_back(word);
+  return did_you_mean(said.substr(word_begin, word_end - word_begin), known);
+}
+
 }  // namespace
 
 Program::Program(std::span<const CommandEntry> commands)
@@ -145,6 +158,8 @@ void Program::ask_for_help(std::vector<std::string>& words) const {
       if (i != first) rest += words[i] + " ";
     std::istringstream separate(rest);
     words.assign(std::istream_iterator<std::string>(separate), {});
+    if (next_plain_word(app_, words, 0) < words.size() && words[next_plain_word(app_, words, 0)] == "help")
+      words.clear();  // help on help is the whole
   }
   if (const std::string wrong = unknown_subcommand(words); !wrong.empty()) throw InputError(wrong);
   words.emplace_back("--help");
@@ -219,9 +234,9 @@ std::string Program::parse_complaint(const std::vector<std::string>& words, cons
       std::any_of(left_over.begin(), left_over.end(), [](const auto& w) { return w.starts_with("-"); });
   const CLI::App* command = &app_;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  if (!mistyped) return error.what() + choice_meant(error.what());
   // An option that is required may be the one that was mistyped.
-  const std::string said = mistyped ? CLI::ExtrasError(left_over).what() : error.what();
-  return said + option_meant(*command, left_over);
+  return CLI::ExtrasError(left_over).what() + option_meant(*command, left_over);
 }
 
 std::string Program::unknown_subcommand(const std::vector<std::string>& words) const {

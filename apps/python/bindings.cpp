@@ -4,9 +4,14 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <mutex>
+
 #include "apps/commands/commands.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/modal/damping/assumed_damping.hpp"
@@ -22,11 +27,41 @@ namespace {
 
 using Samples = py::array_t<double, py::array::f_style | py::array::forcecast>;
 
-int call(const std::vector<std::string>& words) {
+/// @return what the command warned of
+std::vector<std::string> call(const std::vector<std::string>& words) {
   const py::gil_scoped_release released;
+  static std::mutex one_at_a_time;  // commands set the number of threads and tell one hearer of their warnings
+  const std::lock_guard lock(one_at_a_time);
+  std::vector<std::string> warnings;
+  struct Hearing {
+    explicit Hearing(std::vector<std::string>& heard) {
+      apps::set_warning_hearer([&heard](std::string_view text) { heard.emplace_back(text); });
+    }
+    ~Hearing() { apps::set_warning_hearer({}); }
+  } const hearing(warnings);
   apps::Program program(apps::all_commands());
-  return program.call(words);
+  program.call(words);
+  return warnings;
 }
+
+/// The options of a command ("bubble info") in the words of Python, each with whether it takes a value.
+std::map<std::string, bool> options(const std::string& command) {
+  const apps::Program program(apps::all_commands());
+  std::map<std::string, bool> takes_value;
+  for (const CLI::App* app : program.commands()) {
+    if (program.path_of(*app) != "klang " + command) continue;
+    for (const CLI::Option* option : app->get_options()) {
+      for (std::string name : option->get_lnames()) {
+        std::replace(name.begin(), name.end(), '-', '_');
+        takes_value[name] = option->get_items_expected_max() > 0;
+      }
+    }
+  }
+  return takes_value;
+}
+
+/// "; did you mean WORD", or nothing.
+std::string meant(const std::string& word, const std::vector<std::string>& known) { return did_you_mean(word, known); }
 
 /// @param samples  n_frames, or n_frames x n_channels
 std::string analyze(const Samples& samples, double rate_hz, double a4_hz, double low_hz, double high_hz) {
@@ -91,6 +126,8 @@ PYBIND11_MODULE(_klangprobe, module) {
   });
   module.def("version", [] { return version(); });
   module.def("call", &call, py::arg("words"));
+  module.def("options", &options, py::arg("command"));
+  module.def("did_you_mean", &meant, py::arg("word"), py::arg("known"));
   module.def("analyze", &analyze, py::arg("samples"), py::arg("rate_hz"), py::arg("a4_hz"), py::arg("low_hz"),
              py::arg("high_hz"));
   module.def("synth", &synth, py::arg("path"), py::arg("specimen"), py::arg("dims"), py::arg("duration_s"),

@@ -80,7 +80,7 @@ void store(Partial& partial, const Column& column, double value, const std::stri
 
 void store_kind(Partial& partial, std::string_view word, const std::string& place) {
   const auto kind = enum_from_text<PartialKind>(word);
-  if (!kind) throw InputError(place, "kind is none", quoted(word), allowed_words<PartialKind>());
+  if (!kind) throw InputError(place, "unknown kind", word, allowed_words<PartialKind>());
   partial.kind = *kind;
 }
 

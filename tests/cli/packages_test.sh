@@ -18,7 +18,7 @@ if ls "$scratch"/klangprobe-mpi_*.deb > /dev/null 2>&1; then
 fi
 dpkg-deb -x "$program" "$scratch/root"
 dpkg-deb -x "$library" "$scratch/root"
-for file in bin/klang share/man/man1/klang.1.gz share/man/man1/klang-bubble-fit.1.gz share/bash-completion/completions/klang \
+for file in bin/klang share/man/man1/klang.1.gz share/man/man1/klang-bubble.1.gz share/man/man1/klang-bubble-fit.1.gz share/bash-completion/completions/klang \
     share/zsh/vendor-completions/_klang share/fish/vendor_completions.d/klang.fish share/doc/klangprobe/copyright \
     share/doc/libklangprobe-dev/copyright include/klangprobe/core/geometry/mesh/tet_mesh.hpp; do
   [ -s "$scratch/root/usr/$file" ] || fail "no /usr/$file"

@@ -2,10 +2,12 @@
 """The Python package gives what the program gives: python_test.py KLANG PACKAGE_FOLDER ROOT"""
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
 import unittest
+import warnings
 
 KLANG, PACKAGE, ROOT = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 sys.path.insert(0, PACKAGE)
@@ -62,6 +64,17 @@ class Package(unittest.TestCase):
         again = klangprobe.fit(self.folder / "out/fit.json")
         np.testing.assert_array_equal(klangprobe.synth(again, "rod", 0.5, 44100), sound)
 
+    def test_what_the_command_warns_of_is_a_python_warning(self):
+        self.assertIsNotNone(klangprobe.modes.__doc__)
+        bar, example = re.findall(r">>> (?:bar = )?(.*)", klangprobe.modes.__doc__)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            held = eval(example, {"klangprobe": klangprobe, "bar": eval(bar)})
+        # a cantilever of 0.2 m and 5 mm: 3.516 / (2 pi L^2) h sqrt(E / 12 rho), its width and grip aside
+        self.assertAlmostEqual(held[0] / 104.44, 1, delta=0.01)
+        with self.assertWarnsRegex(UserWarning, "cuts"):
+            klangprobe.modes("rod", ROD, ALUMINIUM, count=1, support="clamped:x=0")
+
     def test_a_bubble(self):
         self.assertEqual(klangprobe.bubble_info(0.001)["damped_frequency_hz"],
                          command(self.folder, "bubble", "info", "--radius-m", "0.001")["damped_frequency_hz"])
@@ -77,6 +90,35 @@ class Package(unittest.TestCase):
             with self.assertRaises(ValueError) as caught:
                 wrong()
             self.assertNotIn("\n", str(caught.exception))
+        tone = np.exp(-5 * np.arange(8000) / 8000)
+        for words, wrong in (
+                (("modes: dims must be a dict", "None"), lambda: klangprobe.modes("rod", None)),
+                (('dims["length_m"] must be a number',), lambda: klangprobe.modes("rod", {"length_m": "a", "radius_m": 1})),
+                (("count must be an integer", "2.5"), lambda: klangprobe.modes("rod", ROD, count=2.5)),
+                (("material must be a preset",), lambda: klangprobe.modes("rod", ROD, None)),
+                (("shape must be a text",), lambda: klangprobe.modes(3, ROD)),
+                (("modes: help is no option (accepted: band_hz",), lambda: klangprobe.modes("rod", ROD, help=True)),
+                (("no option", "did you mean support"), lambda: klangprobe.modes("rod", ROD, suport="free")),
+                (("support must be a value",), lambda: klangprobe.modes("rod", ROD, support=True)),
+                (("no_mesh_error must be True or False",), lambda: klangprobe.modes("rod", ROD, no_mesh_error="yes")),
+                (("method: polinomial", "did you mean polynomial"), lambda: klangprobe.modes("rod", ROD, method="polinomial")),
+                (("x must be an array of real numbers",), lambda: klangprobe.analyze("abc", 8000)),
+                (("x must be an array of real numbers",), lambda: klangprobe.analyze(tone + 1j, 8000)),
+                (("rate must be a number",), lambda: klangprobe.analyze(tone, None)),
+                (("band_hz must be two numbers",), lambda: klangprobe.analyze(tone, 8000, band_hz=3)),
+                (("path must be a path",), lambda: klangprobe.fit(None)),
+                (("specimen must be a text",), lambda: klangprobe.synth(self.folder / "half.json", 3)),
+                (('dims["length_m"] must be a number',), lambda: klangprobe.synth("none.json", "rod", dims={"length_m": None})),
+                (("radius_m must be a number",), lambda: klangprobe.bubble_info("x")),
+                (("output: is missing",), lambda: klangprobe.transfer("no.vtu")),
+                (("output must be a path",), lambda: klangprobe.scene("no.toml", 3))):
+            with self.assertRaises(ValueError) as caught:
+                wrong()
+            said = str(caught.exception)
+            self.assertNotIn("\n", said)
+            self.assertNotIn("--", said)
+            for word in words:
+                self.assertIn(word, said)
         with self.assertRaises(klangprobe.Error):
             klangprobe.analyze(np.random.default_rng(1).normal(size=8000) * 0.1, 8000)
 

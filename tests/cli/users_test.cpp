@@ -27,6 +27,32 @@ TEST(DidYouMean, NearCommandsOptionsPresetsAndDimensionsAreNamed) {
   expect_refused(scratch, "modes --shape rod --dims lenght_m=1,radius_m=0.01", {"did you mean length_m"});
 }
 
+TEST(DidYouMean, NearWordsOfEveryListAreNamed) {
+  const Scratch scratch;
+  expect_refused(scratch, "converge fmem", {"unknown study", "did you mean fem"});
+  expect_refused(scratch, kSmallTube + "--method polinomial", {"did you mean polynomial"});
+  expect_refused(scratch, kSmallTube + "--support clampd:x=min", {"did you mean clamped"});
+  expect_refused(scratch, kSmallTube + "--material glass", {"did you mean soda_lime_glass"});
+  expect_refused(scratch, "bubble info --radius-m 1e-3 --thermal prosperety", {"did you mean prosperetti"});
+  expect_refused(scratch, "bubble info --radius-m 1e-3 --literature papr", {"did you mean paper"});
+  const std::string tune = "tune --shape rod --dims length_m=0.2,radius_m=0.005 --material ";
+  expect_refused(scratch, tune + "glass --vary length_m --target E5", {"did you mean soda_lime_glass"});
+  expect_refused(scratch, tune + "steel --vary lenght_m --target E5", {"did you mean length_m"});
+  expect_refused(scratch, tune + "steel --vary length_m --target humm=E5", {"did you mean hum"});
+  expect_refused(scratch, tune + "steel --vary length_m --target \"bendin 1=E5\"", {"did you mean bending"});
+  scratch.write("p.csv", "frequency_hz,kind\n440,decayng\n");
+  scratch.write("s.toml",
+                "[material]\npreset = \"steel\"\n[[specimen]]\nname = \"a\"\nshape = { kind = \"rod\", length_m = 0.2, "
+                "radius_m = 0.005 }\npartials = "
+                "\"p.csv\"\n[fit]\nparameters = [\"youngs_modulus_pa\"]\n");
+  expect_refused(scratch, "fit s.toml -o out", {"p.csv", "unknown kind", "did you mean decaying"});
+  scratch.write(
+      "scene.toml",
+      "[[material]]\nname = \"clay\"\npreset = \"porcelain\"\ndamping = { model = \"loss_facter\", loss_factor = "
+      "1e-3 }\n");
+  expect_refused(scratch, "scene check scene.toml", {"scene.toml:4", "did you mean loss_factor"});
+}
+
 TEST(DidYouMean, NearKeysOfSpecimenAndSceneFilesAreNamed) {
   const Scratch scratch;
   scratch.write("s.toml", "[material]\npresett = \"steel\"\n[[specimen]]\nname = \"a\"\n");
@@ -53,6 +79,7 @@ TEST(Help, ProgramAloneAndHelpXAreTheHelpOption) {
   };
   EXPECT_EQ(out(""), out("--help"));
   EXPECT_EQ(out("help"), out("--help"));
+  EXPECT_EQ(out("help help"), out("--help"));
   EXPECT_EQ(out("help modes"), out("modes --help"));
   EXPECT_EQ(out("help bubble info"), out("bubble info --help"));
   EXPECT_NE(out("help modes"), out("--help"));

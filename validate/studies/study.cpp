@@ -161,7 +161,7 @@ Study run_study(const std::string& name, const StudyOptions& options, Monitor& m
   }
   std::string names;
   for (const std::string& known : study_names()) names += (names.empty() ? "" : ", ") + known;
-  throw InputError("converge", "is no study", name, names);
+  throw InputError("converge", "unknown study", name, names);
 }
 
 }  // namespace klang::validate

@@ -13,12 +13,15 @@ import dataclasses
 import json
 import os
 import pathlib
+import shutil
 import tempfile
 import typing
+import warnings
+import weakref
 
 import numpy as np
 
-from . import _klangprobe
+from . import _arguments, _klangprobe
 from ._klangprobe import Error
 
 __version__ = _klangprobe.version()
@@ -94,49 +97,71 @@ class Fit:
         return pandas.DataFrame([dataclasses.asdict(parameter) for parameter in self.parameters.values()])
 
 
-def _words(options: typing.Mapping[str, typing.Any]) -> typing.List[str]:
-    """rate_hz=8000 as --rate-hz 8000; True is a flag, a list a repeated option, None left out."""
-    words: typing.List[str] = []
-    for name, value in options.items():
-        option = "--" + name.replace("_", "-")
-        for one in value if isinstance(value, (list, tuple)) else [value]:
-            if one is None or one is False:
-                continue
-            words += [option] if one is True else [option, os.fspath(one) if isinstance(one, os.PathLike) else str(one)]
-    return words
-
-
-def _assignments(values: typing.Mapping[str, float]) -> str:
-    return ",".join(f"{name}={float(value)!r}" for name, value in values.items())
-
-
-def _material(material: Material) -> str:
-    return _assignments(material) if isinstance(material, typing.Mapping) else os.fspath(material)
+def _material(function: str, material: typing.Any) -> str:
+    if isinstance(material, typing.Mapping):
+        return _arguments.assignments(function, "material", material)
+    try:
+        return _arguments.path(function, "material", material)
+    except ValueError:
+        raise _arguments.wrong(function, "material", "a preset, a fit.json, or a dict of numbers by name", material) from None
 
 
 def _call(words: typing.List[str], threads: int = 0) -> dict:
-    """Runs a command and gives its --json."""
+    """Runs a command and gives its --json; what it warns of is a Python warning."""
     with tempfile.TemporaryDirectory(prefix="klangprobe-") as folder:
         result = pathlib.Path(folder, "result.json")
-        _klangprobe.call([*words, "--quiet", "--threads", str(threads), "--json", str(result)])
+        try:
+            said = _klangprobe.call([*words, "--quiet", "--threads", str(threads), "--json", str(result)])
+        except (ValueError, Error) as error:
+            raise type(error)(_arguments.in_words_of_python(str(error))) from None
+        for warning in said:
+            warnings.warn(_arguments.in_words_of_python(warning), stacklevel=3)
         return json.loads(result.read_text(encoding="utf-8"))
 
 
 def modes(shape: str, dims: typing.Mapping[str, float], material: Material = "aluminium", count: int = 10, threads: int = 0,
           **options: typing.Any) -> Modes:
-    """Eigenfrequencies of a free body, none missing. material: a preset, a fit.json, or {"youngs_modulus_pa": ..}; further options as of `klang
-    modes` (support="clamped:x=0", output is -o)."""
-    data = _call(["modes", "--shape", shape, "--dims", _assignments(dims), "--material", _material(material), "--count", str(count),
-                  *_words(options)], threads)
+    """Eigenfrequencies of a body, free unless support says otherwise, none missing. material: a preset, a fit.json, or {"youngs_modulus_pa": ..}; further options as of `klang
+    modes` (output is -o).
+
+    >>> bar = {"length_m": 0.2, "width_m": 0.02, "height_m": 0.005}
+    >>> klangprobe.modes("box", bar, "steel", count=3, support="clamped:x=min").frequency_hz
+    """
+    data = _call(["modes", "--shape", _arguments.text("modes", "shape", shape), "--dims", _arguments.assignments("modes", "dims", dims), "--material",
+                  _material("modes", material), "--count", str(_arguments.integer("modes", "count", count)),
+                  *_arguments.words("modes", "modes", options, own=("shape", "dims", "material", "count", "threads", "mesh"))],
+                 _arguments.integer("modes", "threads", threads))
     return Modes(np.array([mode["frequency_hz"] for mode in data["modes"]]), data.get("none_missing"), data)
+
+
+def _samples(x: typing.Any) -> np.ndarray:
+    try:
+        samples = np.asarray(x)
+        if samples.dtype.kind in "fiu" and samples.ndim in (1, 2):
+            return samples.astype(float)
+    except ValueError:  # rows of different lengths
+        pass
+    raise _arguments.wrong("analyze", "x", "an array of real numbers, frames or frames x channels", x)
 
 
 def analyze(x: typing.Any, rate: float, a4_hz: float = 440.0, band_hz: typing.Tuple[float, float] = (20.0, 20000.0)) -> Analysis:
     """Partials of a recording with their standard deviations. x: frames, or frames x channels, full scale 1."""
-    data = json.loads(_klangprobe.analyze(np.asarray(x, dtype=float), float(rate), float(a4_hz), float(band_hz[0]), float(band_hz[1])))
+    samples, rate = _samples(x), _arguments.number("analyze", "rate", rate)
+    if not isinstance(band_hz, (tuple, list, np.ndarray)) or len(band_hz) != 2:
+        raise _arguments.wrong("analyze", "band_hz", "two numbers, (lowest, highest)", band_hz)
+    low_hz, high_hz = (_arguments.number("analyze", f"band_hz[{i}]", band_hz[i]) for i in (0, 1))
+    data = json.loads(_klangprobe.analyze(samples, rate, _arguments.number("analyze", "a4_hz", a4_hz), low_hz, high_hz))
     known = {field.name for field in dataclasses.fields(Partial)}
     partials = [Partial(**{key: value for key, value in row.items() if key in known}) for row in data["partials"]]
     return Analysis(partials, data.get("explained_energy"), data)
+
+
+class _Folder:
+    """A folder that goes with the object."""
+
+    def __init__(self) -> None:
+        self.name = tempfile.mkdtemp(prefix="klangprobe-fit-")
+        self.remove = weakref.finalize(self, shutil.rmtree, self.name, ignore_errors=True)
 
 
 def _read_fit(path: pathlib.Path) -> dict:
@@ -152,16 +177,25 @@ def _read_fit(path: pathlib.Path) -> dict:
 
 
 def fit(path: Path, output: typing.Optional[Path] = None, threads: int = 0, **options: typing.Any) -> Fit:
-    """Material parameters from a specimen's file, as `klang fit`; or what such a run left (a fit.json)."""
-    path = pathlib.Path(path)
+    """Material parameters from a specimen's file, as `klang fit`; or what such a run left (a fit.json, which takes no options)."""
+    path = pathlib.Path(_arguments.path("fit", "path", path))
+    words = _arguments.words("fit", "fit", options, own=("output", "threads", "pictures", "no_pictures"))
+    n_threads = _arguments.integer("fit", "threads", threads)
     holder = None
     if path.suffix == ".json":
+        if output is not None or words:
+            raise ValueError(f"fit: {path} is the result of a fit already: output and options belong to a specimen's file (.toml)")
         data, result = _read_fit(path), path
     else:
         if output is None:
-            holder = tempfile.TemporaryDirectory(prefix="klangprobe-fit-")
-        folder = pathlib.Path(holder.name if holder is not None else typing.cast(Path, output))
-        data = _call(["fit", str(path), "-o", str(folder), "--no-pictures", *_words(options)], threads)
+            holder = _Folder()
+        folder = pathlib.Path(holder.name if holder is not None else _arguments.path("fit", "output", output))
+        try:
+            data = _call(["fit", str(path), "-o", str(folder), "--no-pictures", *words], n_threads)
+        except BaseException:
+            if holder is not None:
+                holder.remove()
+            raise
         result = folder / "fit.json"
     parameters = {
         row["name"]: Parameter(row["name"], row["value"], row["std"], tuple(row["ci95"]) if row["ci95"] else None, row["identifiable"],
@@ -173,21 +207,32 @@ def fit(path: Path, output: typing.Optional[Path] = None, threads: int = 0, **op
 
 def synth(fit: typing.Union[Fit, Path], specimen: str = "", duration_s: float = 3.0, rate_hz: float = 48000.0,
           dims: typing.Optional[typing.Mapping[str, float]] = None) -> np.ndarray:
-    """Sound of a fitted specimen after one strike, with the fit's damping, peak -3 dB; dims: the same thing of other dimensions."""
-    path = fit.path if isinstance(fit, Fit) else pathlib.Path(fit)
-    return _klangprobe.synth(str(path), specimen, dict(dims or {}), float(duration_s), float(rate_hz))
+    """Sound of a fitted specimen after one strike, with the fit's damping, peak -3 dB; dims: the same thing of other dimensions. Where no damping was
+    measured a loss factor of 1/1000 is assumed, with a warning."""
+    path = str(fit.path) if isinstance(fit, Fit) else _arguments.path("synth", "fit", fit)
+    changed = {} if dims is None else _arguments.values("synth", "dims", dims)
+    name, length_s = _arguments.text("synth", "specimen", specimen), _arguments.number("synth", "duration_s", duration_s)
+    try:
+        return _klangprobe.synth(path, name, changed, length_s, _arguments.number("synth", "rate_hz", rate_hz))
+    except (ValueError, Error) as error:
+        raise type(error)(_arguments.in_words_of_python(str(error))) from None
 
 
 def bubble_info(radius_m: float, **options: typing.Any) -> dict:
     """Frequency and damping of a gas bubble, as `klang bubble info`."""
-    return _call(["bubble", "info", "--radius-m", repr(float(radius_m)), *_words(options)])
+    return _call(["bubble", "info", "--radius-m", repr(_arguments.number("bubble_info", "radius_m", radius_m)),
+                  *_arguments.words("bubble_info", "bubble info", options, own=("radius_m",))])
 
 
-def transfer(model: Path, threads: int = 0, **options: typing.Any) -> dict:
-    """How each mode of a model (.vtu) sounds outside, as `klang transfer`; output is -o."""
-    return _call(["transfer", os.fspath(model), *_words(options)], threads)
+def transfer(model: Path, output: typing.Optional[Path] = None, threads: int = 0, **options: typing.Any) -> dict:
+    """How each mode of a model (.vtu) sounds outside, as `klang transfer`; output: the file for the transfer (.vtu)."""
+    if output is not None:
+        options = {"output": output, **options}
+    return _call(["transfer", _arguments.path("transfer", "model", model), *_arguments.words("transfer", "transfer", options, own=("threads",))],
+                 _arguments.integer("transfer", "threads", threads))
 
 
 def scene(path: Path, output: Path, threads: int = 0, **options: typing.Any) -> dict:
     """Runs a scene of solid bodies into a folder, as `klang scene run`."""
-    return _call(["scene", "run", os.fspath(path), "-o", os.fspath(output), *_words(options)], threads)
+    return _call(["scene", "run", _arguments.path("scene", "path", path), "-o", _arguments.path("scene", "output", output),
+                  *_arguments.words("scene", "scene run", options, own=("output", "threads"))], _arguments.integer("scene", "threads", threads))

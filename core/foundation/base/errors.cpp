@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 
 namespace klang {
 namespace {
@@ -17,12 +18,38 @@ std::string shortened(std::string_view value) {
   return std::string(value.substr(0, end)) + "... (" + std::to_string(value.size()) + " bytes)";
 }
 
+/// The words of "one of a, b or c".
+std::vector<std::string> words_of_list(std::string_view list) {
+  constexpr std::string_view kOneOf = "one of ";
+  if (list.starts_with(kOneOf)) list.remove_prefix(kOneOf.size());
+  std::vector<std::string> words;
+  for (std::size_t at = 0; at <= list.size();) {
+    std::size_t end = list.size(), next = list.size() + 1;
+    for (const std::string_view between : {std::string_view(", "), std::string_view(" or ")}) {
+      const std::size_t found = list.find(between, at);
+      if (found >= end) continue;
+      end = found;
+      next = found + between.size();
+    }
+    words.emplace_back(list.substr(at, end - at));
+    at = next;
+  }
+  return words;
+}
+
+std::string_view without_quotes(std::string_view text) {
+  const bool quoted = text.size() > 1 && (text.front() == '"' || text.front() == '\'') && text.back() == text.front();
+  return quoted ? text.substr(1, text.size() - 2) : text;
+}
+
 std::string one_line(std::string_view place, std::string_view problem, std::string_view value,
                      std::string_view allowed) {
-  // A word that may have been meant ends the line, wherever the values that are allowed name it (nearest_word.hpp).
+  // A word that may have been meant ends the line (nearest_word.hpp): what the caller found or, where a word is unknown, one of those allowed.
   const std::size_t meant = allowed.find("; did you mean ");
-  const std::string_view hint = meant == std::string_view::npos ? std::string_view() : allowed.substr(meant);
+  std::string hint(meant == std::string_view::npos ? std::string_view() : allowed.substr(meant));
   allowed = allowed.substr(0, meant);
+  if (hint.empty() && problem.find("unknown") != std::string_view::npos)
+    hint = did_you_mean(without_quotes(value), words_of_list(allowed));
   std::string text(place);
   if (!text.empty()) text += ": ";
   text += problem;

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <sstream>
 
 namespace klang {
 namespace {
 
-constexpr std::size_t kLongestWord = 64;
+constexpr std::size_t kLongestWord = 64, kShortestPart = 4;
 
 std::string folded(std::string_view word) {
   std::string text(word);
@@ -42,13 +43,21 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
   const std::string asked = folded(word);
   std::string nearest;
   std::size_t fewest = kLongestWord;
-  for (const std::string& candidate : known) {
-    if (candidate.size() > kLongestWord) continue;
-    const std::size_t distance = distance_of(asked, folded(candidate));
-    const std::size_t most = std::max(asked.size(), candidate.size()) / 3;
-    if (distance > most || distance >= fewest) continue;
+  const auto consider = [&](const std::string& folded_word, const std::string& candidate) {
+    const std::size_t distance = distance_of(asked, folded_word);
+    const std::size_t most = std::max(asked.size(), folded_word.size()) / 3;
+    if (distance > most || distance >= fewest) return;
     fewest = distance;
     nearest = candidate;
+  };
+  for (const std::string& candidate : known)
+    if (candidate.size() <= kLongestWord) consider(folded(candidate), candidate);
+  if (!nearest.empty() || asked.size() < kShortestPart) return nearest;
+  for (const std::string& candidate : known) {
+    if (candidate.size() > kLongestWord) continue;
+    std::istringstream parts(folded(candidate));
+    for (std::string part; std::getline(parts, part, '-');)
+      if (part.size() >= kShortestPart) consider(part, candidate);
   }
   return nearest;
 }
@@ -60,7 +69,10 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
 
 InputError unknown_word(std::string_view place, std::string_view problem, std::string_view value, std::string_view word,
                         const std::vector<std::string>& known) {
-  return InputError(InputError(place, problem, value, word_list(known)).what() + did_you_mean(word, known));
+  const std::string said =
+      InputError(place, problem, value, word_list(known)).what();  // with a hint where the value is the word
+  const std::string hint = did_you_mean(word, known);
+  return InputError(said.ends_with(hint) ? said : said + hint);
 }
 
 }  // namespace klang

@@ -139,7 +139,7 @@ class ColumnReader {
         if constexpr (Worded<T>) {
           const std::optional<T> word = enum_from_text<T>(values[i]);
           if (!word) {
-            throw InputError(file_.path().string() + ": " + name + "[" + std::to_string(i) + "]", "is not known",
+            throw InputError(file_.path().string() + ": " + name + "[" + std::to_string(i) + "]", "is unknown",
                              values[i], allowed_words<T>());
           }
           value = *word;

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/physics/solid/support_doubt.hpp"
 
 namespace klang::solid {
@@ -97,7 +98,8 @@ Support parse_support(std::string_view text) {
   else if (kind == "pinned")
     support.kind = SupportKind::kPinned;
   else
-    throw InputError("support", "unknown kind", text, kAllowedPlaces);
+    throw InputError("support", "unknown kind", text,
+                     std::string(kAllowedPlaces) + did_you_mean(kind, {"free", "clamped", "pinned"}));
   if (colon == std::string_view::npos) throw InputError("support", "says not where", text, kAllowedPlaces);
   support.where = text.substr(colon + 1);
   parse_region(support.where);

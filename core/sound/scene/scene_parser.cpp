@@ -296,11 +296,7 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
     throw InputError(table.place(), table.has("mesh") ? "has a shape and a mesh" : "has no shape", body.name,
                      "shape = { kind = ... } or mesh = FILE");
   if (table.has("shape")) {
-    body.shape = located(table.place("shape"), [&] {
-      mesh::ShapeSpec spec = mesh::read_shape(table.table("shape"), folder);
-      mesh::validate(spec);
-      return spec;
-    });
+    body.shape = mesh::read_shape(table.table("shape"), folder);
     if (table.has("unit_m")) throw InputError(table.place("unit_m"), "belongs to a mesh; shapes are in metres");
   } else {
     body.mesh = existing_file(table.text("mesh"), table.place("mesh"), folder);

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 #include "core/physics/solid/support.hpp"
+#include "core/sound/scene/detail/link_reader.hpp"
 
 namespace klang::scene::detail {
 namespace {
@@ -142,7 +143,7 @@ std::vector<SceneHold> read_holds(const TomlTable& root, const Scene& scene, con
     hold.body = -1;
     for (std::size_t i = 0; i < scene.bodies.size(); ++i)
       if (scene.bodies[i].name == name) hold.body = static_cast<int>(i);
-    if (hold.body < 0) throw InputError(table.place("body"), "unknown body", name);
+    if (hold.body < 0) throw unknown_word(table.place("body"), "unknown body", name, name, body_names(scene));
     const BodyModel model = scene.bodies[static_cast<std::size_t>(hold.body)].model;
     if (model != BodyModel::kCracking && model != BodyModel::kModal)
       throw InputError(table.place("body"), "is no body that can be held", name, "model = \"cracking\" or \"modal\"");
@@ -179,7 +180,7 @@ std::vector<SceneJoint> read_joints(const TomlTable& root, const Scene& scene) {
         throw InputError(table.place(key), "is no body that can be joined", name, "model = \"modal\"");
       return static_cast<int>(i);
     }
-    throw InputError(table.place(key), "unknown body", name);
+    throw unknown_word(table.place(key), "unknown body", name, name, body_names(scene));
   };
   for (const TomlTable& table : root.tables("joint", kMostHolds)) {
     SceneJoint joint;

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/nearest_word.hpp"
 
 namespace klang::scene::detail {
 namespace {
@@ -22,7 +22,7 @@ SceneLink read_link(const TomlTable& table, const Scene& scene) {
                          "model = \"rigid\" or \"breakable\"");
       return static_cast<int>(i);
     }
-    throw InputError(table.place(key), "unknown body", name);
+    throw unknown_word(table.place(key), "unknown body", name, name, body_names(scene));
   };
   SceneLink link;
   link.place = table.place();
@@ -49,6 +49,12 @@ Eigen::Vector3d in_body(const rigid::RigidWorld& world, int body, const Eigen::V
 }
 
 }  // namespace
+
+std::vector<std::string> body_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const SceneBody& body : scene.bodies) names.push_back(body.name);
+  return names;
+}
 
 std::vector<TomlField> link_fields() {
   using enum TomlType;

@@ -7,6 +7,9 @@
 
 namespace klang::scene::detail {
 
+/// The bodies that may be named, for messages.
+std::vector<std::string> body_names(const Scene& scene);
+
 /// The keys of [[cord]] and [[hinge]].
 std::vector<TomlField> link_fields();
 

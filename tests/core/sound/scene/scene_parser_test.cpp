@@ -84,6 +84,8 @@ TEST(SceneParser, ComplainsInOneLineThatNamesThePlace) {
       {kScene + "stress_edge_m = 0.01\n", "belongs to a breakable body"},
       {"[[body]]\nname = \"b\"\n", "material"},
       {kScene + "[[cord]]\nbody = \"tyle\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\n", "unknown body"},
+      {kScene + "[[cord]]\nbody = \"tyle\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\n", "did you mean tile"},
+      {replaced(kScene, "height_m = 0.008 }", "height_m = 1e-9 }"), "dimensions too different"},
       {kScene + "[[cord]]\nbody = \"tile\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\nlength_m = 0.6\n",
        "farther apart than the cord is long"},
       {kScene + "[[cord]]\nbody = \"tile\"\nother = \"tile\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\n", "tied to itself"},
@@ -94,6 +96,7 @@ TEST(SceneParser, ComplainsInOneLineThatNamesThePlace) {
     const std::string text = complaint(c.toml);
     EXPECT_NE(text.find(c.part), std::string::npos) << c.part << " | " << text;
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+    EXPECT_EQ(text.find(".toml:"), text.rfind(".toml:")) << "the place stands twice: " << text;
   }
 }
 

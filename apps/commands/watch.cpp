@@ -120,8 +120,12 @@ int run_watch(const WatchOptions& options, const CommonOptions& common) {
         seen = {size, changed, Clock::now(), false};
         continue;
       }
-      if (seen.done || size == 0 || seconds_since(seen.since) < options.settled_s) continue;
+      if (seen.done || seconds_since(seen.since) < options.settled_s) continue;
       seen.done = true;
+      if (size == 0) {
+        warn(file.string() + ": is empty (when it grows it is analysed)");
+        continue;
+      }
       try {
         analyse(file, target_of(file, owners, options.output), options, common, monitor);
       } catch (const Interrupted&) {

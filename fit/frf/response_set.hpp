@@ -25,7 +25,7 @@ struct ResponseSet {
   std::vector<ResponsePoint> points;
   std::map<int, Eigen::Vector3d> nodes_m;  ///< those that the file places
   int derivative = 2;                      ///< of the displacement: 0 receptance, 1 mobility, 2 accelerance
-  std::string unit;                        ///< of the ordinate, as the file has it
+  std::string unit;                        ///< "m/s^2/N" of FRFs, "m/s^2" of decays; the scale is the file's
   std::vector<std::string> warnings;
 
   Eigen::Index n_responses() const { return values.rows(); }

@@ -136,7 +136,7 @@ struct Function {
   bool even = true;
   double first = 0, step = 0;
   int abscissa_kind = 0, ordinate_kind = 0, denominator_kind = 0;
-  std::string unit;
+  std::string unit, denominator_unit;
 };
 
 std::string_view columns(std::string_view line, std::size_t from, std::size_t n) {
@@ -169,6 +169,7 @@ Function function_head(Lines& lines, const std::string& place) {
   f.ordinate_kind = optional(columns(ordinate, 0, 10), "the ordinate's kind");
   f.denominator_kind = optional(columns(denominator, 0, 10), "the denominator's kind");
   f.unit = std::string(columns(ordinate, 47, 21));
+  f.denominator_unit = std::string(columns(denominator, 47, 21));
   return f;
 }
 
@@ -275,6 +276,15 @@ int derivative_of_kind(const Function& f, ResponseSet& set) {
   }
 }
 
+/// As MATLAB files have it: of an FRF the response's unit over the force's ("m/s^2/N").
+std::string unit_of(const Function& f, int derivative) {
+  const auto is_said = [](const std::string& unit) { return !unit.empty() && unit != "NONE"; };
+  std::string unit = f.unit;
+  if (!is_said(unit)) unit = derivative == 2 ? "m/s^2" : derivative == 1 ? "m/s" : "m";
+  if (f.type != kFrf || unit.ends_with("/N") || unit == "1/kg") return unit;
+  return unit + "/" + (is_said(f.denominator_unit) ? f.denominator_unit : "N");
+}
+
 }  // namespace
 
 ResponseSet read_universal_bytes(std::string_view bytes, const std::string& name) {
@@ -309,7 +319,7 @@ ResponseSet read_universal_bytes(std::string_view bytes, const std::string& name
       set.in_time = f.type == kTimeResponse;
       set.abscissa = x;
       set.derivative = derivative_of_kind(f, set);
-      set.unit = f.unit;
+      set.unit = unit_of(f, set.derivative);
     } else {
       if (set.in_time != (f.type == kTimeResponse)) throw InputError(place, "FRFs and time responses in one file");
       if (x.size() != set.abscissa.size() || !x.isApprox(set.abscissa, 1e-6))

@@ -94,7 +94,10 @@ struct ResponseRecord {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"kind", "frf or decay"}, self.kind);
-    visit({"unit", "of the responses, as the file has it"}, self.unit);
+    visit({"unit",
+           "of the responses, m/s^2/N of FRFs and m/s^2 of decays or as the file has it (of a universal file the "
+           "ordinate's over its denominator's)"},
+          self.unit);
     visit({"places", "of the responses"}, self.places);
     visit({"stability", "chart: poles of rising orders, of FRFs by lscf, of decays by era"}, self.stability);
     visit({"estimates", "each partial by each estimator"}, self.estimates);

@@ -89,9 +89,10 @@ std::string bell_table(const fit::Bell& bell, double a4_hz) {
     std::string cells = number_cell("not found") + tag("td", "—") + number_cell("—") + number_cell("—");
     if (frequency_hz) {
       const audio::NearestNote note = audio::nearest_note(*frequency_hz, a4_hz);
-      cells = number_cell(fixed(*frequency_hz, 2)) + tag("td", escaped(note.name)) +
-              number_cell(signed_cents(note.cents)) +
-              number_cell(bell.nominal_hz ? fixed(*frequency_hz / *bell.nominal_hz, 4) : "—");
+      cells = number_cell(fixed(*frequency_hz, 2), *frequency_hz) + tag("td", escaped(note.name)) +
+              number_cell(signed_cents(note.cents), note.cents) +
+              number_cell(bell.nominal_hz ? fixed(*frequency_hz / *bell.nominal_hz, 4) : "—",
+                          bell.nominal_hz ? Number(*frequency_hz / *bell.nominal_hz) : Number());
     }
     body += "<tr>" + tag("th", name, "scope=\"row\"") + cells + "</tr>\n";
   };
@@ -173,7 +174,11 @@ Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
   const std::vector<fit::Partial> rings = fit::without_shapes(data.partials);
   SpectrumView spectrum{data.name, sounds.recorded, sounds.computed, 0, rings};
   if (!data.strikes_s.empty()) spectrum.strike_s = data.strikes_s.front();
-  if (!data.responses) partials = spectrum_html(spectrum, folder);
+  if (data.responses) {
+    spectrum.given = level_spectrum(data.responses->curve_hz, data.responses->curve_db);
+    spectrum.axis = "Level [dB re 1 " + data.responses->unit + "]";
+  }
+  if (!data.responses || !spectrum.given.level_db.empty()) partials = spectrum_html(spectrum, folder);
   if (!data.partials.empty())
     partials += scrolled(partial_table(rings, data.responses ? std::vector<fit::Partial>() : rings), "Partials");
   if (data.a4_hz) partials += "<p class=\"caption\">Notes by A4 = " + rounded(*data.a4_hz, 5) + " Hz.</p>";

@@ -100,14 +100,18 @@ std::optional<Svg> bubble_decay_figure(const BubblesDocument& data) {
 std::string bubble_table(const BubblesDocument& data) {
   std::string body;
   for (const auto& [row, is_bubble] : rings_of(data)) {
-    body += "<tr" + std::string(is_bubble ? "" : " class=\"open\"") + ">" + number_cell(fixed(row.onset_s, 4)) +
+    body += "<tr" + std::string(is_bubble ? "" : " class=\"open\"") + ">" +
+            number_cell(fixed(row.onset_s, 4), row.onset_s) +
             number_cell(is_bubble ? with_std(row.frequency_start_hz, row.frequency_start_std_hz, 1)
                                   : rounded(row.frequency_start_hz, 3)) +
-            number_cell(rounded(row.frequency_end_hz, 5)) +
-            number_cell(is_bubble ? with_std(row.radius_m, row.radius_std_m, 1e3) : "—") +
-            number_cell(is_bubble ? with_std(row.decay_per_s, row.decay_std_per_s, 1) : rounded(row.decay_per_s, 2)) +
-            number_cell(row.theory_decay_per_s ? rounded(*row.theory_decay_per_s, 4) : "—") +
-            number_cell(row.snr_db ? fixed(*row.snr_db, 1) : "—") + tag("td", escaped(row.verdict)) + "</tr>\n";
+            number_cell(rounded(row.frequency_end_hz, 5), row.frequency_end_hz) +
+            number_cell(is_bubble ? with_std(row.radius_m, row.radius_std_m, 1e3) : "—",
+                        is_bubble ? Number(row.radius_m) : Number()) +
+            number_cell(is_bubble ? with_std(row.decay_per_s, row.decay_std_per_s, 1) : rounded(row.decay_per_s, 2),
+                        row.decay_per_s) +
+            number_cell(row.theory_decay_per_s ? rounded(*row.theory_decay_per_s, 4) : "—", row.theory_decay_per_s) +
+            number_cell(row.snr_db ? fixed(*row.snr_db, 1) : "—", row.snr_db) + tag("td", escaped(row.verdict)) +
+            "</tr>\n";
   }
   if (body.empty()) return "<p>No ring stands above the noise.</p>\n";
   return scrolled(
@@ -139,7 +143,8 @@ std::string pitch_table(const fit::bubble::PitchFitRecord& pitch) {
     body += "<tr" + std::string(e.identifiable ? "" : " class=\"open\"") + ">" +
             tag("th", escaped(name), "scope=\"row\"") +
             number_cell(e.value ? (e.std ? with_std(*e.value, e.std, 1) : rounded(*e.value, 5)) : "—") +
-            number_cell(e.ci95 ? rounded((*e.ci95)[0], 4) + " to " + rounded((*e.ci95)[1], 4) : "—") +
+            number_cell(e.ci95 ? rounded((*e.ci95)[0], 4) + " to " + rounded((*e.ci95)[1], 4) : "—",
+                        e.ci95 ? Number((*e.ci95)[0]) : Number()) +
             tag("td", e.identifiable ? "determined"
                       : e.value      ? "as given"
                                      : "not determined") +

@@ -18,11 +18,16 @@ std::string cut_list(const fit::ChimeDocument& data) {
   std::string body;
   for (const fit::ChimeNote& note : data.notes) {
     const int decimals = note.length_std_m ? decimals_for(1e3 * *note.length_std_m, 2) : 2;
-    body += "<tr>" + tag("th", escaped(note.note), "scope=\"row\"") + number_cell(fixed(note.frequency_hz, 2)) +
-            number_cell("<b>" + millimetres(note.length_m, decimals) + "</b>" +
-                        (note.length_std_m ? " ± " + millimetres(note.length_std_m, decimals) : "")) +
-            number_cell(fixed(note.cents_per_tenth_mm, 2)) + number_cell(millimetres(note.node_m, 1)) +
-            number_cell(millimetres(note.node_rule_m, 1)) + tag("td", escaped(note.specimen)) + "</tr>\n";
+    body +=
+        "<tr>" + tag("th", escaped(note.note), "scope=\"row\"") +
+        number_cell(fixed(note.frequency_hz, 2), note.frequency_hz) +
+        number_cell("<b>" + millimetres(note.length_m, decimals) + "</b>" +
+                        (note.length_std_m ? " ± " + millimetres(note.length_std_m, decimals) : "") +
+                        (note.length_caveat.empty() ? "" : "<br><small>" + escaped(note.length_caveat) + "</small>"),
+                    note.length_m) +
+        number_cell(fixed(note.cents_per_tenth_mm, 2), note.cents_per_tenth_mm) +
+        number_cell(millimetres(note.node_m, 1), note.node_m) +
+        number_cell(millimetres(note.node_rule_m, 1), note.node_rule_m) + tag("td", escaped(note.specimen)) + "</tr>\n";
   }
   return scrolled(
       "<table><caption>Cut a little long and file: each 0.1 mm less raises the note by the cents given. Hang each "

@@ -85,16 +85,20 @@ std::string budget_table(const fit::FitDocument& data) {
   for (const fit::BudgetEntry& entry : data.budget) {
     const Quantity q = quantity(entry.parameter, entry.contribution_std.value_or(1.0));
     body += "<tr>" + tag("th", name_html(q), "scope=\"row\"") + tag("td", escaped(entry.source)) +
-            number_cell(entry.sensitivity ? fixed(*entry.sensitivity, 2) : "—") +
+            number_cell(entry.sensitivity ? fixed(*entry.sensitivity, 2) : "—", entry.sensitivity) +
             number_cell(entry.contribution_std ? with_unit(rounded(q.factor * *entry.contribution_std, 2), q)
                                                : "no tolerance given") +
-            number_cell(entry.share ? fixed(100 * *entry.share, 1) : "—") + "</tr>\n";
+            number_cell(entry.share ? fixed(100 * *entry.share, 1) : "—",
+                        entry.share ? Number(100 * *entry.share) : Number()) +
+            "</tr>\n";
   }
   if (body.empty()) return {};
   return more("What contributes how much to the standard deviations",
               scrolled("<table><caption>A parameter’s standard deviation is the root of the sum of squares of its "
                        "contributions. The sensitivity says by how many per cent it moves when the source is 1 % "
-                       "larger.</caption><thead><tr><th scope=\"col\">Parameter</th><th scope=\"col\">Source</th><th "
+                       "larger: linear, each partial with the weight that it has in this fit. A given quantity that is "
+                       "really changed also changes the weights.</caption><thead><tr><th "
+                       "scope=\"col\">Parameter</th><th scope=\"col\">Source</th><th "
                        "class=\"n\" scope=\"col\">Sensitivity</th><th class=\"n\" scope=\"col\">Contribution</th><th "
                        "class=\"n\" scope=\"col\">Share [%]</th></tr></thead>\n<tbody>" +
                            body + "</tbody></table>",
@@ -110,7 +114,7 @@ std::string correlation_table(const fit::FitDocument& data) {
     const std::string words = q.symbol.empty() ? escaped(q.words) : "<span class=\"sym\">" + q.symbol + "</span>";
     head += "<th scope=\"col\" class=\"n\">" + words + "</th>";
     body += "<tr>" + tag("th", name_html(q), "scope=\"row\"");
-    for (const double value : data.correlation.matrix[i]) body += number_cell(fixed(value, 2));
+    for (const double value : data.correlation.matrix[i]) body += number_cell(fixed(value, 2), value);
     body += "</tr>\n";
   }
   return more(
@@ -138,8 +142,9 @@ std::string damping_table(const fit::FitDocument& data) {
     body += "<tr" + std::string(model.model == data.damping.model ? " class=\"best\"" : "") + ">" +
             tag("th", escaped(capitalised(damping_words(model.model))), "scope=\"row\"") +
             tag("td", values, "class=\"nw\"") +
-            number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %" : "—") +
-            number_cell(model.aicc ? fixed(*model.aicc, 1) : "—") +
+            number_cell(model.rms_relative_residual ? rounded(100 * *model.rms_relative_residual, 3) + " %" : "—",
+                        model.rms_relative_residual ? Number(100 * *model.rms_relative_residual) : Number()) +
+            number_cell(model.aicc ? fixed(*model.aicc, 1) : "—", model.aicc) +
             number_cell(model.aicc ? "+" + fixed(*model.aicc - least, 1) : "—") +
             tag("td",
                 model.aicc_weight ? "<span class=\"bar\" style=\"width:" + coordinate(5 * weight) + "em\"></span>" +
@@ -165,19 +170,24 @@ std::string match_table(const std::vector<fit::MatchRecord>& matches, const std:
                                     [](const fit::MatchRecord& m) { return m.radiation_decay_per_s.has_value(); });
   for (const fit::MatchRecord& m : matches) {
     body += "<tr>" + number_cell(std::to_string(m.mode_index)) +
-            number_cell(escaped(plus_minus(m.frequency_hz, m.frequency_std_hz, 7))) +
+            number_cell(escaped(plus_minus(m.frequency_hz, m.frequency_std_hz, 7)), m.frequency_hz) +
             number_cell(m.model_frequency_std_hz
                             ? escaped(plus_minus(m.model_frequency_hz, m.model_frequency_std_hz, 7))
                             : fixed(m.model_frequency_hz,
                                     m.frequency_std_hz ? std::clamp(decimals_for(*m.frequency_std_hz), 1, 4) : 2)) +
-            number_cell(signed_cents(m.deviation_cents)) +
-            number_cell(fixed(100 * (m.frequency_hz / m.model_frequency_hz - 1), 3)) +
-            number_cell(escaped(plus_minus(m.decay_per_s, m.decay_std_per_s))) +
-            number_cell(m.model_decay_per_s ? rounded(*m.model_decay_per_s, 4) : "—") +
-            (radiates ? number_cell(m.radiation_decay_per_s ? rounded(*m.radiation_decay_per_s, 3) : "—") +
+            number_cell(signed_cents(m.deviation_cents), m.deviation_cents) +
+            number_cell(fixed(100 * (m.frequency_hz / m.model_frequency_hz - 1), 3),
+                        100 * (m.frequency_hz / m.model_frequency_hz - 1)) +
+            number_cell(escaped(plus_minus(m.decay_per_s, m.decay_std_per_s)), m.decay_per_s) +
+            number_cell(m.model_decay_per_s ? rounded(*m.model_decay_per_s, 4) : "—", m.model_decay_per_s) +
+            (radiates ? number_cell(m.radiation_decay_per_s ? rounded(*m.radiation_decay_per_s, 3) : "—",
+                                    m.radiation_decay_per_s) +
                             number_cell(m.radiation_decay_per_s && m.decay_per_s && *m.decay_per_s > 0
                                             ? fixed(100 * *m.radiation_decay_per_s / *m.decay_per_s, 0)
-                                            : "—")
+                                            : "—",
+                                        m.radiation_decay_per_s && m.decay_per_s && *m.decay_per_s > 0
+                                            ? Number(100 * *m.radiation_decay_per_s / *m.decay_per_s)
+                                            : Number())
                       : std::string()) +
             hear(heard, m.frequency_hz) + "</tr>\n";
   }
@@ -213,12 +223,15 @@ std::string partial_table(const std::vector<fit::Partial>& partials, const std::
   const bool remarked =
       std::any_of(partials.begin(), partials.end(), [](const fit::Partial& p) { return !remarks_on(p).empty(); });
   for (const fit::Partial& p : partials) {
-    body += "<tr>" + number_cell(escaped(plus_minus(p.frequency_hz, p.frequency_std_hz, 7))) +
-            number_cell(escaped(plus_minus(p.decay_per_s, p.decay_std_per_s))) +
-            number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3) : "—") +
-            number_cell(p.amplitude && *p.amplitude > 0 ? fixed(20 * std::log10(*p.amplitude), 1) : "—") +
-            number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—") +
-            (noted ? tag("td", escaped(p.note)) + number_cell(p.cents ? signed_cents(*p.cents) : "—") : std::string()) +
+    body += "<tr>" + number_cell(escaped(plus_minus(p.frequency_hz, p.frequency_std_hz, 7)), p.frequency_hz) +
+            number_cell(escaped(plus_minus(p.decay_per_s, p.decay_std_per_s)), p.decay_per_s) +
+            number_cell(p.decay_per_s && *p.decay_per_s > 0 ? rounded(std::log(1000.0) / *p.decay_per_s, 3) : "—",
+                        p.decay_per_s && *p.decay_per_s > 0 ? Number(std::log(1000.0) / *p.decay_per_s) : Number()) +
+            number_cell(p.amplitude && *p.amplitude > 0 ? fixed(20 * std::log10(*p.amplitude), 1) : "—",
+                        p.amplitude && *p.amplitude > 0 ? Number(20 * std::log10(*p.amplitude)) : Number()) +
+            number_cell(p.phase_rad ? fixed(*p.phase_rad, 2) : "—", p.phase_rad) +
+            (noted ? tag("td", escaped(p.note)) + number_cell(p.cents ? signed_cents(*p.cents) : "—", p.cents)
+                   : std::string()) +
             (remarked ? tag("td", escaped(remarks_on(p))) : std::string()) + hear(heard, p.frequency_hz) + "</tr>\n";
   }
   return "<table><thead><tr><th class=\"n\" scope=\"col\">Frequency [Hz]</th><th class=\"n\" "

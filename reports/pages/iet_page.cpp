@@ -15,7 +15,7 @@ namespace klang::reports::detail {
 namespace {
 
 std::string cell(const std::optional<double>& value, double factor, int digits) {
-  return number_cell(value ? rounded(factor * *value, digits) : "—");
+  return number_cell(value ? rounded(factor * *value, digits) : "—", value ? Number(factor * *value) : Number());
 }
 
 std::string head(const std::vector<std::pair<const char*, bool>>& columns) {
@@ -94,7 +94,7 @@ std::string result_table(const fit::IetDocument& data) {
             cell(row.torsional_hz ? row.torsional_hz : row.second_hz, 1.0, 7) + cell(row.e_e1876_pa, 1e-9, 5) +
             cell(row.g_e1876_pa, 1e-9, 5) + cell(row.nu_e1876, 1.0, 3) + cell(row.e_model_pa, 1e-9, 5) +
             cell(row.g_model_pa, 1e-9, 5) +
-            number_cell(row.difference_percent ? fixed(*row.difference_percent, 2) : "—") +
+            number_cell(row.difference_percent ? fixed(*row.difference_percent, 2) : "—", row.difference_percent) +
             cell(row.q_inverse_flexural, 1e3, 3) + "</tr>\n";
     if (!row.remark.empty()) body += "<tr class=\"note\"><td colspan=\"10\">" + escaped(row.remark) + "</td></tr>\n";
   }
@@ -139,8 +139,11 @@ std::string summary_table(const fit::IetDocument& data) {
     const bool spread = line.std && *line.std > 0.0;
     const int decimals = spread ? std::min(decimals_for(words.factor * *line.std), 6) : 3;
     body += "<tr>" + tag("td", to_text(line.shape)) + tag("th", escaped(words.name), "scope=\"row\"") +
-            number_cell(fixed(mean, decimals)) + number_cell(spread ? rounded(words.factor * *line.std, 2) : "—") +
-            number_cell(spread && mean != 0.0 ? rounded(100.0 * words.factor * *line.std / std::abs(mean), 2) : "—") +
+            number_cell(fixed(mean, decimals), mean) +
+            number_cell(spread ? rounded(words.factor * *line.std, 2) : "—",
+                        spread ? Number(words.factor * *line.std) : Number()) +
+            number_cell(spread && mean != 0.0 ? rounded(100.0 * words.factor * *line.std / std::abs(mean), 2) : "—",
+                        spread && mean != 0.0 ? Number(100.0 * words.factor * *line.std / std::abs(mean)) : Number()) +
             number_cell(std::to_string(line.n)) + "</tr>\n";
   }
   return scrolled(

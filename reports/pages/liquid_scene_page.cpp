@@ -302,11 +302,13 @@ std::string bubble_table(ReportFolder& folder) {
   std::string body;
   for (const std::size_t i : order)
     body += "<tr>" + tag("th", std::to_string(static_cast<long long>(rows.at("id")[i])), "scope=\"row\"") +
-            number_cell(rounded(1e3 * radius->second[i], 3)) + number_cell(rounded(rows.at("birth_s")[i], 4)) +
-            number_cell(rounded(1e3 * (rows.at("end_s")[i] - rows.at("birth_s")[i]), 3)) +
-            number_cell(rounded(1e3 * rows.at("depth_m")[i], 3)) +
-            number_cell(rounded(rows.at("frequency_start_hz")[i], 4)) +
-            number_cell(rounded(rows.at("frequency_end_hz")[i], 4)) + "</tr>\n";
+            number_cell(rounded(1e3 * radius->second[i], 3), 1e3 * radius->second[i]) +
+            number_cell(rounded(rows.at("birth_s")[i], 4), rows.at("birth_s")[i]) +
+            number_cell(rounded(1e3 * (rows.at("end_s")[i] - rows.at("birth_s")[i]), 3),
+                        1e3 * (rows.at("end_s")[i] - rows.at("birth_s")[i])) +
+            number_cell(rounded(1e3 * rows.at("depth_m")[i], 3), 1e3 * rows.at("depth_m")[i]) +
+            number_cell(rounded(rows.at("frequency_start_hz")[i], 4), rows.at("frequency_start_hz")[i]) +
+            number_cell(rounded(rows.at("frequency_end_hz")[i], 4), rows.at("frequency_end_hz")[i]) + "</tr>\n";
   const auto head = [](const char* words) { return tag("th", words, "scope=\"col\" class=\"n\""); };
   return scrolled("<table><thead><tr><th scope=\"col\">Bubble</th>" + head("Radius [mm]") + head("Birth [s]") +
                       head("Life [ms]") + head("Depth [mm]") + head("Pitch at birth [Hz]") + head("at its end [Hz]") +
@@ -319,8 +321,9 @@ std::string stage_table(const RunDocument& data) {
   const auto row = [&](const char* name, const std::optional<StageRecord>& stage) {
     if (stage)
       body += "<tr>" + tag("th", name, "scope=\"row\"") + tag("td", to_text(stage->status)) +
-              number_cell(std::to_string(stage->n_steps)) + number_cell(rounded(stage->wall_time_s, 3)) +
-              number_cell(rounded(stage->cpu_time_s, 3)) + "</tr>\n";
+              number_cell(std::to_string(stage->n_steps)) +
+              number_cell(rounded(stage->wall_time_s, 3), stage->wall_time_s) +
+              number_cell(rounded(stage->cpu_time_s, 3), stage->cpu_time_s) + "</tr>\n";
   };
   row("flow", data.stages.flow);
   row("bubbles", data.stages.bubbles);

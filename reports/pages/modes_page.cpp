@@ -64,8 +64,10 @@ std::string key_figures(const modal::ModesDocument& data) {
 std::string mode_table(const modal::ModesDocument& data) {
   std::string rows;
   for (const modal::ModeRecord& mode : data.modes) {
-    rows += "<tr>" + number_cell(std::to_string(mode.index)) + number_cell(fixed(mode.frequency_hz, 3)) +
-            number_cell(mode.relative_residual ? rounded(*mode.relative_residual, 2) : "—") + "</tr>\n";
+    rows += "<tr>" + number_cell(std::to_string(mode.index)) +
+            number_cell(fixed(mode.frequency_hz, 3), mode.frequency_hz) +
+            number_cell(mode.relative_residual ? rounded(*mode.relative_residual, 2) : "—", mode.relative_residual) +
+            "</tr>\n";
   }
   if (rows.empty()) return {};
   return scrolled(

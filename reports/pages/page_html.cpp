@@ -15,7 +15,8 @@ std::string row(const std::string& name, const std::string& value) {
 std::string input_table(const std::vector<InputFile>& inputs) {
   std::string rows;
   for (const InputFile& input : inputs) {
-    rows += "<tr>" + tag("td", escaped(input.path)) + number_cell(fixed(static_cast<double>(input.n_bytes), 0)) +
+    rows += "<tr>" + tag("td", escaped(input.path)) +
+            number_cell(fixed(static_cast<double>(input.n_bytes), 0), static_cast<double>(input.n_bytes)) +
             tag("td", escaped(input.sha256), "class=\"hash\"") + "</tr>\n";
   }
   return scrolled(

@@ -1,5 +1,8 @@
 #include "reports/pages/page_parts.hpp"
 
+#include <cmath>
+
+#include "core/foundation/base/errors.hpp"
 #include "reports/kit/text.hpp"
 
 namespace klang::reports::detail {
@@ -8,10 +11,15 @@ std::string tag(std::string_view name, std::string_view content, std::string_vie
   return "<" + std::string(name) + (attributes.empty() ? "" : " " + std::string(attributes)) + ">" +
          std::string(content) + "</" + std::string(name) + ">";
 }
-std::string number_cell(std::string_view content) { return tag("td", content, "class=\"n\""); }
+std::string number_cell(std::string_view content, const Number& value) {
+  return tag(
+      "td", content,
+      value && std::isfinite(*value) ? "class=\"n\" data-value=\"" + klang::to_text(*value) + "\"" : "class=\"n\"");
+}
 
-std::string figure(const std::string& content, const std::string& caption) {
-  return "<figure>" + content + (caption.empty() ? "" : tag("figcaption", caption)) + "</figure>\n";
+std::string figure(const std::string& content, const std::string& caption, const std::string& name) {
+  return (name.empty() ? "<figure>" : "<figure data-figure=\"" + name + "\">") + content +
+         (caption.empty() ? "" : tag("figcaption", caption)) + "</figure>\n";
 }
 std::string sheet(const Svg& svg) {
   return "<div class=\"sheet scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Figure, scrolls sideways on "

@@ -30,21 +30,23 @@ std::string row_html(const validate::PaperNumber& row) {
   return "<tr>" +
          tag("th", escaped(row.quantity) + (row.note.empty() ? "" : "<br><small>" + escaped(row.note) + "</small>"),
              "scope=\"row\"") +
-         number_cell(rounded(row.printed, 6)) +
-         number_cell(rounded(row.ours, 6) + "<br><small>" + escaped(to_text(row.source)) + "</small>") +
+         number_cell(rounded(row.printed, 6), row.printed) +
+         number_cell(rounded(row.ours, 6) + "<br><small>" + escaped(to_text(row.source)) + "</small>", row.ours) +
          number_cell(known ? (difference > 0 ? "+" : "") + rounded(difference, 2) + " %" : "—") +
          number_cell(row.reference
                          ? rounded(*row.reference, 6) + "<br><small>" + escaped(row.reference_source) + "</small>"
-                         : "—") +
+                         : "—",
+                     row.reference) +
          number_cell(std::isfinite(row.tolerance) ? rounded(100 * row.tolerance, 2) + " %<br><small>" +
                                                         escaped(row.tolerance_source) + "</small>"
-                                                  : "—") +
+                                                  : "—",
+                     std::isfinite(row.tolerance) ? Number(100 * row.tolerance) : Number()) +
          tag("td", pill(row.verdict)) + "</tr>\n";
 }
 
 std::string scene_row_html(const validate::PaperScene& row) {
   const auto number = [](const std::optional<double>& value, const char* none) {
-    return number_cell(value ? rounded(*value, 4) : none);
+    return number_cell(value ? rounded(*value, 4) : none, value);
   };
   const char* kind = row.verdict == validate::SceneVerdict::kAgrees      ? "good"
                      : row.verdict == validate::SceneVerdict::kSameOrder ? "fair"

@@ -186,8 +186,8 @@ std::string measure_table(const ProxyFitDocument& data) {
 std::string parameter_table(const ProxyFitDocument& data) {
   std::string body;
   const auto row = [&](const std::string& words, double before, double after) {
-    body += "<tr>" + tag("th", words, "scope=\"row\"") + number_cell(rounded(before, 4)) +
-            number_cell(rounded(after, 4)) + "</tr>\n";
+    body += "<tr>" + tag("th", words, "scope=\"row\"") + number_cell(rounded(before, 4), before) +
+            number_cell(rounded(after, 4), after) + "</tr>\n";
   };
   const char* names[] = {"Semi-axis a [mm]", "Semi-axis b [mm]", "Semi-axis c [mm]"};
   for (std::size_t i = 0; i < 3; ++i) row(names[i], 1000 * axes_m(data.start)[i], 1000 * axes_m(data.fitted)[i]);
@@ -206,12 +206,13 @@ std::string partial_table(const ProxyFitDocument& data) {
   std::string body;
   for (std::size_t k = 0; k < data.partials.size(); ++k) {
     const auto& [t, b, a] = data.partials[k];
-    body += "<tr" + std::string(k < static_cast<std::size_t>(data.n_fitted) ? "" : " class=\"open\"") + ">" +
-            number_cell(std::to_string(k + 1)) + number_cell(fixed(t.frequency_hz, 1)) +
-            number_cell(signed_number(cents(b.frequency_hz, t.frequency_hz), 1)) +
-            number_cell(signed_number(cents(a.frequency_hz, t.frequency_hz), 1)) +
-            number_cell(rounded(t.decay_per_s, 3)) + number_cell(rounded(b.decay_per_s, 3)) +
-            number_cell(rounded(a.decay_per_s, 3)) + "</tr>\n";
+    body +=
+        "<tr" + std::string(k < static_cast<std::size_t>(data.n_fitted) ? "" : " class=\"open\"") + ">" +
+        number_cell(std::to_string(k + 1)) + number_cell(fixed(t.frequency_hz, 1), t.frequency_hz) +
+        number_cell(signed_number(cents(b.frequency_hz, t.frequency_hz), 1), cents(b.frequency_hz, t.frequency_hz)) +
+        number_cell(signed_number(cents(a.frequency_hz, t.frequency_hz), 1), cents(a.frequency_hz, t.frequency_hz)) +
+        number_cell(rounded(t.decay_per_s, 3), t.decay_per_s) + number_cell(rounded(b.decay_per_s, 3), b.decay_per_s) +
+        number_cell(rounded(a.decay_per_s, 3), a.decay_per_s) + "</tr>\n";
   }
   return scrolled(
       "<table><thead><tr><th scope=\"col\" class=\"n\">Partial</th><th scope=\"col\" class=\"n\">Body [Hz]</th><th "

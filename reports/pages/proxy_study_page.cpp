@@ -118,13 +118,19 @@ std::string threshold_table(const DebrisDocument& data) {
     const ThresholdRecord& row = data.thresholds[i];
     const ThresholdTimes times = times_at(data.timings.thresholds, i);
     const bool timed = times.direct_s && times.with_proxies_s && *times.with_proxies_s > 0;
-    body += "<tr>" + number_cell(fixed(row.threshold_hz, 0)) + number_cell(std::to_string(row.replaced)) +
-            number_cell(fixed(row.modes_replaced_percent, 1)) + number_cell(dash(times.direct_s)) +
-            number_cell(dash(times.with_proxies_s)) +
-            number_cell(timed ? rounded(*times.direct_s / *times.with_proxies_s, 3) : "—") +
-            number_cell(dash(row.log_spectral_distance_db)) + number_cell(dash(row.mel_distance_db)) +
-            number_cell(dash(row.third_octave_db)) +
-            number_cell(row.loudness_difference_db ? fixed(*row.loudness_difference_db, 2) : "—") + "</tr>\n";
+    body += "<tr>" + number_cell(fixed(row.threshold_hz, 0), row.threshold_hz) +
+            number_cell(std::to_string(row.replaced)) +
+            number_cell(fixed(row.modes_replaced_percent, 1), row.modes_replaced_percent) +
+            number_cell(dash(times.direct_s), times.direct_s) +
+            number_cell(dash(times.with_proxies_s), times.with_proxies_s) +
+            number_cell(timed ? rounded(*times.direct_s / *times.with_proxies_s, 3) : "—",
+                        timed ? Number(*times.direct_s / *times.with_proxies_s) : Number()) +
+            number_cell(dash(row.log_spectral_distance_db), row.log_spectral_distance_db) +
+            number_cell(dash(row.mel_distance_db), row.mel_distance_db) +
+            number_cell(dash(row.third_octave_db), row.third_octave_db) +
+            number_cell(row.loudness_difference_db ? fixed(*row.loudness_difference_db, 2) : "—",
+                        row.loudness_difference_db) +
+            "</tr>\n";
   }
   return table(head("ω_proxy / 2π [Hz]") + head("Pieces replaced") + head("Modes replaced [%]") + head("Direct [s]") +
                    head("With proxies [s]") + head("Ratio") + head("Log-spectral [dB]") + head("Mel [dB]") +
@@ -145,14 +151,17 @@ std::string piece_table(const DebrisDocument& data) {
     };
     body += "<tr>" +
             tag("th", escaped(row.name) + (note.empty() ? "" : "<br><small>" + note + "</small>"), "scope=\"row\"") +
-            number_cell(row.lowest_direct_hz ? fixed(*row.lowest_direct_hz, 1) : "—") +
-            number_cell(fixed(row.lowest_hz, 1)) + number_cell(std::to_string(row.modes)) +
+            number_cell(row.lowest_direct_hz ? fixed(*row.lowest_direct_hz, 1) : "—", row.lowest_direct_hz) +
+            number_cell(fixed(row.lowest_hz, 1), row.lowest_hz) + number_cell(std::to_string(row.modes)) +
             number_cell(std::to_string(row.proxy_modes)) + number_cell(error(&fit::ProxyErrors::partial_rms_cents)) +
             number_cell(error(&fit::ProxyErrors::log_spectral_distance_db)) +
             number_cell(error(&fit::ProxyErrors::mel_distance_db)) +
             number_cell(error(&fit::ProxyErrors::third_octave_db)) +
-            number_cell(error(&fit::ProxyErrors::loudness_difference_db)) + number_cell(dash(times.direct_s)) +
-            number_cell(times.proxy_s ? rounded(1e3 * *times.proxy_s, 3) : "—") + "</tr>\n";
+            number_cell(error(&fit::ProxyErrors::loudness_difference_db)) +
+            number_cell(dash(times.direct_s), times.direct_s) +
+            number_cell(times.proxy_s ? rounded(1e3 * *times.proxy_s, 3) : "—",
+                        times.proxy_s ? Number(1e3 * *times.proxy_s) : Number()) +
+            "</tr>\n";
   }
   return table(head("Piece", false) + head("Lowest, mesh [Hz]") + head("Lowest, alone [Hz]") + head("Modes") +
                    head("of the proxy") + head("Partials [cents]") + head("Log-spectral [dB]") + head("Mel [dB]") +
@@ -166,7 +175,9 @@ std::string stage_table(const DebrisDocument& data) {
     const double all = seconds(stages);
     for (const auto& [name, time] : stages)
       body += "<tr>" + tag("td", way) + tag("td", escaped(name.substr(0, name.rfind("_s")))) +
-              number_cell(rounded(1e3 * time, 3)) + number_cell(all > 0 ? fixed(100 * time / all, 1) : "—") + "</tr>\n";
+              number_cell(rounded(1e3 * time, 3), 1e3 * time) +
+              number_cell(all > 0 ? fixed(100 * time / all, 1) : "—", all > 0 ? Number(100 * time / all) : Number()) +
+              "</tr>\n";
   };
   add("direct", numbers_of(data.timings.direct_stages));
   add("proxy", numbers_of(data.timings.proxy_stages));

@@ -92,7 +92,8 @@ std::string claims_table(const validate::RegressionDocument& data) {
                   escaped(claim.words) +
                       (claim.not_judged.empty() ? "" : "<br><small>" + escaped(claim.not_judged) + "</small>"),
                   "scope=\"row\"") +
-              number_cell(rounded(claim.measured, 3)) + number_cell(rounded(claim.tolerance, 3)) + "</tr>\n";
+              number_cell(rounded(claim.measured, 3), claim.measured) +
+              number_cell(rounded(claim.tolerance, 3), claim.tolerance) + "</tr>\n";
     }
   }
   return scrolled(

@@ -26,8 +26,11 @@ std::string estimate_table(const fit::AnalysisDocument& data) {
       if (e.partial != static_cast<int>(k)) continue;
       const std::string name = estimator_words(e.estimator);
       body += "<tr>" + number_cell(std::to_string(k + 1)) + tag("td", escaped(name)) +
-              number_cell(fixed(e.frequency_hz, 4)) + number_cell(rounded(e.decay_per_s, 5)) +
-              number_cell(rounded(100 * e.decay_per_s / (2 * 3.14159265358979 * e.frequency_hz), 4)) + "</tr>\n";
+              number_cell(fixed(e.frequency_hz, 4), e.frequency_hz) +
+              number_cell(rounded(e.decay_per_s, 5), e.decay_per_s) +
+              number_cell(rounded(100 * e.decay_per_s / (2 * 3.14159265358979 * e.frequency_hz), 4),
+                          100 * e.decay_per_s / (2 * 3.14159265358979 * e.frequency_hz)) +
+              "</tr>\n";
     }
   }
   return scrolled(
@@ -94,7 +97,8 @@ std::string stability_html(const fit::AnalysisDocument& data, ReportFolder& fold
                "that were taken, after least squares." +
                    std::string(data.responses->curve_hz.empty()
                                    ? ""
-                                   : " Curve: the responses’ rms level, from the lowest to the highest of this band."));
+                                   : " Curve: the responses’ rms level, from the lowest to the highest of this band."),
+               "stability");
   }
   return html + estimate_table(data);
 }

@@ -118,9 +118,10 @@ std::string body_table(const SceneDocument& data) {
   for (std::size_t i = 0; i < std::min(kMostBodyRows, data.bodies.size()); ++i) {
     const BodyRecord& row = data.bodies[i];
     body += "<tr>" + tag("th", escaped(row.name), "scope=\"row\"") + tag("td", escaped(row.material)) +
-            number_cell(rounded(row.mass_kg, 4)) + number_cell(row.n_modes > 0 ? std::to_string(row.n_modes) : "—") +
+            number_cell(rounded(row.mass_kg, 4), row.mass_kg) +
+            number_cell(row.n_modes > 0 ? std::to_string(row.n_modes) : "—") +
             number_cell(std::to_string(row.n_impacts)) +
-            number_cell(row.hardest_impact_n_s ? rounded(*row.hardest_impact_n_s, 3) : "—") +
+            number_cell(row.hardest_impact_n_s ? rounded(*row.hardest_impact_n_s, 3) : "—", row.hardest_impact_n_s) +
             number_cell(row.fixed ? "fixed" : place_text(row.final.position_m)) + "</tr>\n";
   }
   std::string html = scrolled(
@@ -193,8 +194,10 @@ std::string draws_html(const SceneDocument& data) {
   std::string names, rows;
   for (const std::string& name : draws.materials) names += (names.empty() ? "" : ", ") + escaped(name);
   for (const scene::DrawnPartial& p : draws.partials)
-    rows += "<tr>" + tag("th", escaped(p.body), "scope=\"row\"") + number_cell(fixed(p.frequency_hz, 2)) +
-            number_cell(fixed(p.low_hz, 2) + " to " + fixed(p.high_hz, 2)) + number_cell(rounded(p.decay_per_s, 4)) +
+    rows += "<tr>" + tag("th", escaped(p.body), "scope=\"row\"") +
+            number_cell(fixed(p.frequency_hz, 2), p.frequency_hz) +
+            number_cell(fixed(p.low_hz, 2) + " to " + fixed(p.high_hz, 2)) +
+            number_cell(rounded(p.decay_per_s, 4), p.decay_per_s) +
             number_cell(rounded(p.low_decay_per_s, 4) + " to " + rounded(p.high_decay_per_s, 4)) + "</tr>\n";
   return "<p>The sound again for " + std::to_string(draws.n) + " draws from what the fit says of " + names +
          ": nine of ten lie within " + fixed(draws.low_level_db, 2) + " to " + fixed(draws.high_level_db, 2) +

@@ -20,6 +20,7 @@ constexpr std::size_t kMostBins = 5000;
 double window_at(double share) { return 0.5 * (1.0 + std::cos(EIGEN_PI * share)); }
 
 double highest_of(const SpectrumView& view) {
+  if (!view.given.level_db.empty()) return view.given.step_hz * static_cast<double>(view.given.level_db.size() - 1);
   double highest = 0;
   for (const fit::Partial& p : view.partials) highest = std::max(highest, p.frequency_hz);
   const double rate = view.recorded.n_frames() > 0 ? view.recorded.sample_rate_hz : view.computed.sample_rate_hz;
@@ -34,13 +35,25 @@ json tenths(const std::vector<double>& levels, double floor_db) {
   return list;
 }
 
+/// Whether the partial stands in the figure at all.
+bool stands(const SpectrumView& view, const fit::Partial& p) {
+  return !view.given.level_db.empty() || p.amplitude.value_or(0.0) > 0.0;
+}
+
+double level_in(const SpectrumView& view, const fit::Partial& p, double window_s) {
+  if (view.given.level_db.empty()) return level_of(p, window_s);
+  const auto last = static_cast<double>(view.given.level_db.size() - 1);
+  return view.given
+      .level_db[static_cast<std::size_t>(std::clamp(std::round(p.frequency_hz / view.given.step_hz), 0.0, last))];
+}
+
 json partial_data(const SpectrumView& view, double window_s) {
   json list = json::array();
   const auto to_steps = [](double value, double steps) { return std::round(value * steps) / steps; };
   for (const fit::Partial& p : view.partials) {
     json one = {{"f", p.frequency_hz}, {"a", p.amplitude.value_or(0.0)}, {"d", p.decay_per_s.value_or(0.0)}};
     one["p"] = to_steps(p.phase_rad.value_or(0.0), 1e4);
-    if (p.amplitude && *p.amplitude > 0) one["l"] = to_steps(level_of(p, window_s), 100);
+    if (stands(view, p)) one["l"] = to_steps(level_in(view, p, window_s), 100);
     if (!p.note.empty()) one["n"] = p.note + (p.cents ? " " + signed_cents(*p.cents) + " cents" : "");
     list.push_back(std::move(one));
   }
@@ -62,11 +75,11 @@ Svg drawn(const SpectrumView& view, const LevelSpectrum& measured, const LevelSp
   for (const LevelSpectrum* s : {&measured, &model})
     for (const double level : s->level_db) top = std::max(top, level);
   for (const fit::Partial& p : view.partials)
-    if (p.amplitude && *p.amplitude > 0) levels.push_back(level_of(p, window_s));
+    if (stands(view, p)) levels.push_back(level_in(view, p, window_s));
   for (const double level : levels) top = std::max(top, level);
   double low = top - 60;
   for (const double level : levels) low = std::min(low, level - 10);
-  const AxisSpec y{"Level [dB re full scale]", Scale::kLinear, 10 * std::floor(std::max(low, top - kFloorDb) / 10),
+  const AxisSpec y{view.axis, Scale::kLinear, 10 * std::floor(std::max(low, top - kFloorDb) / 10),
                    10 * std::ceil((top + 4) / 10), true};
   Svg svg(kPageWidth, kHeight,
           "Measured spectrum and partials: level over frequency" + (view.name.empty() ? "" : " of " + view.name) +
@@ -84,8 +97,8 @@ Svg drawn(const SpectrumView& view, const LevelSpectrum& measured, const LevelSp
   curve(model, "s1 thin");
   std::vector<double> taken;
   for (const fit::Partial& p : view.partials) {
-    if (!p.amplitude || !(*p.amplitude > 0) || p.frequency_hz > high_hz) continue;
-    const double at = frame.x(p.frequency_hz), level = level_of(p, window_s);
+    if (!stands(view, p) || p.frequency_hz > high_hz) continue;
+    const double at = frame.x(p.frequency_hz), level = level_in(view, p, window_s);
     svg.line(at, frame.bottom(), at, frame.y(level), "accent");
     svg.marker(0, at, frame.y(level), 3.5, hertz(p.frequency_hz) + ", " + fixed(level, 1) + " dB");
     if (std::any_of(taken.begin(), taken.end(), [&](double other) { return std::abs(other - at) < 46; })) continue;
@@ -133,6 +146,24 @@ LevelSpectrum level_spectrum(const audio::Signal& sound, double strike_s, double
   return result;
 }
 
+LevelSpectrum level_spectrum(const std::vector<double>& frequency_hz, const std::vector<double>& level_db) {
+  LevelSpectrum result;
+  if (frequency_hz.size() < 2 || frequency_hz.size() != level_db.size()) return result;
+  const std::size_t n = frequency_hz.size();
+  result.step_hz = (frequency_hz.back() - frequency_hz.front()) / static_cast<double>(n - 1);
+  const double lowest = *std::min_element(level_db.begin(), level_db.end());
+  const auto n_steps = static_cast<std::size_t>(std::min(1e5, frequency_hz.back() / result.step_hz + 1e-6));
+  std::size_t right = 1;
+  for (std::size_t k = 0; k <= n_steps; ++k) {
+    const double f = static_cast<double>(k) * result.step_hz;
+    while (right + 1 < n && frequency_hz[right] < f) ++right;
+    const double share = (f - frequency_hz[right - 1]) / (frequency_hz[right] - frequency_hz[right - 1]);
+    result.level_db.push_back(share < 0 ? lowest
+                                        : std::lerp(level_db[right - 1], level_db[right], std::min(share, 1.0)));
+  }
+  return result;
+}
+
 double level_of(const fit::Partial& partial, double window_s) {
   constexpr int kSteps = 2000;
   double whole = 0, heard = 0;
@@ -146,10 +177,11 @@ double level_of(const fit::Partial& partial, double window_s) {
 
 std::string spectrum_html(const SpectrumView& view, ReportFolder& folder) {
   const double high_hz = highest_of(view);
-  const LevelSpectrum measured = level_spectrum(view.recorded, view.strike_s, high_hz);
+  const LevelSpectrum measured =
+      view.given.level_db.empty() ? level_spectrum(view.recorded, view.strike_s, high_hz) : view.given;
   const LevelSpectrum model = level_spectrum(view.computed, view.strike_s, high_hz);
-  const bool partials_stand = std::any_of(view.partials.begin(), view.partials.end(),
-                                          [](const fit::Partial& p) { return p.amplitude.value_or(0.0) > 0.0; });
+  const bool partials_stand =
+      std::any_of(view.partials.begin(), view.partials.end(), [&](const fit::Partial& p) { return stands(view, p); });
   if (measured.level_db.empty() && !partials_stand) return {};
   const double window_s = measured.window_s > 0 ? measured.window_s
                           : model.window_s > 0  ? model.window_s
@@ -159,7 +191,7 @@ std::string spectrum_html(const SpectrumView& view, ReportFolder& folder) {
   double top = -200;
   for (const LevelSpectrum* s : {&measured, &model})
     for (const double level : s->level_db) top = std::max(top, level);
-  json data = {{"high_hz", high_hz}};
+  json data = {{"high_hz", high_hz}, {"axis", view.axis}};
   if (!measured.level_db.empty())
     data["measured"] = {{"step", measured.step_hz}, {"level", tenths(measured.level_db, top - kFloorDb)}};
   if (!model.level_db.empty())
@@ -173,10 +205,12 @@ std::string spectrum_html(const SpectrumView& view, ReportFolder& folder) {
          "<button type=\"button\" data-action=\"zoom-in\" aria-label=\"Zoom in\">+</button><button type=\"button\" "
          "data-action=\"zoom-out\" aria-label=\"Zoom out\">−</button><button type=\"button\" "
          "data-action=\"zoom-reset\">All</button> <output data-readout></output></p>" +
-         tag("figcaption", "Measured spectrum of the " + rounded(window_s, 2) +
-                               " s after the strike, under a window that falls; partials stand where such a ring would "
-                               "peak. Drag or turn the "
-                               "wheel to zoom, click twice for all.") +
+         tag("figcaption", (view.given.level_db.empty()
+                                ? "Measured spectrum of the " + rounded(window_s, 2) +
+                                      " s after the strike, under a window that falls; partials stand where such a "
+                                      "ring would peak."
+                                : "The rms of the measured responses; partials stand on it.") +
+                               " Drag or turn the wheel to zoom, click twice for all.") +
          "</figure>\n";
 }
 

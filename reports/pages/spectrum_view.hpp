@@ -9,15 +9,6 @@
 
 namespace klang::reports::detail {
 
-/// A recording's spectrum with the partials and the model that are to explain it.
-struct SpectrumView {
-  std::string name;                  ///< of what rings, for labels; may be empty
-  audio::Signal recorded, computed;  ///< either may have no frames
-  double strike_s = 0;               ///< the first
-  std::vector<fit::Partial> partials;
-  std::string stem = "partials";  ///< of the figure's files; empty: none
-};
-
 /// Levels of a sound after its strike under a window that starts at its top and falls to 0 (the right half of Hann's), long
 /// enough to tell partials apart: a tone that does not decay stands at its amplitude.
 struct LevelSpectrum {
@@ -26,6 +17,19 @@ struct LevelSpectrum {
   double window_s = 0;
 };
 LevelSpectrum level_spectrum(const audio::Signal& sound, double strike_s, double highest_hz);
+/// Levels that were measured at rising frequencies, at even steps from 0 on; below the first the lowest stands.
+LevelSpectrum level_spectrum(const std::vector<double>& frequency_hz, const std::vector<double>& level_db);
+
+/// A recording's spectrum with the partials and the model that are to explain it.
+struct SpectrumView {
+  std::string name;                  ///< of what rings, for labels; may be empty
+  audio::Signal recorded, computed;  ///< either may have no frames
+  double strike_s = 0;               ///< the first
+  std::vector<fit::Partial> partials;
+  std::string stem = "partials";  ///< of the figure's files; empty: none
+  LevelSpectrum given = {};       ///< of what is no recording: partials stand on it
+  std::string axis = "Level [dB re full scale]";
+};
 
 /// Where the peak of a partial stands in such a spectrum: 20 log10 of a |sum w(t) exp(-d t)| / sum w(t).
 double level_of(const fit::Partial& partial, double window_s);

@@ -54,14 +54,17 @@ std::string series_table(const validate::StudyDocument& study) {
                                       [](const validate::LevelRecord& l) { return l.excluded.empty(); });
     body +=
         "<tr>" + tag("th", escaped(series.title), "scope=\"row\"") + tag("td", pill(series.passed, series.counts)) +
-        number_cell(series.order.observed_order && series.order.expected_order ? fixed(*series.order.observed_order, 3)
-                                                                               : "—") +
+        number_cell(
+            series.order.observed_order && series.order.expected_order ? fixed(*series.order.observed_order, 3) : "—",
+            series.order.observed_order && series.order.expected_order ? Number(*series.order.observed_order)
+                                                                       : Number()) +
         number_cell(interval_words(series)) + number_cell(expected_words(series)) +
         number_cell(std::to_string(series.order.levels.size()) +
                     (!series.order.expected_order || n_used == static_cast<long>(series.order.levels.size())
                          ? ""
                          : " (" + std::to_string(n_used) + " in the fit)")) +
-        number_cell(scientific(judged_error(series))) + number_cell(scientific(series.error_tolerance)) + "</tr>\n";
+        number_cell(scientific(judged_error(series)), judged_error(series)) +
+        number_cell(scientific(series.error_tolerance), series.error_tolerance) + "</tr>\n";
   }
   return scrolled(
       "<table><thead><tr><th scope=\"col\">Series</th><th scope=\"col\">Verdict</th><th scope=\"col\" "
@@ -82,9 +85,10 @@ std::string level_table(const validate::SeriesRecord& series) {
   for (const validate::LevelRecord& level : series.order.levels) {
     body += "<tr" + std::string(level.excluded.empty() || !series.order.expected_order ? "" : " class=\"open\"") + ">" +
             number_cell(has_h ? rounded(level.h_m.value_or(0), 4) : rounded(level.n.value_or(0), 7)) +
-            number_cell(fixed(level.n_unknowns, 0)) + number_cell(scientific(level.error, 4)) +
-            number_cell(level.pairwise_order ? fixed(*level.pairwise_order, 3) : "—");
-    if (has_value) body += number_cell(level.value ? rounded(*level.value, 8) : "—");
+            number_cell(fixed(level.n_unknowns, 0), level.n_unknowns) +
+            number_cell(scientific(level.error, 4), level.error) +
+            number_cell(level.pairwise_order ? fixed(*level.pairwise_order, 3) : "—", level.pairwise_order);
+    if (has_value) body += number_cell(level.value ? rounded(*level.value, 8) : "—", level.value);
     body += tag("td", !series.order.expected_order ? ""
                       : level.excluded.empty()     ? "in the fit"
                                                    : escaped(level.excluded)) +
@@ -128,8 +132,9 @@ std::string claim_table(const validate::StudyDocument& study) {
   std::string body;
   for (const validate::Claim& claim : study.claims) {
     body += "<tr>" + tag("th", escaped(claim.words), "scope=\"row\"") + tag("td", pill(claim.passed)) +
-            number_cell(scientific(measured(claim.measured), 6)) + number_cell(scientific(claim.reference, 6)) +
-            number_cell(scientific(measured(claim.tolerance))) + "</tr>\n";
+            number_cell(scientific(measured(claim.measured), 6), measured(claim.measured)) +
+            number_cell(scientific(claim.reference, 6), claim.reference) +
+            number_cell(scientific(measured(claim.tolerance)), measured(claim.tolerance)) + "</tr>\n";
   }
   if (body.empty()) return {};
   return scrolled(

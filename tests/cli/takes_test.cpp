@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "core/foundation/base/output_file.hpp"
 #include "tests/cli/expect_refused.hpp"
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
@@ -143,6 +144,8 @@ TEST(Watch, SurvivesBrokenFilesAndWaitsUntilAFileHasStoppedGrowing) {
   std::filesystem::create_directories(scratch.path() / "in");
   const std::string whole = taps({0.2}, 2.0);
   scratch.write("in/a-broken.wav", "RIFF and no more");
+  scratch.write("in/empty.wav", "");
+  scratch.write("in/head-only.wav", whole.substr(0, 44));
   scratch.write("in/grows.wav", whole.substr(0, whole.size() / 2));
   std::thread later([&] {
     for (int i = 1; i <= 6; ++i) {  // faster than --settled-s
@@ -156,6 +159,10 @@ TEST(Watch, SurvivesBrokenFilesAndWaitsUntilAFileHasStoppedGrowing) {
   later.join();
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.err.find("a-broken.wav"), std::string::npos) << run.err;
+  for (const char* name : {"in/empty.wav: is empty", "head-only.wav"}) {  // one line each
+    EXPECT_NE(run.err.find(name), std::string::npos) << run.err;
+    EXPECT_EQ(run.err.find(name), run.err.rfind(name)) << run.err;
+  }
   EXPECT_EQ(run.err.find("grows.wav"), std::string::npos) << "half a file was read: " << run.err;
   const nlohmann::json analysis = read_json(scratch.path() / "out/grows/analysis.json");
   EXPECT_EQ(analysis["kind"], "analysis");
@@ -210,6 +217,12 @@ TEST(Responses, PolesAndShapesStandInTheAnalysis) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json analysis = read_json(scratch.path() / "out/analysis.json");
   EXPECT_EQ(analysis["kind"], "analysis");
+  EXPECT_EQ(analysis["responses"]["unit"], "m/s^2/N");  // as of MATLAB files
+  const std::string page = read_file(scratch.path() / "out/report.html");
+  for (const char* hook :
+       {"data-figure=\"spectrum\"", "data-range-hz=\"0 ", "data-layer=\"measured\"", "data-layer=\"partials\"",
+        "data-readout", "data-figure=\"stability\"", "Level [dB re 1 m/s^2/N]"})
+    EXPECT_NE(page.find(hook), std::string::npos) << hook;
   ASSERT_EQ(analysis["partials"].size(), 2u) << run.out;
   EXPECT_NEAR(analysis["partials"][0]["frequency_hz"].get<double>(), 100.0, 1e-5);
   EXPECT_NEAR(analysis["partials"][1]["frequency_hz"].get<double>(), 230.0, 1e-5);

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "reports/report/report.hpp"
@@ -57,6 +58,7 @@ function look(){
     var column=[].indexOf.call(head.parentNode.children,head),cells=function(){
       return [].map.call(head.closest("table").tBodies[0].rows,function(r){return parseFloat(r.cells[column].textContent);});};
     head.click();hooks.sorted.push(head.getAttribute("aria-sort"));hooks.up=cells();
+    hooks.ranks=[].map.call(head.closest("table").tBodies[0].rows,function(r){return r.getAttribute("data-rank");});
     head.click();hooks.sorted.push(head.getAttribute("aria-sort"));hooks.down=cells();
   }
   if(zoom)zoom.click();
@@ -194,6 +196,37 @@ TEST_F(Browser, SeesTheFitPageWithoutAnyErrorAndPlaysItsSounds) {
   screenshot(report.page, "fit-dark", 1200, 5200,
              "--force-dark-mode --enable-features=WebUIDarkMode --blink-settings=preferredColorScheme=0");
   screenshot(report.page, "fit-phone", 500, 2600);
+}
+
+TEST_F(Browser, TablesSortByTheValuesOfTheirNumbersNotByTheirDigits) {
+  fixture::write_fit(folder_, {.n_specimens = 1, .shapes = false});
+  const ReportResult report = write_report(folder_ / "fit.json", {.pictures = false});
+  std::string text = read_file(report.page);
+  // Each row says which one it is, the smallest first; missing ones go last. "0.0" twice: what is printed hides the order.
+  const std::pair<const char*, const char*> cells[] = {
+      {"4", "980"},  {"5", "1.2 × 10³"}, {"3", "1/100"},  {"0", "−4.5 × 10⁻²"},
+      {"6", "12e3"}, {"7", "—"},         {"2", "1/1000"}, {"1", "0.0\" data-value=\"1e-9"}};
+  std::string table = "<table><thead><tr><th scope=\"col\">Loss</th><th scope=\"col\">What</th></tr></thead><tbody>";
+  for (const auto& [rank, cell] : cells) {
+    const std::string shown = cell, value = shown.substr(std::min(shown.size(), shown.find('"')));
+    table += "<tr data-rank=\"" + std::string(rank) + "\"><td class=\"n" + (value.empty() ? "\"" : value + "\"") + ">" +
+             shown.substr(0, shown.find('"')) + "</td><td>x</td></tr>";
+  }
+  text.insert(text.find("<main"), table + "</tbody></table>");
+  const fs::path page = folder_ / "sorting.html";
+  write_file(page, text);
+  EXPECT_EQ(judged(page, folder_, 1400)["hooks"]["ranks"], json({"0", "1", "2", "3", "4", "5", "6", "7"}));
+}
+
+TEST_F(Browser, EveryNumberOfATableOfPartialsCarriesItsValue) {
+  fixture::write_fit(folder_, {.n_specimens = 1, .shapes = false});
+  const ReportResult report = write_report(folder_ / "fit.json", {.pictures = false});
+  const std::string text = read_file(report.page);
+  const json fit = json::parse(read_file(folder_ / "fit.json"));
+  ASSERT_FALSE(fit["matches"].empty());
+  for (const json& match : fit["matches"])
+    EXPECT_NE(text.find("data-value=\"" + to_text(match["frequency_hz"].get<double>()) + "\""), std::string::npos)
+        << match;
 }
 
 TEST_F(Browser, PlaysRecordingsOf384Kilohertz) {

@@ -161,11 +161,17 @@ window.klang = (function () {
       button.getAttribute("aria-label"));
   });
 
-  // Tables that sort. Rows that explain the one above stay with it.
+  // Tables that sort: by the cell's value where it has one, else by the number that it prints. Rows that explain the one above stay with it.
   function number_in(text) {
     var plain = text.replace(/[\u2009\u202f\u00a0]/g, "").replace(/\u2212/g, "-").trim();
-    var found = /^[<>+]?\s*(-?\d+(?:\.\d+)?(?:e-?\d+)?)/.exec(plain);
-    return parseFloat(found ? found[1] : "none");
+    var raised = plain.replace(/\s*\u00d7\s*10([\u207b\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+)/, function (all, power) {
+      return "e" + power.replace(/./g, function (c) { return "-0123456789".charAt("\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079".indexOf(c)); });
+    });
+    var found = /^[<>+]?\s*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)(?:\s*\/\s*(\d+(?:\.\d+)?))?/i.exec(raised);
+    return found ? parseFloat(found[1]) / (found[2] ? parseFloat(found[2]) : 1) : parseFloat("none");
+  }
+  function value_of(cell) {
+    return cell && cell.hasAttribute("data-value") ? parseFloat(cell.getAttribute("data-value")) : number_in(cell ? cell.textContent : "");
   }
   function prepare_table(table) {
     var heads = all("thead th", table), rows = table.tBodies[0];
@@ -185,7 +191,7 @@ window.klang = (function () {
         all("tr", rows).forEach(function (row) {
           if (row.matches(".note") && groups.length) { groups[groups.length - 1].rows.push(row); return; }
           var cell = row.cells[column], text = cell ? cell.textContent : "";
-          groups.push({ rows: [row], text: text, number: number_in(text), at: groups.length });
+          groups.push({ rows: [row], text: text, number: value_of(cell), at: groups.length });
         });
         groups.sort(function (a, b) {
           var missing = isNaN(a.number) - isNaN(b.number), by_number = a.number - b.number;

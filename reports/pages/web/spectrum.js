@@ -83,7 +83,7 @@ klang.all('[data-figure="spectrum"]').forEach(function (figure) {
   var plot = new uPlot({
     width: width(), height: height(), legend: { show: false }, cursor: { drag: { x: true, y: false }, points: { show: false } },
     scales: { x: { time: false, min: 0, max: data.high_hz }, y: { range: levels } },
-    axes: [axis("Frequency [Hz]"), axis("Level [dB re full scale]")], series: series,
+    axes: [axis("Frequency [Hz]"), axis(data.axis)], series: series,
     hooks: {
       draw: [draw_partials], setCursor: [read],
       setScale: [function (u, key) {

@@ -78,7 +78,8 @@ int run_chime(const ChimeCommand& command, const CommonOptions& common) {
     } else {
       say(common, " %10s", "-");
     }
-    say(common, " %18.3f %12.2f\n", note.cents_per_tenth_mm, 1e3 * note.node_m);
+    say(common, " %18.3f %12.2f%s%s\n", note.cents_per_tenth_mm, 1e3 * note.node_m,
+        note.length_caveat.empty() ? "" : "  std ", note.length_caveat.c_str());
   }
   say(common, "report: %s\n", (std::filesystem::path(command.output) / "report.html").c_str());
   return kDone;

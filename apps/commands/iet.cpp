@@ -7,6 +7,7 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/foundation/config/fields_json.hpp"
+#include "fit/elastic/budget.hpp"
 #include "fit/iet/iet.hpp"
 #include "reports/report/report.hpp"
 
@@ -27,7 +28,7 @@ void print_summary(const fit::IetDocument& document, const CommonOptions& common
   for (const fit::IetSummary& line : document.summary) {
     say(common, "%s %-20s %.6g", to_text(line.shape).c_str(), line.quantity.c_str(), line.mean);
     if (line.std) say(common, " ± %.2g", *line.std);
-    say(common, "  (n = %d)\n", line.n);
+    say(common, "  (n = %d%s%s)\n", line.n, line.std ? ", " : "", line.std ? fit::kWithoutTolerances : "");
   }
 }
 

@@ -19,7 +19,9 @@ struct BudgetEntry {
            "partials: their scatter; mesh: of the "
            "elements; decays"},
           self.source);
-    visit({"sensitivity", "d ln parameter / d ln source, of given quantities"}, self.sensitivity);
+    visit({"sensitivity",
+           "d ln parameter / d ln source, of given quantities: linear, at this fit's weights of the partials"},
+          self.sensitivity);
     visit({"contribution_std",
            "to the parameter's std, which is the root of their sum of squares; null: no tolerance given"},
           self.contribution_std);

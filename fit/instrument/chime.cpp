@@ -90,8 +90,14 @@ std::vector<Stock> stocks_of(const FitDocument& fit, const std::filesystem::path
   return stocks;
 }
 
-/// Relative standard deviation of a predicted frequency: half of E's, and how far the struck bodies lie from the model (rms).
-std::optional<double> frequency_std(const FitDocument& fit) {
+/// Of a predicted frequency.
+struct FrequencyDoubt {
+  double relative_std = 0.0;
+  std::string caveat;  ///< what that leaves out
+};
+
+/// Half of E's standard deviation, and how far the struck bodies lie from the model (rms); empty where E's is not known.
+std::optional<FrequencyDoubt> frequency_doubt(const FitDocument& fit) {
   double sum_sq = 0.0, n = 0.0;
   for (const MatchRecord& match : fit.matches) {
     sum_sq += std::pow(match.deviation_cents * std::log(2.0) / 1200.0, 2);
@@ -99,7 +105,7 @@ std::optional<double> frequency_std(const FitDocument& fit) {
   }
   for (const FitParameter& parameter : fit.parameters) {
     if (parameter.name != "youngs_modulus_pa" || !parameter.std || !(n > 0.0)) continue;
-    return std::hypot(0.5 * *parameter.std / parameter.value, std::sqrt(sum_sq / n));
+    return FrequencyDoubt{std::hypot(0.5 * *parameter.std / parameter.value, std::sqrt(sum_sq / n)), parameter.caveat};
   }
   return std::nullopt;
 }
@@ -139,7 +145,7 @@ struct Cut {
   instrument::ModalBank bank;
 };
 
-Cut cut_of(const Stock& stock, const std::string& name, double frequency_hz, const std::optional<double>& relative_std,
+Cut cut_of(const Stock& stock, const std::string& name, double frequency_hz, const std::optional<FrequencyDoubt>& doubt,
            const std::optional<damping::LawValue>& law) {
   // Bending goes with 1 / length^2, nearly.
   Specimen start = specimen_at(stock, stock.shape.dims.at("length_m") * std::sqrt(stock.first_hz / frequency_hz));
@@ -159,7 +165,10 @@ Cut cut_of(const Stock& stock, const std::string& name, double frequency_hz, con
   note.node_rule_m = kNodeRule * note.length_m;
   note.specimen = stock.name;
   const double log_slope_per_m = note.cents_per_tenth_mm * 1e4 * std::log(2.0) / 1200.0;
-  if (relative_std) note.length_std_m = *relative_std / std::abs(log_slope_per_m);
+  if (doubt) {
+    note.length_std_m = doubt->relative_std / std::abs(log_slope_per_m);
+    note.length_caveat = doubt->caveat;
+  }
   const Specimen finished = specimen_at(stock, note.length_m);
   const modal::ModalModel model =
       modes_up_to(finished, stock.material, std::min(18000.0, 20.0 * frequency_hz), silent_monitor());
@@ -202,7 +211,7 @@ ChimeSet chime_set(const FitDocument& fit, const std::filesystem::path& path, co
     if (!seen.insert(keys.back()).second) throw option_error("notes", "has a note twice", note);
   }
   const std::vector<Stock> stocks = stocks_of(fit, path, options.specimen, monitor);
-  const std::optional<double> relative_std = frequency_std(fit);
+  const std::optional<FrequencyDoubt> doubt = frequency_doubt(fit);
   const std::optional<damping::LawValue> law = fitted_law(fit);
   std::vector<Cut> cuts(keys.size());
   for_each_job(
@@ -214,7 +223,7 @@ ChimeSet chime_set(const FitDocument& fit, const std::filesystem::path& path, co
           if (std::abs(cents(stock.first_hz, frequency_hz)) < std::abs(cents(nearest->first_hz, frequency_hz)))
             nearest = &stock;
         }
-        cuts[i] = cut_of(*nearest, options.notes[i], frequency_hz, relative_std, law);
+        cuts[i] = cut_of(*nearest, options.notes[i], frequency_hz, doubt, law);
       },
       "notes", monitor);
   ChimeSet set;

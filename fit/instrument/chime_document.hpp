@@ -12,6 +12,7 @@ struct ChimeNote {
   std::string note;
   double frequency_hz = 0.0, length_m = 0.0;
   std::optional<double> length_std_m;
+  std::string length_caveat;
   double cents_per_tenth_mm = 0.0, node_m = 0.0, node_rule_m = 0.0, residual_cents = 0.0;
   std::string specimen;
 
@@ -24,6 +25,9 @@ struct ChimeNote {
            "its standard deviation: of the fitted material and of how far the struck ones lie from the model; null: "
            "not known"},
           self.length_std_m);
+    visit(absent_if_empty(
+              {"length_caveat", "what length_std_m leaves out: \"without the tolerances of dimensions and mass\""}),
+          self.length_caveat);
     visit({"cents_per_tenth_mm", "by which the note falls when it is cut 0.1 mm too long (negative)"},
           self.cents_per_tenth_mm);
     visit({"node_m", "hanging point: node of the first bending mode, from either end, by the model"}, self.node_m);

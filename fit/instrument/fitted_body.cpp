@@ -20,6 +20,8 @@
 namespace klang::fit {
 namespace {
 
+constexpr double kWidestBand = 64.0;  ///< of a changed body, over the fitted one's
+
 /// The decays that the fit predicts for the modes of a model; empty where it has none for one of them.
 std::optional<Eigen::VectorXd> predicted_decays(const FitDocument& fit, const std::string& specimen,
                                                 const modal::ModalModel& model) {
@@ -148,15 +150,20 @@ FittedBody fitted_body(const FitDocument& fit, const std::filesystem::path& path
   }
   mesh::validate(*changed.shape);
   const solid::Material material = change.material.value_or(body.model.material);
-  const double highest_hz = body.model.n_modes() > 0 ? body.model.frequency_hz().maxCoeff() : 20000.0;
-  const SpecimenBody mesh = make_body(changed, material, highest_hz);
-  modal::ModesOptions options;
-  options.eigen.band = {0.0, highest_hz};
-  options.eigen.most = static_cast<int>(std::max<Eigen::Index>(500, body.model.n_modes()));
-  modal::EigenResult modes =
-      modal::modes_of({changed.shape, changed.support, 2}, mesh.mesh, material, options, monitor);
-  if (!modes.usable()) throw NumericalError("modes of the changed body: " + modes.message);
-  body.model = std::move(modes.model);
+  const Eigen::Index n_modes = body.model.n_modes();
+  const double fitted_hz = n_modes > 0 ? body.model.frequency_hz().maxCoeff() : 20000.0;
+  // A smaller body has its modes higher.
+  for (double highest_hz = fitted_hz; highest_hz <= kWidestBand * fitted_hz; highest_hz *= 2.0) {
+    const SpecimenBody mesh = make_body(changed, material, highest_hz);
+    modal::ModesOptions options;
+    options.eigen.band = {0.0, highest_hz};
+    options.eigen.most = static_cast<int>(std::max<Eigen::Index>(500, n_modes));
+    modal::EigenResult modes =
+        modal::modes_of({changed.shape, changed.support, 2}, mesh.mesh, material, options, monitor);
+    if (!modes.usable()) throw NumericalError("modes of the changed body: " + modes.message);
+    body.model = std::move(modes.model);
+    if (body.model.n_modes() >= std::max<Eigen::Index>(1, n_modes)) break;
+  }
   body.decay_per_s = decays_by_law(fit, body.model);
   return body;
 }

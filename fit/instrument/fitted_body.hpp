@@ -46,7 +46,7 @@ struct FittedBody {
 Eigen::VectorXd assumed_decay_per_s(const modal::ModalModel& model);
 
 /// The specimen's modes as modes-NAME.vtu beside the fit has them, each with the decay that the fit predicts for it (mounts and
-/// radiation included); of a changed body modes solved anew up to the same frequency, damped by the material's law alone.
+/// radiation included); of a changed body modes solved anew, up to the same frequency and as many, damped by the material's law alone.
 /// @throws InputError: no such specimen, no modes-NAME.vtu, a dimension that the shape does not have
 FittedBody fitted_body(const FitDocument& fit, const std::filesystem::path& path, const std::string& specimen,
                        const BodyChange& change, Monitor& monitor = silent_monitor());

@@ -47,6 +47,32 @@ TEST(TuneBell, HumAndTierceAreBroughtToANoteAndARatioAndTheWrittenProfileHasThem
   EXPECT_LE(std::abs(1200.0 * std::log2(tierce_hz / hum_hz / 2.4)), 0.2) << tierce_hz;
 }
 
+TEST(TuneBell, HumPrimeAndTierceAtOnceFindTheBellThatHasThem) {
+  const Scratch scratch;
+  scratch.write("bell.csv", kBell);
+  const std::string bell = "--shape revolution --profile bell.csv --material bronze ";
+  ASSERT_EQ(run_klang("modes " + bell +
+                          "--dims size_m=0.15,wall_1_m=0.0114,wall_2_m=0.0065 --count 6 --no-mesh-error --quiet "
+                          "--json wanted.json",
+                      scratch.path())
+                .exit_code,
+            0);
+  const json wanted = read_json(scratch.path() / "wanted.json")["modes"];
+  const auto hz = [&](std::size_t mode) { return wanted[mode]["frequency_hz"].dump(); };
+  // Pairs: hum 0 and 1, tierce 2 and 3, prime 4 and 5, which lies above the tierce in this bell.
+  const RunResult run =
+      run_klang("tune " + bell + "--vary size_m --vary wall_1_m --vary wall_2_m --target hum=" + hz(0) +
+                    " --target prime=" + hz(4) + " --target tierce=" + hz(2) + " --quiet --json tuned.json",
+                scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json tuned = read_json(scratch.path() / "tuned.json");
+  for (const json& target : tuned["targets"])
+    EXPECT_LE(std::abs(target["residual_cents"].get<double>()), 0.05) << target;
+  const double dimensions[] = {0.15, 0.0114, 0.0065};
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(tuned["dimensions"][i]["value_m"].get<double>() / dimensions[i], 1.0, 1e-4) << tuned["dimensions"][i];
+}
+
 TEST(TuneBell, ScalingAloneGoesWithTheInverseOfTheSize) {
   const Scratch scratch;
   scratch.write("bell.csv", kBell);

@@ -132,6 +132,9 @@ TEST_F(FittedRods, SoundHasTheFitsDampingAndOtherDimensionsOtherFrequencies) {
   const json longer = run_json(*scratch_, "synth out/fit.json --specimen long --dims length_m=0.25 -o c.wav");
   EXPECT_NEAR(longer["modes"][0]["frequency_hz"].get<double>() / sound["modes"][0]["frequency_hz"].get<double>(), 0.64,
               0.01);
+  // Half as long: its modes lie up to four times as high, and there are as many.
+  const json shorter = run_json(*scratch_, "synth out/fit.json --specimen long --dims length_m=0.1 -o e.wav");
+  EXPECT_GE(shorter["modes"].size(), sound["modes"].size());
   expect_refused(*scratch_, "synth out/fit.json -o d.wav", {"--specimen", "long, short"});
   expect_refused(*scratch_, "synth out/fit.json --specimen lonk -o d.wav", {"did you mean long"});
 }
@@ -231,6 +234,13 @@ TEST_F(FittedRods, ChimesAreCutToTheirNotes) {
   const RunResult run = run_klang("chime out/fit.json --notes \"D6 E6\" -o set", scratch_->path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json notes = read_json(scratch_->path() / "set/chime.json")["notes"];
+  const std::string kWords = "without the tolerances of dimensions and mass";  // those of "short" are missing
+  for (const std::string& said :
+       {run.out, slurp(scratch_->path() / "set/cut-list.csv"), slurp(scratch_->path() / "set/report.html")}) {
+    std::size_t n = 0;
+    for (std::size_t at = said.find(kWords); at != std::string::npos; at = said.find(kWords, at + 1)) ++n;
+    EXPECT_GE(n, 2U) << said.substr(0, 2000);  // at each of the two lengths
+  }
   ASSERT_EQ(notes.size(), 2U);
   EXPECT_NEAR(notes[0]["frequency_hz"].get<double>(), 440.0 * std::exp2(17.0 / 12.0), 1e-6);
   for (const json& note : notes) {
@@ -243,6 +253,7 @@ TEST_F(FittedRods, ChimesAreCutToTheirNotes) {
     EXPECT_NEAR(note["node_m"].get<double>() / length, 0.2242, 0.004);  // of a slender bar; thick ones a little less
     EXPECT_NEAR(note["cents_per_tenth_mm"].get<double>(), -2.0 * 1e-4 / length * 1200.0 / std::log(2.0), 0.15);
     EXPECT_GT(note["length_std_m"].get<double>(), 0.0);
+    EXPECT_EQ(note["length_caveat"], kWords);
   }
   for (const char* file : {"cut-list.csv", "set.wav", "report.html"})
     EXPECT_TRUE(std::filesystem::exists(scratch_->path() / "set" / file)) << file;
@@ -312,6 +323,7 @@ TEST(Iet, BarsGiveTheirModuliByTheStandardAndByTheModelWithoutTheOutlier) {
   const RunResult run = run_klang("iet bars.csv -o out", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const json result = read_json(scratch.path() / "out/iet.json");
+  EXPECT_NE(run.out.find("(n = 4, without the tolerances of dimensions and mass)"), std::string::npos) << run.out;
   for (int i = 0; i < 5; ++i) {
     const json& row = result["specimens"][static_cast<std::size_t>(i)];
     EXPECT_NEAR(row["e_model_pa"].get<double>(), 1e9 * young_gpa[i], 0.002e9 * young_gpa[i]) << row;

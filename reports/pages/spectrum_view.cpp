@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/sound/audio/fft.hpp"
@@ -31,7 +32,13 @@ double highest_of(const SpectrumView& view) {
 /// Tenths of a decibel as whole numbers; what lies far under the loudest is cut off.
 json tenths(const std::vector<double>& levels, double floor_db) {
   json list = json::array();
-  for (const double level : levels) list.push_back(static_cast<int>(std::lround(10 * std::max(level, floor_db))));
+  for (const double level : levels) {
+    if (std::isnan(level)) {
+      list.push_back(nullptr);
+    } else {
+      list.push_back(static_cast<int>(std::lround(10 * std::max(level, floor_db))));
+    }
+  }
   return list;
 }
 
@@ -89,8 +96,10 @@ Svg drawn(const SpectrumView& view, const LevelSpectrum& measured, const LevelSp
   frame.draw_axes(10, 6, false, true);
   const auto curve = [&](const LevelSpectrum& s, const char* classes) {
     std::vector<PlotPoint> points;
-    for (std::size_t k = 0; k < s.level_db.size(); ++k)
+    for (std::size_t k = 0; k < s.level_db.size(); ++k) {
+      if (std::isnan(s.level_db[k])) continue;
       points.push_back({static_cast<double>(k) * s.step_hz, std::max(s.level_db[k], y.low)});
+    }
     if (!points.empty()) frame.curve(points, classes);
   };
   curve(measured, "rule");
@@ -151,15 +160,14 @@ LevelSpectrum level_spectrum(const std::vector<double>& frequency_hz, const std:
   if (frequency_hz.size() < 2 || frequency_hz.size() != level_db.size()) return result;
   const std::size_t n = frequency_hz.size();
   result.step_hz = (frequency_hz.back() - frequency_hz.front()) / static_cast<double>(n - 1);
-  const double lowest = *std::min_element(level_db.begin(), level_db.end());
   const auto n_steps = static_cast<std::size_t>(std::min(1e5, frequency_hz.back() / result.step_hz + 1e-6));
   std::size_t right = 1;
   for (std::size_t k = 0; k <= n_steps; ++k) {
     const double f = static_cast<double>(k) * result.step_hz;
     while (right + 1 < n && frequency_hz[right] < f) ++right;
     const double share = (f - frequency_hz[right - 1]) / (frequency_hz[right] - frequency_hz[right - 1]);
-    result.level_db.push_back(share < 0 ? lowest
-                                        : std::lerp(level_db[right - 1], level_db[right], std::min(share, 1.0)));
+    result.level_db.push_back(share < -1e-6 ? std::numeric_limits<double>::quiet_NaN()
+                                            : std::lerp(level_db[right - 1], level_db[right], std::min(share, 1.0)));
   }
   return result;
 }

@@ -17,7 +17,7 @@ struct LevelSpectrum {
   double window_s = 0;
 };
 LevelSpectrum level_spectrum(const audio::Signal& sound, double strike_s, double highest_hz);
-/// Levels that were measured at rising frequencies, at even steps from 0 on; below the first the lowest stands.
+/// Levels that were measured at rising frequencies, at even steps from 0 on; NaN below the first.
 LevelSpectrum level_spectrum(const std::vector<double>& frequency_hz, const std::vector<double>& level_db);
 
 /// A recording's spectrum with the partials and the model that are to explain it.

@@ -8,7 +8,7 @@ klang.all('[data-figure="spectrum"]').forEach(function (figure) {
   function colour(name) { return getComputedStyle(document.documentElement).getPropertyValue(name).trim(); }
   function at(curve, f) {
     var k = Math.round(f / curve.step);
-    return k >= 0 && k < curve.level.length ? curve.level[k] / 10 : null;
+    return k >= 0 && k < curve.level.length && curve.level[k] !== null ? curve.level[k] / 10 : null;
   }
   var base = data.measured || data.model, x = [], columns = [x];
   if (base) for (var k = 0; k < base.level.length; k++) x.push(k * base.step);

@@ -99,7 +99,8 @@ std::vector<TankModeRecord> named_modes(const bubble::LiquidBoundary& boundary,
   if (!records.empty())
     warn("the liquid, taken as a box between rigid walls, resonates near " + to_text(o.frequency_hz) + " Hz: " + text +
          "; the pressure there is what --liquid-loss-factor " + to_text(o.solver.liquid_loss_factor) +
-         " and --wall-admittance " + to_text(o.solver.wall_admittance) + " make it");
+         " and --wall-admittance " + to_text(o.solver.wall_admittance) +
+         " make it, and the fit of waves holds a resonance down, by more than error_estimate says");
   return records;
 }
 

@@ -163,6 +163,7 @@ const Kept kKept[] = {
     {"sb/wine_glass", "b8f2b4c18a2c", kPieces, 62},
     {"sb/window_2", "80ca0e52ec98", kPieces, 286, kMixedSweeps},
     {"sb/poor_piggy_bank", "83590b16028d", kPieces, 5, kMixedSweeps},
+    {"sb/rich_piggy_bank", "d114143c9d3c", kPieces, 5, kMixedSweeps},
     {"sb/table_setting", "a437892995c8", kPieces, 196, kMixedSweeps},
     {"b99/wall_1", "46caebb3942c", kGrowth, 2219.0 / 900.0},
     {"b99/wall_2", "e4069377b7f9", kGrowth, 1183.0 / 576.0},

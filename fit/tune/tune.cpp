@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "core/foundation/base/checked_index.hpp"
 #include "core/foundation/base/conventions.hpp"
@@ -73,7 +74,7 @@ FitProblem problem_at(const Specimen& specimen, const solid::Material& material,
 /// Beyond a tenth the tangents no longer hold: no dimension goes farther in a round, and the direction stays.
 /// @param wanted  in the order of the names. @return whether anything moved
 bool step_towards(const std::vector<double>& wanted, const std::vector<std::string>& order,
-                  std::vector<TunedDimension>& dimensions, mesh::ShapeSpec& shape) {
+                  std::vector<TunedDimension>& dimensions) {
   const auto log_step = [&](const TunedDimension& dimension) {
     const auto place = static_cast<std::size_t>(std::find(order.begin(), order.end(), dimension.name) - order.begin());
     return std::log(wanted[place] / dimension.value_m);
@@ -88,7 +89,6 @@ bool step_towards(const std::vector<double>& wanted, const std::vector<std::stri
     moved = moved || std::abs(next / dimension.value_m - 1.0) >= 1e-9;
     dimension.at_bound = next == dimension.low_m || next == dimension.high_m;
     dimension.value_m = next;
-    shape.dims[dimension.name] = next;
   }
   return moved;
 }
@@ -114,6 +114,49 @@ std::vector<double> linear_step(const Eigen::MatrixXd& slopes, const Eigen::Vect
     if (!fixed) break;
   }
   return wanted;
+}
+
+/// A body on the way to its targets, with its modes.
+struct Stage {
+  Specimen specimen;
+  SpecimenBody body;
+  std::shared_ptr<const ReducedSpectrum> spectrum = {};
+};
+
+/// Tangents alone are used. A mode carried to a body whose dimension does more than stretch it is strained by h^2 of its stiffest
+/// motion, which leaves h^2 in a central difference: at 0.01 half of a slender bar's slope.
+ReducedSpectrumOptions tangents(double highest_hz) {
+  ReducedSpectrumOptions reduced;
+  reduced.band = {0.0, 1.5 * highest_hz};
+  reduced.vary_ratio = false;
+  reduced.relative_step = 1e-3;
+  return reduced;
+}
+
+/// Goes from a stage to the dimensions given, or part of the way where a profile folds before that (walls that change by much, beside
+/// others that do not, cross). @param dimensions  become those that were reached. @return whether it got anywhere
+bool advance(Stage& stage, const solid::Material& material, const std::vector<std::string>& order,
+             const ReducedSpectrumOptions& reduced, std::vector<TunedDimension>& dimensions, Monitor& monitor) {
+  constexpr int kMostHalvings = 3;
+  const std::map<std::string, double> from = stage.specimen.shape->dims;
+  for (int halving = 0; halving <= kMostHalvings; ++halving) {
+    Stage next{stage.specimen, {}};
+    for (TunedDimension& dimension : dimensions) {
+      if (halving > 0) dimension.value_m = std::sqrt(dimension.value_m * from.at(dimension.name));
+      next.specimen.shape->dims[dimension.name] = dimension.value_m;
+      dimension.at_bound = dimension.value_m == dimension.low_m || dimension.value_m == dimension.high_m;
+    }
+    try {
+      mesh::validate(*next.specimen.shape);
+      next.body = make_body_like(next.specimen, material, stage.body);
+      next.spectrum = std::make_shared<ReducedSpectrum>(next.specimen, next.body, order, reduced, monitor);
+      stage = std::move(next);
+      return true;
+    } catch (const InputError&) {  // folded
+    }
+  }
+  for (TunedDimension& dimension : dimensions) dimension.value_m = from.at(dimension.name);
+  return false;
 }
 
 }  // namespace
@@ -149,47 +192,43 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
   // Of a drawn profile those alone that vary: walls that are not named go with the size.
   const std::map<std::string, double> own = changeable_dimensions_m(*specimen.shape);
   for (const std::string& name : options.dimensions) current.shape->dims[name] = own.at(name);
-  SpecimenBody body = make_body(current, material, 1.5 * highest_hz);
   for (const std::string& name : options.dimensions) {
     const double start = own.at(name);
     result.dimensions.push_back(
         {name, start, start, start * (1.0 - options.widest_change), start * (1.0 + options.widest_change), false});
   }
+  const ReducedSpectrumOptions reduced = tangents(highest_hz);
+  // The space orders dimensions by name.
+  const std::vector<std::string> order = ParameterSpace(problem_at(current, material, options)).free_dimensions(0);
+  Stage stage{current, make_body(current, material, 1.5 * highest_hz)};
+  stage.spectrum = std::make_shared<ReducedSpectrum>(stage.specimen, stage.body, order, reduced, monitor);
+  bool folded = false;
   for (int round = 0; round < options.max_rounds; ++round) {
     monitor.progress("tune", static_cast<double>(round) / options.max_rounds);
     monitor.throw_if_stopped();
     result.n_rounds = round + 1;
-    ReducedSpectrumOptions reduced;
-    reduced.band = {0.0, 1.5 * highest_hz};
-    reduced.vary_ratio = false;
-    // Tangents alone are used. A mode carried to a body whose dimension does more than stretch it is strained by h^2 of its stiffest
-    // motion, which leaves h^2 in a central difference: at 0.01 half of a slender bar's slope.
-    reduced.relative_step = 1e-3;
-    const FitProblem problem = problem_at(current, material, options);
-    const ParameterSpace space(problem);
-    // The space orders dimensions by name.
-    const auto& order = space.free_dimensions(0);
-    const auto spectrum = std::make_shared<ReducedSpectrum>(current, body, order, reduced, monitor);
-    const modal::ModalModel& model = spectrum->nominal().model;
+    const mesh::ShapeSpec& shape = *stage.specimen.shape;
+    const ParameterSpace space(problem_at(stage.specimen, material, options));
+    const modal::ModalModel& model = stage.spectrum->nominal().model;
     const Eigen::VectorXd frequency = model.frequency_hz();
-    const Spectrum here = spectrum->spectrum(space.local(0, space.start()).point);
+    const Spectrum here = stage.spectrum->spectrum(space.local(0, space.start()).point);
 
     const auto n_dimensions = static_cast<Eigen::Index>(order.size());
     // d ln(frequency or ratio) / d ln(dimension), and what is missing to the target.
     Eigen::MatrixXd slopes(static_cast<Eigen::Index>(options.targets.size()), n_dimensions);
     Eigen::VectorXd missing(slopes.rows());
     const auto log_slope_of = [&](int mode, Eigen::Index place) {
-      return 0.5 * here.derivative(mode, 3 + place) * current.shape->dims.at(item(order, place));
+      return 0.5 * here.derivative(mode, 3 + place) * shape.dims.at(item(order, place));
     };
     result.targets.resize(options.targets.size());
     double worst = 0.0;
     for (std::size_t t = 0; t < options.targets.size(); ++t) {
       TunedTarget& target = result.targets[t];
       target.mode = options.targets[t].mode;
-      target.mode_index = named_mode(target.mode, current.shape.value(), model);
+      target.mode_index = named_mode(target.mode, shape, model);
       target.reached_hz = frequency[target.mode_index];
       const bool is_ratio = !options.targets[t].over.empty();
-      const int base = is_ratio ? named_mode(options.targets[t].over, current.shape.value(), model) : -1;
+      const int base = is_ratio ? named_mode(options.targets[t].over, shape, model) : -1;
       target.wanted_hz = is_ratio ? options.targets[t].ratio * frequency[base] : options.targets[t].frequency_hz;
       if (round == 0) target.start_hz = target.reached_hz;
       target.residual_cents = cents(target.reached_hz, target.wanted_hz);
@@ -213,15 +252,15 @@ TuneResult tune_dimensions(const Specimen& specimen, const solid::Material& mate
       break;
     }
     if (round + 1 == options.max_rounds) break;
-    if (!step_towards(linear_step(slopes, missing, order, result.dimensions), order, result.dimensions, *current.shape))
-      break;
-    mesh::validate(*current.shape);
-    body = make_body_like(current, material, body);
+    if (!step_towards(linear_step(slopes, missing, order, result.dimensions), order, result.dimensions)) break;
+    folded = !advance(stage, material, order, reduced, result.dimensions, monitor);
+    if (folded) break;
   }
-  result.shape = *current.shape;
+  result.shape = *stage.specimen.shape;
   if (result.status != TuneStatus::kReached) {
     result.status = TuneStatus::kNotReached;
     result.message = "the targets cannot all be met within the allowed change of the dimensions";
+    if (folded) result.message = "the targets cannot all be met: beyond these dimensions the body's section folds";
   }
   result.wall_time_s["total"] = watch.seconds();
   return result;

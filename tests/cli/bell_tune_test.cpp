@@ -129,6 +129,33 @@ TEST(TuneBell, MillimetresTakenForMetresAreSaidAndRefusedAtOnce) {
   expect_refused(scratch, "fit tube.toml -o out", {"specimen tube", "too many modes"});
 }
 
+TEST(TuneBell, WhereTheSectionFoldsTheLastWholeOneIsSaidAndWritten) {
+  const Scratch scratch;
+  scratch.write("bell.csv", kBell);
+  // A church bell's prime from a bell whose prime is nearly three times its hum: one wall grows and the next one shrinks until they cross.
+  const RunResult run = run_klang(
+      "tune --shape revolution --profile bell.csv --material bronze --vary size_m --vary wall_1_m --vary wall_2_m "
+      "--vary "
+      "wall_3_m --widest-change 0.4 --target hum=A5 --target prime/hum=2 --target tierce/hum=2.4 -o near.csv --quiet "
+      "--json "
+      "near.json",
+      scratch.path());
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_NE(run.err.find("section folds"), std::string::npos) << run.err;
+  const json near = read_json(scratch.path() / "near.json");
+  EXPECT_LE(std::abs(near["targets"][1]["residual_cents"].get<double>()), 300.0)
+      << near["targets"][1];  // 639 at the start
+  ASSERT_EQ(
+      run_klang(
+          "modes --shape revolution --profile near.csv --material bronze --count 4 --no-mesh-error --quiet --json "
+          "modes.json",
+          scratch.path())
+          .exit_code,
+      0);
+  const double hum_hz = read_json(scratch.path() / "modes.json")["modes"][0]["frequency_hz"];
+  EXPECT_LE(std::abs(1200.0 * std::log2(hum_hz / near["targets"][0]["reached_hz"].get<double>())), 0.5);
+}
+
 TEST(TuneBell, WhatCannotBeMetIsSaidAndWhatIsWrongIsRefused) {
   const Scratch scratch;
   scratch.write("bell.csv", kBell);

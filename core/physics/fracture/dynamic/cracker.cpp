@@ -162,13 +162,14 @@ int Cracker::open(ExplicitSolid& solid) {
   };
   std::vector<Candidate> found, fronts;
   const Viscosity* extra = options_.total_stress ? &viscosity_ : nullptr;
+  SplitStresses split(mesh.n_elements());
   const double now = solid.time_s();
   const bool runs = running_s_ >= 0.0 && now < running_s_ + pause_s_;
   for (int i = 0; i < mesh.n_nodes(); ++i) {
     if (!asked[at(i)] || mesh.held[at(i)] >= 0 || mesh.star(i).size() < 2) continue;
     const bool is_front = options_.new_crack_factor > 1.0 && now < front_until_s_[at(i)];
     if (now < ready_s_[at(i)] && !is_front) continue;
-    const Separation separation = separation_at(mesh, i, material_, options_.criterion, extra);
+    const Separation separation = separation_at(mesh, i, material_, options_.criterion, extra, &split);
     const double over = options_.strength_pa ? separation.stress_pa / *options_.strength_pa
                                              : separation.force_n / *options_.toughness_n;
     highest_ = std::max(highest_, over);

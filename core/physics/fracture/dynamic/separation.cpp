@@ -61,6 +61,19 @@ Matrix3d mean_stress(const CrackMesh& mesh, const std::vector<int>& elements, co
   return mean / volume;
 }
 
+SplitStresses::Parts split_stress(const CrackMesh& mesh, int element, const solid::Material& material,
+                                  const Viscosity* extra) {
+  const Matrix3d f = mesh.gradient_of(element);
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(stress_of(mesh, element, f, material, extra));
+  SplitStresses::Parts parts{Matrix3d::Zero(), Matrix3d::Zero(), true};
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d v = solver.eigenvectors().col(k);
+    (solver.eigenvalues()[k] > 0.0 ? parts.pulled : parts.pressed) += solver.eigenvalues()[k] * v * v.transpose();
+  }
+  for (Matrix3d* part : {&parts.pulled, &parts.pressed}) *part = -mesh.volume_m3(element) * (f * *part).eval();
+  return parts;
+}
+
 }  // namespace
 
 Vector3d pull_through(const CrackMesh& mesh, int element, const Vector3d& rest_area_m2,
@@ -74,21 +87,16 @@ Vector3d mean_normal(const CrackMesh& mesh, const std::vector<int>& elements, co
   return solver.eigenvectors().col(2);
 }
 
-Matrix3d separation_tensor(const CrackMesh& mesh, int node, const solid::Material& material, const Viscosity* extra) {
+Matrix3d separation_tensor(const CrackMesh& mesh, int node, const solid::Material& material, const Viscosity* extra,
+                           SplitStresses* split) {
   Vector3d tension = Vector3d::Zero(), compression = Vector3d::Zero();
   Matrix3d tensor = Matrix3d::Zero();
-  Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
+  SplitStresses::Parts own;
   for (const int element : mesh.star(node)) {
-    const Matrix3d f = mesh.gradient_of(element);
-    solver.compute(stress_of(mesh, element, f, material, extra));
+    SplitStresses::Parts& parts = split != nullptr ? split->of(element) : own;
+    if (split == nullptr || !parts.known) parts = split_stress(mesh, element, material, extra);
     const Vector3d gradient = gradient_at(mesh, element, node);
-    Vector3d pulled = Vector3d::Zero(), pressed = Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) {
-      const Vector3d v = solver.eigenvectors().col(k);
-      (solver.eigenvalues()[k] > 0.0 ? pulled : pressed) += solver.eigenvalues()[k] * v.dot(gradient) * v;
-    }
-    pulled = -mesh.volume_m3(element) * (f * pulled);
-    pressed = -mesh.volume_m3(element) * (f * pressed);
+    const Vector3d pulled = parts.pulled * gradient, pressed = parts.pressed * gradient;
     tension += pulled;
     compression += pressed;
     tensor += outer(pulled) - outer(pressed);
@@ -109,7 +117,7 @@ double shown_area_m2(const CrackMesh& mesh, int node, const Vector3d& normal) {
 }
 
 Separation separation_at(const CrackMesh& mesh, int node, const solid::Material& material, CrackCriterion criterion,
-                         const Viscosity* extra) {
+                         const Viscosity* extra, SplitStresses* split) {
   Separation result;
   Eigen::SelfAdjointEigenSolver<Matrix3d> solver;
   if (criterion == CrackCriterion::kRankine) {
@@ -118,7 +126,7 @@ Separation separation_at(const CrackMesh& mesh, int node, const solid::Material&
     result.normal = solver.eigenvectors().col(2);
     return result;
   }
-  solver.compute(separation_tensor(mesh, node, material, extra));
+  solver.compute(separation_tensor(mesh, node, material, extra, split));
   if (!(solver.eigenvalues()[2] > 0.0)) return result;
   result.force_n = solver.eigenvalues()[2];
   result.normal = solver.eigenvectors().col(2);

@@ -32,8 +32,24 @@ struct Separation {
 struct Viscosity {
   double phi_pa_s = 0.0, psi_pa_s = 0.0;
 };
+/// The split stresses of elements, each made once for all its corners: 20 of them meet at a node. Of places that do not change, and of one
+/// material and viscosity.
+class SplitStresses {
+ public:
+  explicit SplitStresses(int n_elements) : parts_(static_cast<std::size_t>(n_elements)) {}
+  /// -V F sigma+ and -V F sigma-: what they make of a corner's gradient are its forces (31).
+  struct Parts {
+    Eigen::Matrix3d pulled, pressed;
+    bool known = false;
+  };
+  Parts& of(int element) { return parts_[static_cast<std::size_t>(element)]; }
+
+ private:
+  std::vector<Parts> parts_;
+};
+/// @param split  of all elements; nullptr: none is kept
 Separation separation_at(const CrackMesh& mesh, int node, const solid::Material& material, CrackCriterion criterion,
-                         const Viscosity* extra = nullptr);
+                         const Viscosity* extra = nullptr, SplitStresses* split = nullptr);
 
 /// Direction of the largest principal Cauchy stress, elastic, of the mean of elements by their volume.
 Eigen::Vector3d mean_normal(const CrackMesh& mesh, const std::vector<int>& elements, const solid::Material& material);
@@ -44,7 +60,7 @@ Eigen::Vector3d pull_through(const CrackMesh& mesh, int element, const Eigen::Ve
 
 /// The tensor (32) itself.
 Eigen::Matrix3d separation_tensor(const CrackMesh& mesh, int node, const solid::Material& material,
-                                  const Viscosity* extra = nullptr);
+                                  const Viscosity* extra = nullptr, SplitStresses* split = nullptr);
 
 /// A = sum |a . n| / 2 over the faces of the star that lie opposite to the node, as they are now.
 double shown_area_m2(const CrackMesh& mesh, int node, const Eigen::Vector3d& normal);

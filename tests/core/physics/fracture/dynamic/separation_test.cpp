@@ -107,6 +107,27 @@ TEST(Separation, NormalisedItIsThePrincipalStressAtEveryNodeOfAnyMesh) {
   }
 }
 
+TEST(Separation, SplitStressesThatAreKeptGiveWhatEachNodeGivesAlone) {
+  CrackMesh mesh(test::lattice({3, 3, 3}, {3, 3, 3}, 0.25), 1.0);
+  for (std::size_t i = 0; i < mesh.place_m.size(); ++i) {
+    const Vector3d x = mesh.rest_m[i];
+    mesh.place_m[i] += 0.05 * Vector3d(std::sin(2.0 * x.y()), std::sin(3.0 * x.z() + x.x()), std::cos(2.5 * x.x()));
+    mesh.velocity_m_s[i] = Vector3d(x.z(), std::sin(x.x()), x.y() * x.x());
+  }
+  const Viscosity viscosity{0.3, 0.2};
+  for (const Viscosity* extra : {static_cast<const Viscosity*>(nullptr), &viscosity}) {
+    SplitStresses split(mesh.n_elements());
+    double largest = 0.0;
+    for (int i = 0; i < mesh.n_nodes(); ++i) {
+      const Separation alone = separation_at(mesh, i, material(), CrackCriterion::kSeparation, extra),
+                       kept = separation_at(mesh, i, material(), CrackCriterion::kSeparation, extra, &split);
+      EXPECT_LE(std::abs(kept.stress_pa - alone.stress_pa), 1e-12 * alone.stress_pa);
+      largest = std::max(largest, alone.stress_pa);
+    }
+    EXPECT_GT(largest, 0.0);
+  }
+}
+
 TEST(Separation, TurningTheBodyTurnsThePlanesAndNothingElse) {
   CrackMesh mesh(test::lattice({2, 2, 2}, {2, 2, 2}, 0.2), 1.0);
   set_stress(mesh, stress_named("pure_shear_xy") + 0.5 * stress_named("uniaxial_111"));

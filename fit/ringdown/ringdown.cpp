@@ -23,8 +23,9 @@ using detail::Segment;
 using Complex = std::complex<double>;
 
 constexpr double kWeakestStrike = 0.01;  ///< energy a strike must add, against the strongest one
-constexpr double kWeakPart = 1e-3;    ///< of the loudest amplitude at the strike (-60 dB): below it a partial is weak
-constexpr double kBeyondBand = 0.03;  ///< of its ends: so far the search looks beyond the band
+constexpr double kWeakPart = 1e-3;  ///< of the loudest amplitude at the strike (-60 dB): below it a partial is weak
+constexpr double kHopeless = 0.25 * kLeastExplained;  ///< best_explained()
+constexpr double kBeyondBand = 0.03;                  ///< of its ends: so far the search looks beyond the band
 constexpr double kLeastOnLines =
     0.3;  ///< of the energy: from there on lines that are no exponentials are a ring all the same
 constexpr Eigen::Index kFewestFrames = 16;
@@ -377,6 +378,11 @@ RingdownResult identify_sounding(const audio::Signal& recording, const RingdownO
       if (!weak || ringing.empty()) kept.push_back(strike);
     }
     if (kept.size() == strikes.size() || kept.empty()) break;
+    // Other windows do not make a ring of what explains next to nothing of the loudest moments: music is refused sooner.
+    const std::vector<detail::RingPartial> so_far = rings_of(found);
+    if (!options.accept_unexplained && best_explained(*data, so_far, band) < kHopeless &&
+        share_on_lines(*data, so_far, band) < kLeastOnLines)
+      break;
     strikes = std::move(kept);
   }
   result.wall_time_s["partials"] = search_watch.seconds();

@@ -88,6 +88,11 @@ bool says_binary(std::string_view head) {
          head.substr(format, head.find(';', format) - format).find("binary") != std::string_view::npos;
 }
 
+/// polyMesh/boundary, packed or not: where another file stands there VTK's reader ends at a null pointer, or reads no fields.
+bool is_boundary(const std::filesystem::path& file) {
+  return file.parent_path().filename() == "polyMesh" && file.stem() == "boundary";
+}
+
 bool is_time(const std::string& name) {
   char* end = nullptr;
   std::strtod(name.c_str(), &end);
@@ -111,6 +116,8 @@ std::size_t check_foam_file(const std::filesystem::path& file) {
     if (!brackets) {
       const std::string_view head = bytes.substr(0, kHeadBytes);
       is_foam = head.find("FoamFile") != std::string_view::npos;
+      if (is_foam && is_boundary(file) && head.find("polyBoundaryMesh") == std::string_view::npos)
+        throw InputError(file.string(), "is damaged: it is no list of patches, class polyBoundaryMesh");
       brackets = std::make_unique<Brackets>(file, is_foam && says_binary(head));
     }
     size += bytes.size();

@@ -97,10 +97,13 @@ const Row kRows[] = {
     {"SB", "Table 3", "sb/table_setting", kPieces, 328, pieces, nullptr, kTable},
     {"B99", "Figure 10", "b99/wall_1", kGrowth, 8275.0 / 1109.0, element_growth, nullptr,
      "which of the walls is not said"},
+    {"B99", "Figure 10", "b99/wall_1_fine", kGrowth, 8275.0 / 1109.0, element_growth, nullptr,
+     "of the paper's size; which of the walls is not said"},
     {"B99", "Figure 10", "b99/wall_2", kGrowth, 8275.0 / 1109.0, element_growth, nullptr,
      "which of the walls is not said"},
     {"B99", "Table 1", "b99/glass_slab", kMinutes, 273, minutes_per_second, kMachine, kProcessor},
     {"B99", "Table 1", "b99/wall_1", kMinutes, 399, minutes_per_second, kMachine, kProcessor},
+    {"B99", "Table 1", "b99/wall_1_fine", kMinutes, 399, minutes_per_second, kMachine, kProcessor},
     {"B99", "Table 1", "b99/wall_2", kMinutes, 1098, minutes_per_second, kMachine, kProcessor},
     {"B99", "Table 1", "b99/bowl_1", kMinutes, 109, minutes_per_second, kMachine, kProcessor},
     {"B99", "Table 1", "b99/bowl_2", kMinutes, 115, minutes_per_second, kMachine, kProcessor},
@@ -203,6 +206,7 @@ constexpr const char* kMixedSweeps = "0.1.0+gc80cb7f80a";  ///< since piles sett
 constexpr const char* kKeptOptions = " --no-sound --no-frames";
 
 constexpr const char* kSliversDamped = "0.1.0+g9508727502";  ///< since new elements have a bounded damping
+constexpr const char* kSplitOnce = "0.1.0+g80a6929d68";      ///< since split stresses are made once a look
 const Kept kKept[] = {
     {"sb/plate", "dc360936c6f1", kPieces, 21},
     {"sb/tile", "474e47923768", kPieces, 2},
@@ -214,6 +218,8 @@ const Kept kKept[] = {
     {"sb/rich_piggy_bank", "d114143c9d3c", kPieces, 5, kMixedSweeps},
     {"sb/table_setting", "a437892995c8", kPieces, 196, kMixedSweeps},
     {"b99/wall_1", "46caebb3942c", kGrowth, 2258.0 / 900.0, kSliversDamped},
+    {"b99/wall_1_fine", "daa848565333", kGrowth, 5976.0 / 1080.0, kSplitOnce},
+    {"b99/wall_1_fine", "daa848565333", kMinutes, 6.31, kSplitOnce},
     {"b99/wall_2", "e4069377b7f9", kGrowth, 1211.0 / 576.0, kSliversDamped},
     {"b99/glass_slab", "6b30b68b09fb", kMinutes, 0.78, kSliversDamped},
     {"b99/wall_1", "46caebb3942c", kMinutes, 1.55, kSliversDamped},
@@ -357,6 +363,7 @@ const std::vector<SceneFile>& scene_files() {
       {"sb/rich_piggy_bank", "rich piggy bank (SB)", 1.4},
       {"sb/table_setting", "table setting (SB)", 1.5},
       {"b99/wall_1", "B99 wall 1", 0.2},
+      {"b99/wall_1_fine", "B99 wall 1, cut finer", 0.2},
       {"b99/wall_2", "B99 wall 2", 0.1},
       {"b99/glass_slab", "B99 glass slab", 0.05},
       {"b99/bowl_1", "B99 bowl 1", 0.03},

@@ -61,7 +61,7 @@ BlockLanczosResult block_lanczos(const std::function<MatrixXd(const MatrixXd&)>&
   BlockLanczosResult result;
   const Index n = start.rows(), b = start.cols();
   const Index n_kept_max = n_wanted + std::max<Index>(b, n_wanted / 4);
-  const Index n_space = n_kept_max + std::max<Index>(4 * b, 2 * n_wanted);
+  const Index n_space = n_kept_max + std::max<Index>(6 * b, 3 * n_wanted);
   MatrixXd basis(n, n_space + b);
   MatrixXd projected = MatrixXd::Zero(n_space + b, n_space + b);  // basis^T M Op basis
   MatrixXd mass_x = mass.times(start), r;

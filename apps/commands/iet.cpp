@@ -1,4 +1,6 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
 #include <memory>
 
 #include "apps/kit/command.hpp"
@@ -18,6 +20,24 @@ struct IetOptions {
   std::string specimens, output;
 };
 
+/// Specimens whose recordings are the same bytes: a line copied and not changed.
+std::vector<std::string> same_recordings(const std::vector<fit::IetSpecimen>& specimens,
+                                         const std::filesystem::path& folder) {
+  constexpr std::size_t kNamed = 3;
+  std::map<std::string, std::vector<std::string>> names;
+  for (const fit::IetSpecimen& specimen : specimens)
+    names[input_file(folder / specimen.recording).sha256].push_back(specimen.specimen);
+  std::vector<std::string> warnings;
+  for (const auto& [hash, same] : names) {
+    if (same.size() < 2) continue;
+    std::string text = same[0];
+    for (std::size_t i = 1; i < std::min(same.size(), kNamed); ++i) text += ", " + same[i];
+    if (same.size() > kNamed) text += " and " + std::to_string(same.size() - kNamed) + " more";
+    warnings.push_back(text + " have one and the same recording: their spread says nothing of specimens");
+  }
+  return warnings;
+}
+
 void print_summary(const fit::IetDocument& document, const CommonOptions& common) {
   for (const fit::IetRow& row : document.specimens) {
     say(common, "%-16s %10.2f Hz", row.given.specimen.c_str(), row.flexural_hz.value_or(0.0));
@@ -27,7 +47,7 @@ void print_summary(const fit::IetDocument& document, const CommonOptions& common
   }
   for (const fit::IetSummary& line : document.summary) {
     say(common, "%s %-20s %.6g", to_text(line.shape).c_str(), line.quantity.c_str(), line.mean);
-    if (line.std) say(common, " ± %.2g", *line.std);
+    if (line.std && *line.std > 0.0) say(common, " ± %.2g", *line.std);
     say(common, "  (n = %d%s%s)\n", line.n, line.std ? ", " : "", line.std ? fit::kWithoutTolerances : "");
   }
 }
@@ -49,6 +69,7 @@ int run_iet(const IetOptions& options, const CommonOptions& common) {
                          ": no specimen's frequencies were found: " + document.specimens.front().remark);
   document.summary = fit::summary_of(document.specimens);
   document.header = make_header("iet", "done", common, nlohmann::json::object(), inputs);
+  document.header.warnings = same_recordings(specimens, path.parent_path());
   for (const fit::IetRow& row : document.specimens)
     if (!row.remark.empty()) document.header.warnings.push_back(row.given.specimen + ": " + row.remark);
   const nlohmann::json json = json_of(document);

@@ -158,6 +158,7 @@ void mark_outliers(std::vector<IetRow>& rows) {
 }
 
 std::vector<IetSummary> summary_of(const std::vector<IetRow>& rows) {
+  constexpr double kRoundOff = 1e-11;  // what is left of the spread of one and the same value
   const std::pair<const char*, std::optional<double> IetRow::*> quantities[] = {
       {"e_e1876_pa", &IetRow::e_e1876_pa},
       {"g_e1876_pa", &IetRow::g_e1876_pa},
@@ -182,7 +183,9 @@ std::vector<IetSummary> summary_of(const std::vector<IetRow>& rows) {
       line.quantity = name;
       line.mean = mean;
       line.n = static_cast<int>(values.size());
-      if (values.size() > 1) line.std = std::sqrt(squares / (n - 1.0));
+      if (values.size() < 2) continue;
+      const double std = std::sqrt(squares / (n - 1.0));
+      line.std = std > kRoundOff * std::abs(mean) ? std : 0.0;
     }
   }
   return summary;

@@ -199,10 +199,11 @@ Page make(const fit::IetDocument& data, ReportFolder& folder) {
   for (const fit::IetSummary& line : data.summary) {
     if (line.quantity != "e_e1876_pa" && line.quantity != "g_e1876_pa") continue;
     const std::string name = (line.quantity[0] == 'e' ? "E of " : "G of ") + to_text(line.shape) + "s";
-    const int decimals = line.std && *line.std > 0 ? decimals_for(1e-9 * *line.std) : 2;
+    const bool spread = line.std && *line.std > 0.0;
+    const int decimals = spread ? std::min(decimals_for(1e-9 * *line.std), 6) : 2;
     keys.add(
         name,
-        fixed(1e-9 * line.mean, decimals) + (line.std ? " ± " + fixed(1e-9 * *line.std, decimals) : "") + "\u202fGPa",
+        fixed(1e-9 * line.mean, decimals) + (spread ? " ± " + fixed(1e-9 * *line.std, decimals) : "") + "\u202fGPa",
         "n = " + std::to_string(line.n) + ", without the tolerances of dimensions and mass");
   }
   page.key_figures = keys.html();

@@ -307,6 +307,19 @@ void write_bar(const Scratch& scratch, const std::string& name, const std::strin
   scratch.write(name, wav_bytes(samples, 1, kRate));
 }
 
+TEST(Iet, OneRecordingForSeveralSpecimensIsSaidAndHasNoSpread) {
+  const Scratch scratch;
+  write_bar(scratch, "bar.wav", "length_m=0.1,width_m=0.02,height_m=0.006", 210e9);
+  std::string table = "specimen,shape,length_m,width_m,thickness_m,mass_kg,recording\n";
+  for (const char* name : {"a", "b", "c", "d"}) table += std::string(name) + ",bar,0.1,0.02,0.006,0.0942,bar.wav\n";
+  scratch.write("bars.csv", table);
+  const RunResult run = run_klang("iet bars.csv -o out", scratch.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("a, b, c and 1 more have one and the same recording"), std::string::npos) << run.err;
+  for (const json& line : read_json(scratch.path() / "out/iet.json")["summary"]) EXPECT_EQ(line["std"], 0.0) << line;
+  EXPECT_EQ(slurp(scratch.path() / "out/report.html").find("± 0.0"), std::string::npos);
+}
+
 TEST(Iet, BarsGiveTheirModuliByTheStandardAndByTheModelWithoutTheOutlier) {
   const Scratch scratch;
   const std::string dims = "length_m=0.1,width_m=0.02,height_m=0.006";

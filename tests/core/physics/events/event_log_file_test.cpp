@@ -155,7 +155,7 @@ TEST_F(EventLogFile, UnknownWordNamesItsRowAndWhatIsKnown) {
     file.numbers("impulses/impulse_n_s", "", std::vector<double>{0, 0, 1}, 3);
     file.texts("impulses/shape", "", std::vector<std::string>{"square"});
   });
-  expect_refused("impulses/shape[0]: is not known (square; allowed: one of gaussian, hertz, held)");
+  expect_refused("impulses/shape[0]: is unknown (square; allowed: one of gaussian, hertz, held)");
 }
 
 TEST_F(EventLogFile, LogThatIsNotValidIsNotWritten) {

@@ -129,12 +129,14 @@ std::vector<BubblePath> paths_of(const liquid::LiquidFrames& frames, const std::
     monitor.progress("bubbles", static_cast<double>(frame) / static_cast<double>(times.size()));
     const bool last = frame + 1 >= times.size();
     const double until = last ? times.back() : times[frame + 1];
+    // A frame's acceleration reaches half a frame to both sides.
+    const liquid::HeldFrames held(frames, frame > 0 ? frame - 1 : 0, std::min(frame + 2, times.size() - 1));
     parallel_for(births.size(), 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         if (births[i].time_s >= until && !last) continue;
-        if (is_begun[i] == 0) walks[i] = begun(frames, births[i]);
+        if (is_begun[i] == 0) walks[i] = begun(*held, births[i]);
         is_begun[i] = 1;
-        advance(frames, settings, until, walks[i]);
+        advance(*held, settings, until, walks[i]);
       }
     });
   }

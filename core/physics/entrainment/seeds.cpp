@@ -62,12 +62,12 @@ std::uint64_t SeedFinder::cell_of(const Vector3d& x_m) const {
   return key * 0x9e3779b97f4a7c15ULL;  // places that follow each other are spread
 }
 
-void SeedFinder::fill_layer(std::size_t frame) {
+void SeedFinder::fill_layer(const liquid::LiquidFrames& frames, std::size_t frame) {
   std::unordered_map<std::uint64_t, int> count;
   count.reserve(markers_.size() / 4);
   for (const Marker& marker : markers_) ++count[cell_of(marker.position_m)];
-  const liquid::LiquidSurface boundary = frames_.boundary(frame);
-  const double time = frames_.time_s()[frame];
+  const liquid::LiquidSurface boundary = frames.boundary(frame);
+  const double time = frames.time_s()[frame];
   RandomStream random(seed_ ^ kFillStream, frame);
   double owed = 0.0;
   for (Index t = 0; t < boundary.surface.triangles.rows(); ++t) {
@@ -88,13 +88,13 @@ void SeedFinder::fill_layer(std::size_t frame) {
       const Vector3d x = a + u * (b - a) + w * (c - a) - depth * cross.normalized();
       int& here = count[cell_of(x)];
       if (here >= kPerCell) continue;
-      const double phi = frames_.phi_m(frame, x);
+      const double phi = frames.phi_m(frame, x);
       if (!(phi < 0.0 && phi > -kLayerCells * cell_m_)) continue;
       ++here;
       Marker marker;
       marker.id = next_id_++;
       marker.position_m = x;
-      marker.velocity_m_s = frames_.velocity_m_s(frame, x).value_or(Vector3d::Zero());
+      marker.velocity_m_s = frames.velocity_m_s(frame, x).value_or(Vector3d::Zero());
       marker.left_layer_s = time;
       marker.time_s = {time};
       marker.phi = {phi};
@@ -103,16 +103,16 @@ void SeedFinder::fill_layer(std::size_t frame) {
   }
 }
 
-void SeedFinder::move(Marker& marker, double from_s, double to_s) const {
+void SeedFinder::move(const liquid::LiquidFrames& frames, Marker& marker, double from_s, double to_s) const {
   const auto n = static_cast<int>(std::ceil((to_s - from_s) / (0.25 * options_.window_s) - 1e-9));
   const double step = (to_s - from_s) / n;
   for (int i = 0; i < n; ++i) {
     const double time = from_s + i * step;
-    const auto u = liquid::velocity_m_s(frames_, time, marker.position_m).value_or(marker.velocity_m_s);
+    const auto u = liquid::velocity_m_s(frames, time, marker.position_m).value_or(marker.velocity_m_s);
     const Vector3d half = marker.position_m + 0.5 * step * u;
-    marker.velocity_m_s = liquid::velocity_m_s(frames_, time + 0.5 * step, half).value_or(u);
+    marker.velocity_m_s = liquid::velocity_m_s(frames, time + 0.5 * step, half).value_or(u);
     marker.position_m += step * marker.velocity_m_s;
-    const double now = i + 1 == n ? to_s : time + step, phi = liquid::phi_m(frames_, now, marker.position_m);
+    const double now = i + 1 == n ? to_s : time + step, phi = liquid::phi_m(frames, now, marker.position_m);
     marker.time_s.push_back(now);
     marker.phi.push_back(phi);
     if (phi > -kLayerCells * cell_m_) marker.left_layer_s = now;
@@ -123,25 +123,26 @@ void SeedFinder::move(Marker& marker, double from_s, double to_s) const {
   marker.phi.erase(marker.phi.begin(), marker.phi.begin() + n_old);
 }
 
-bool SeedFinder::falls(const Marker& marker, double time_s) const {
+bool SeedFinder::falls(const liquid::LiquidFrames& frames, const Marker& marker, double time_s) const {
   const bool whole = time_s - marker.time_s.front() >= options_.window_s * (1.0 - 1e-6);
   if (!whole || time_s < marker.seed_until_s) return false;
   if (!(regression_slope(marker.time_s, marker.phi) < options_.threshold_m_s)) return false;
   if (options_.criterion == SeedCriterion::kSlope) return true;
-  const Vector3d out = gradient(frames_, time_s, marker.position_m, cell_m_);
+  const Vector3d out = gradient(frames, time_s, marker.position_m, cell_m_);
   const Vector3d surface = marker.position_m - marker.phi.back() * out;
-  const auto at_surface = liquid::velocity_m_s(frames_, time_s, surface).value_or(Vector3d::Zero());
+  const auto at_surface = liquid::velocity_m_s(frames, time_s, surface).value_or(Vector3d::Zero());
   return (marker.velocity_m_s - at_surface).dot(out) <= 0.5 * options_.threshold_m_s;
 }
 
 std::vector<liquid::SeedEvent> SeedFinder::advance(std::size_t frame) {
-  fill_layer(frame);
+  const liquid::HeldFrames held(frames_, frame, frame + 1);
+  fill_layer(*held, frame);
   const double from = frames_.time_s()[frame], to = frames_.time_s()[frame + 1];
   std::vector<char> seeds(markers_.size(), 0);
   parallel_for(markers_.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      move(markers_[i], from, to);
-      seeds[i] = markers_[i].phi.back() < 0.0 && falls(markers_[i], to) ? 1 : 0;
+      move(*held, markers_[i], from, to);
+      seeds[i] = markers_[i].phi.back() < 0.0 && falls(*held, markers_[i], to) ? 1 : 0;
     }
   });
   std::vector<liquid::SeedEvent> events;

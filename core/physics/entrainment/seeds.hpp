@@ -53,9 +53,9 @@ class SeedFinder {
   std::size_t n_markers() const { return markers_.size(); }
 
  private:
-  void fill_layer(std::size_t frame);
-  void move(Marker& marker, double from_s, double to_s) const;
-  bool falls(const Marker& marker, double time_s) const;
+  void fill_layer(const liquid::LiquidFrames& frames, std::size_t frame);
+  void move(const liquid::LiquidFrames& frames, Marker& marker, double from_s, double to_s) const;
+  bool falls(const liquid::LiquidFrames& frames, const Marker& marker, double time_s) const;
   std::uint64_t cell_of(const Eigen::Vector3d& x_m) const;
 
   const liquid::LiquidFrames& frames_;

@@ -7,6 +7,7 @@
 namespace klang::liquid {
 
 bool LiquidFrames::in_outlet(const Eigen::Vector3d&) const { return false; }
+std::shared_ptr<const LiquidFrames> LiquidFrames::held(std::size_t, std::size_t) const { return nullptr; }
 
 FrameTime frame_time(const LiquidFrames& frames, double time_s) {
   const std::span<const double> times = frames.time_s();

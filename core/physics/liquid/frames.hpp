@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -42,6 +43,21 @@ class LiquidFrames {
   virtual bool in_outlet(const Eigen::Vector3d& x_m) const;
   /// Recorded by the solver that made the frames; nullptr: markers are carried along with velocity_m_s.
   virtual const std::vector<SeedEvent>* seeds() const { return nullptr; }
+  /// The same frames, of which these may be asked for without the search and lock that an implementation needs to keep few of them; phi_m and
+  /// velocity_m_s of others are as before. It refers to this. nullptr: this is as fast already.
+  virtual std::shared_ptr<const LiquidFrames> held(std::size_t first, std::size_t last) const;
+};
+
+/// Frames from one to another, held; for loops that ask often.
+class HeldFrames {
+ public:
+  HeldFrames(const LiquidFrames& frames, std::size_t first, std::size_t last)
+      : held_(frames.held(first, last)), frames_(held_ ? *held_ : frames) {}
+  const LiquidFrames& operator*() const { return frames_; }
+
+ private:
+  std::shared_ptr<const LiquidFrames> held_;
+  const LiquidFrames& frames_;
 };
 
 /// A time between frames: both neighbours and the share of the later one; the first or last frame outside.

@@ -3,6 +3,7 @@
 #include <ostream>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/sealed_file.hpp"
 #include "core/physics/liquid/liquid_step.hpp"
 
 namespace klang::liquid {
@@ -30,9 +31,7 @@ template <class T>
 void get_list(std::istream& in, std::vector<T>& values, std::uint64_t most) {
   const auto n = get<std::uint64_t>(in);
   if (n > most) throw InputError("checkpoint", "does not belong to this scene");
-  values.resize(n);
-  if (!in.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(n * sizeof(T))))
-    throw InputError("checkpoint", "is cut off");
+  read_list(in, values, n, "checkpoint");
 }
 void get_field(std::istream& in, Field& field) {
   const std::size_t n = field.size();

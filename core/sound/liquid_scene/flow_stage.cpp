@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/sealed_file.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/physics/liquid/surface.hpp"
 #include "core/sound/liquid_scene/stage_watch.hpp"
@@ -13,7 +14,7 @@
 namespace klang::liquid_scene {
 namespace {
 
-constexpr std::uint64_t kCheckpointMagic = 0x3150434c474e4c4bULL;  // "KLNGLCP1"
+constexpr std::uint64_t kCheckpointMagic = 0x3250434c474e4c4bULL;  // "KLNGLCP2"
 
 /// What a checkpoint holds besides the liquid.
 struct Progress {
@@ -143,6 +144,8 @@ class Flow {
                 static_cast<std::streamsize>(rows_.size() * sizeof(FlowRow)));
       liquid_.save(out);
       if (!out.flush()) throw InputError(checkpoint(slot_).string(), "cannot be written", "", "room on the disk");
+      out.close();
+      seal_file(temporary);
     });
     since_checkpoint_.restart();
   }
@@ -156,16 +159,18 @@ class Flow {
     return head;
   }
 
+  /// From the later state that is whole.
   void load() {
     const std::optional<CheckpointHead> heads[2] = {head_of(0), head_of(1)};
     if (!heads[0] && !heads[1]) return;  // killed before the first one: from the start
-    slot_ = heads[1] && (!heads[0] || heads[1]->time_s > heads[0]->time_s) ? 1 : 0;
+    const int later = heads[1] && (!heads[0] || heads[1]->time_s > heads[0]->time_s) ? 1 : 0;
+    slot_ = is_sealed(checkpoint(later)) ? later : 1 - later;
+    if (!heads[slot_] || (slot_ != later && !is_sealed(checkpoint(slot_))))
+      throw InputError(checkpoint(later).string(), "is damaged", "", "a run without --resume in another folder");
     std::ifstream in(checkpoint(slot_), std::ios::binary);
     in.seekg(sizeof(CheckpointHead));
     progress_ = heads[slot_]->progress;
-    if (heads[slot_]->n_rows > 1'000'000'000ULL) throw InputError(checkpoint(slot_).string(), "is damaged");
-    rows_.resize(heads[slot_]->n_rows);
-    in.read(reinterpret_cast<char*>(rows_.data()), static_cast<std::streamsize>(rows_.size() * sizeof(FlowRow)));
+    read_list(in, rows_, heads[slot_]->n_rows, checkpoint(slot_).string());
     liquid_.load(in);
   }
 

@@ -121,6 +121,9 @@ FrameFields read_fields_file(const std::filesystem::path& path) {
   if (!in_range(header.nx) || !in_range(header.ny) || !in_range(header.nz) ||
       static_cast<double>(header.nx) * header.ny * header.nz > 6.5e7 || !(header.cell_m > 0.0))
     throw InputError(path.string(), "has a header that makes no sense");
+  constexpr double kMostPacked = 1032.0;  // bytes of what zlib unpacks, per byte
+  if (2.0 * header.nx * header.ny * header.nz > kMostPacked * static_cast<double>(bytes.size()))
+    throw InputError(path.string(), "is damaged or cut off");
   FrameFields fields;
   fields.shape = {header.nx, header.ny, header.nz, header.cell_m};
   fields.phi_m = liquid::Field(header.nx, header.ny, header.nz);
@@ -143,6 +146,40 @@ FrameFields read_fields_file(const std::filesystem::path& path) {
 
 namespace {
 
+double phi_of(const FrameFields& fields, const Eigen::Vector3d& x_m) {
+  return liquid::at_centres(fields.phi_m, x_m, fields.shape.cell_m);
+}
+
+std::optional<Eigen::Vector3d> velocity_of(const FrameFields& fields, const Eigen::Vector3d& x_m) {
+  if (!fields.u) return std::nullopt;
+  return liquid::velocity_at(*fields.u, x_m, fields.shape.cell_m);
+}
+
+/// Some frames in memory; all else by those that they are of.
+class FramesInMemory : public liquid::LiquidFrames {
+ public:
+  FramesInMemory(const liquid::LiquidFrames& all, std::size_t first,
+                 std::vector<std::shared_ptr<const FrameFields>> fields)
+      : all_(all), first_(first), fields_(std::move(fields)) {}
+  std::span<const double> time_s() const override { return all_.time_s(); }
+  liquid::LiquidSurface boundary(std::size_t frame) const override { return all_.boundary(frame); }
+  double phi_m(std::size_t frame, const Eigen::Vector3d& x_m) const override {
+    return has(frame) ? phi_of(*fields_[frame - first_], x_m) : all_.phi_m(frame, x_m);
+  }
+  std::optional<Eigen::Vector3d> velocity_m_s(std::size_t frame, const Eigen::Vector3d& x_m) const override {
+    return has(frame) ? velocity_of(*fields_[frame - first_], x_m) : all_.velocity_m_s(frame, x_m);
+  }
+  double cell_m() const override { return all_.cell_m(); }
+  bool in_outlet(const Eigen::Vector3d& x_m) const override { return all_.in_outlet(x_m); }
+  const std::vector<liquid::SeedEvent>* seeds() const override { return all_.seeds(); }
+
+ private:
+  bool has(std::size_t frame) const { return frame >= first_ && frame - first_ < fields_.size(); }
+  const liquid::LiquidFrames& all_;
+  const std::size_t first_;
+  const std::vector<std::shared_ptr<const FrameFields>> fields_;
+};
+
 class FolderFrames : public liquid::LiquidFrames {
  public:
   FolderFrames(const LiquidScene& scene, const RunFolder& folder, std::size_t n_frames)
@@ -154,13 +191,14 @@ class FolderFrames : public liquid::LiquidFrames {
     bubble::BoundaryMesh mesh = bubble::read_boundary(folder_.frame_file(frame));
     return {std::move(mesh.surface), std::move(mesh.region)};
   }
-  double phi_m(std::size_t frame, const Eigen::Vector3d& x_m) const override {
-    return liquid::at_centres(fields(frame)->phi_m, x_m, cell_m_);
-  }
+  double phi_m(std::size_t frame, const Eigen::Vector3d& x_m) const override { return phi_of(*fields(frame), x_m); }
   std::optional<Eigen::Vector3d> velocity_m_s(std::size_t frame, const Eigen::Vector3d& x_m) const override {
-    const std::shared_ptr<const FrameFields> here = fields(frame);
-    if (!here->u) return std::nullopt;
-    return liquid::velocity_at(*here->u, x_m, cell_m_);
+    return velocity_of(*fields(frame), x_m);
+  }
+  std::shared_ptr<const LiquidFrames> held(std::size_t first, std::size_t last) const override {
+    std::vector<std::shared_ptr<const FrameFields>> those;
+    for (std::size_t frame = first; frame <= last; ++frame) those.push_back(fields(frame));
+    return std::make_shared<FramesInMemory>(*this, first, std::move(those));
   }
   double cell_m() const override { return cell_m_; }
   bool in_outlet(const Eigen::Vector3d& x_m) const override {

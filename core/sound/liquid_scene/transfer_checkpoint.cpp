@@ -7,12 +7,14 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/base/sealed_file.hpp"
 
 namespace klang::liquid_scene {
 namespace {
 
-constexpr std::uint64_t kTransferMagic = 0x3152544e474e4c4bULL;  // "KLNGNTR1"
-constexpr std::uint64_t kMostItems = 1'000'000'000;
+constexpr std::uint64_t kTransferMagic = 0x3252544e474e4c4bULL;  // "KLNGNTR2"
+
+using Complex = std::complex<double>;
 
 /// The same fields in the same order, written or read.
 class Writer {
@@ -56,9 +58,11 @@ class Reader {
   void list(std::vector<T>& values) {
     std::uint64_t n = 0;
     one(n);
-    if (n > kMostItems) fail();
-    values.resize(n);
-    block(values.data(), n);
+    read_list(in_, values, n, name_);
+  }
+  /// Whether the rest of the file can hold n things of that size, before memory for them is asked for.
+  void room_for(std::uint64_t n, std::uint64_t bytes_each) {
+    if (n > bytes_left(in_) / bytes_each) fail();
   }
   [[noreturn]] void fail() const { throw InputError(name_, "is damaged", "", "a run without --resume"); }
 
@@ -79,7 +83,7 @@ void pass_found(File& file, LiquidTransfer& found) {
   std::uint64_t n_paths = found.rows.size();
   file.one(n_paths);
   if constexpr (File::kReads) {
-    if (n_paths > kMostItems) file.fail();
+    file.room_for(n_paths, sizeof(std::uint64_t));
     found.rows.resize(n_paths);
   }
   for (std::vector<bubble::TransferSeries::Row>& rows : found.rows) {
@@ -111,53 +115,33 @@ void pass_field(File& file, Eigen::MatrixXcd& q) {
   file.one(rows);
   file.one(columns);
   if constexpr (File::kReads) {
-    if (rows < 0 || columns < 0 || rows > 1'000'000 || columns > 1000) file.fail();
+    if (rows < 0 || columns < 0 || columns > 1000) file.fail();
+    file.room_for(static_cast<std::uint64_t>(rows), sizeof(Complex) * std::max<std::uint64_t>(columns, 1));
     q.resize(rows, columns);
   }
   file.block(q.data(), static_cast<std::uint64_t>(rows * columns));
 }
 
-/// Waves stand only where one of them is not 0: in the body of liquid.
 template <class File>
-void pass_waves(File& file, std::map<std::size_t, CellEarState::Wave>& waves) {
-  std::uint64_t n_waves = waves.size(), n_cells = waves.empty() ? 0 : waves.begin()->second.w.size();
+void pass_waves(File& file, CellEarState& cells) {
+  file.one(cells.n_cells);
+  file.list(cells.wet);
+  std::uint64_t n_waves = cells.waves.size();
   file.one(n_waves);
-  file.one(n_cells);
-  std::vector<std::uint32_t> wet;
-  if constexpr (File::kReads) {
-    if (n_waves > kMostItems || n_cells > kMostItems) file.fail();
-  } else {
-    for (std::uint32_t c = 0; c < n_cells; ++c)
-      if (std::any_of(waves.begin(), waves.end(),
-                      [&](const auto& wave) { return wave.second.w[c] != std::complex<float>(); }))
-        wet.push_back(c);
-  }
-  file.list(wet);
-  std::vector<std::complex<float>> values(wet.size());
   const auto pass = [&](std::uint64_t bubble, CellEarState::Wave& wave) {
     file.one(bubble);
     file.one(wave.frequency_hz);
-    if constexpr (File::kReads) {
-      wave.w.assign(n_cells, {});
-      file.block(values.data(), values.size());
-      for (std::size_t i = 0; i < wet.size(); ++i) {
-        if (wet[i] >= n_cells) file.fail();
-        wave.w[wet[i]] = values[i];
-      }
-    } else {
-      for (std::size_t i = 0; i < wet.size(); ++i) values[i] = wave.w[wet[i]];
-      file.block(values.data(), values.size());
-    }
+    file.list(wave.w);
     return bubble;
   };
   if constexpr (File::kReads) {
     for (std::uint64_t i = 0; i < n_waves; ++i) {
       CellEarState::Wave wave;
       const std::uint64_t bubble = pass(0, wave);
-      waves[bubble] = std::move(wave);
+      cells.waves[bubble] = std::move(wave);
     }
   } else {
-    for (auto& [bubble, wave] : waves) pass(bubble, wave);
+    for (auto& [bubble, wave] : cells.waves) pass(bubble, wave);
   }
 }
 
@@ -181,7 +165,7 @@ void pass_cells(File& file, CellEarState& cells) {
       pass_field(file, q);
     }
   }
-  pass_waves(file, cells.waves);
+  pass_waves(file, cells);
 }
 
 template <class File>
@@ -220,6 +204,8 @@ void write_transfer_checkpoint(const std::filesystem::path& path, const std::str
     pass_text(file, name);
     pass_checkpoint(file, checkpoint);
     if (!out.flush()) throw InputError(path.string(), "cannot be written", "", "room on the disk");
+    out.close();
+    seal_file(temporary);
   });
 }
 
@@ -230,6 +216,7 @@ std::optional<TransferCheckpoint> read_transfer_checkpoint(const std::filesystem
   std::uint64_t magic = 0;
   file.one(magic);
   if (magic != kTransferMagic) return std::nullopt;
+  if (!is_sealed(path)) file.fail();
   std::string name;
   pass_text(file, name);
   if (name != key) return std::nullopt;

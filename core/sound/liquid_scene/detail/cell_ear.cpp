@@ -66,8 +66,17 @@ void CellEar::make_elements(const bubble::LiquidBoundary& boundary) {
 
 CellEarState CellEar::state() const {
   KLANG_CHECK(!old_elements_, "the air of this frame has been solved");
-  CellEarState state{made_s_, life_s_, change_, q_, {}};
-  for (const auto& [bubble, wave] : waves_) state.waves[bubble] = {wave.frequency_hz, wave.waves.w};
+  CellEarState state{made_s_, life_s_, change_, q_, 0, {}, {}};
+  if (!waves_.empty()) state.n_cells = waves_.begin()->second.waves.w.size();
+  for (std::uint32_t c = 0; c < state.n_cells; ++c)
+    if (std::any_of(waves_.begin(), waves_.end(),
+                    [&](const auto& wave) { return wave.second.waves.w[c] != std::complex<float>(); }))
+      state.wet.push_back(c);
+  for (const auto& [bubble, wave] : waves_) {
+    CellEarState::Wave& kept = state.waves[bubble];
+    kept.frequency_hz = wave.frequency_hz;
+    for (const std::uint32_t c : state.wet) kept.w.push_back(wave.waves.w[c]);
+  }
   return state;
 }
 
@@ -83,10 +92,18 @@ bool CellEar::restore(CellEarState state, const bubble::LiquidBoundary& boundary
   change_ = state.change;
   q_ = std::move(state.q);
   waves_.clear();
-  for (auto& [bubble, wave] : state.waves) {
+  const std::size_t n_cells = static_cast<std::size_t>(box_->n[0]) * static_cast<std::size_t>(box_->n[1]) *
+                              static_cast<std::size_t>(box_->n[2]);
+  const auto fits = [&](const auto& wave) { return wave.second.w.size() == state.wet.size(); };
+  if (state.waves.empty()) return true;
+  KLANG_CHECK(state.n_cells == n_cells && std::all_of(state.waves.begin(), state.waves.end(), fits) &&
+                  std::all_of(state.wet.begin(), state.wet.end(), [&](std::uint32_t c) { return c < n_cells; }),
+              "waves of these cells");
+  for (const auto& [bubble, wave] : state.waves) {
     Wave& here = waves_[bubble];
     here.frequency_hz = wave.frequency_hz;
-    here.waves.w = std::move(wave.w);
+    here.waves.w.assign(n_cells, {});
+    for (std::size_t i = 0; i < state.wet.size(); ++i) here.waves.w[state.wet[i]] = wave.w[i];
   }
   return true;
 }

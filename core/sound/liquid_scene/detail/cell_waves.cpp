@@ -108,13 +108,14 @@ LiquidCells::LiquidCells(const liquid::LiquidFrames& frames, std::size_t frame, 
   kinds.open.resize(kinds.liquid.size(), 0);
   kinds.solid = box.with_solids ? detail::solid_cells(frames.boundary(frame), box.low_m, box.cell_m, box.n)
                                 : std::vector<std::uint8_t>(kinds.liquid.size(), 0);
+  const liquid::HeldFrames held(frames, frame, frame);
   parallel_for(nz, 1, [&](std::size_t k, std::size_t) {
     for (std::size_t j = 0; j < ny; ++j)
       for (std::size_t i = 0; i < nx; ++i) {
         const Vector3d centre =
             box.low_m + box.cell_m * (Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)) -
                                       Vector3d::Constant(0.5));
-        phi[i + nx * (j + ny * k)] = static_cast<float>(frames.phi_m(frame, centre));
+        phi[i + nx * (j + ny * k)] = static_cast<float>((*held).phi_m(frame, centre));
       }
   });
   for (int k = 0; k < box.n[2]; ++k)

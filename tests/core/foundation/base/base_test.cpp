@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "core/foundation/base/blas_kernels.hpp"
 #include "core/foundation/base/conventions.hpp"
@@ -13,6 +14,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/base/provenance.hpp"
 #include "core/foundation/base/random.hpp"
+#include "core/foundation/base/sealed_file.hpp"
 #include "core/foundation/config/csv.hpp"
 
 namespace fs = std::filesystem;
@@ -69,6 +71,45 @@ TEST(WriteFile, FullDiskLeavesTheEarlierFileAndNoTemporaries) {
   EXPECT_EQ(klang::read_file(file), "before");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder), fs::directory_iterator()), 1);
   fs::remove_all(folder);
+}
+
+TEST(SealedFile, AnyChangedMissingOrAddedByteBreaksTheSeal) {
+  const auto file = std::filesystem::temp_directory_path() / "klang_sealed";
+  std::string content(3'000'000, 'x');
+  content[1'500'000] = 'y';
+  klang::write_file(file, content);
+  EXPECT_FALSE(klang::is_sealed(file));
+  klang::seal_file(file);
+  EXPECT_TRUE(klang::is_sealed(file));
+  const std::string sealed = klang::read_file(file);
+  EXPECT_EQ(sealed.size(), content.size() + 40);
+  for (const std::size_t at : {std::size_t{0}, std::size_t{1'500'000}, content.size(), sealed.size() - 1}) {
+    std::string changed = sealed;
+    changed[at] = static_cast<char>(changed[at] ^ 1);
+    klang::write_file(file, changed);
+    EXPECT_FALSE(klang::is_sealed(file)) << at;
+  }
+  klang::write_file(file, sealed.substr(1));
+  EXPECT_FALSE(klang::is_sealed(file));
+  klang::write_file(file, sealed + "x");
+  EXPECT_FALSE(klang::is_sealed(file));
+  std::filesystem::remove(file);
+  EXPECT_FALSE(klang::is_sealed(file));
+  EXPECT_THROW(klang::seal_file(file), klang::InputError);
+}
+
+TEST(SealedFile, ListsAskForNoMoreMemoryThanTheStreamHolds) {
+  std::istringstream in(std::string(80, 'a'));
+  in.seekg(16);
+  EXPECT_EQ(klang::bytes_left(in), 64U);
+  std::vector<double> values;
+  EXPECT_THROW(klang::read_list(in, values, 9, "list"), klang::InputError);
+  EXPECT_THROW(klang::read_list(in, values, std::uint64_t{1} << 61, "list"), klang::InputError);
+  EXPECT_TRUE(values.empty());
+  klang::read_list(in, values, 8, "list");
+  EXPECT_EQ(values.size(), 8U);
+  klang::read_list(in, values, 0, "list");
+  EXPECT_TRUE(values.empty());
 }
 
 TEST(OutputDirectory, NothingAppearsWithoutCommitAndOtherFilesStay) {

@@ -56,6 +56,25 @@ TEST(FlowStage, StoppedAndResumedItHasTheSameBits) {
     EXPECT_TRUE(read_file(whole.path / file) == read_file(cut.path / file)) << file;
 }
 
+TEST(FlowStage, ADamagedStateIsNotGoneOnFrom) {
+  const Folder whole("klang-flow-whole-2"), cut("klang-flow-damaged");
+  EXPECT_EQ(flow(whole, silent_monitor(), false), FlowResult::kDone);
+  Impatient impatient(23);
+  EXPECT_THROW(flow(cut, impatient, false), Interrupted);
+  const std::filesystem::path a = cut.path / "checkpoint/a", b = cut.path / "checkpoint/b";
+  ASSERT_TRUE(std::filesystem::exists(a) && !std::filesystem::exists(b));
+  const std::string bytes = read_file(a);
+  for (const std::size_t at : {bytes.size() / 3, bytes.size() / 2, bytes.size() - 1}) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    write_file(a, damaged);
+    EXPECT_THROW(flow(cut, silent_monitor(), true), InputError) << at;
+  }
+  write_file(b, bytes);  // the other state is whole: from there, to the same bits
+  EXPECT_EQ(flow(cut, silent_monitor(), true), FlowResult::kDone);
+  EXPECT_TRUE(read_file(whole.path / "fields/000005.klf") == read_file(cut.path / "fields/000005.klf"));
+}
+
 TEST(FlowStage, LeavesFramesThatTheDualDomainSolverTakesAndFieldsThatAgree) {
   const Folder folder("klang-flow-frames");
   EXPECT_EQ(flow(folder, silent_monitor(), false), FlowResult::kDone);
@@ -72,6 +91,14 @@ TEST(FlowStage, LeavesFramesThatTheDualDomainSolverTakesAndFieldsThatAgree) {
   EXPECT_LE(std::abs(frames->phi_m(0, {0.01, 0.01, 0.02}) + 0.021), 1e-5);
   EXPECT_LE(std::abs(frames->velocity_m_s(5, {0.01, 0.01, 0.02})->norm()), 1.0);
   EXPECT_EQ(frames->cell_m(), 0.005);
+  const liquid::HeldFrames held(*frames, 2, 3);
+  EXPECT_NE(&*held, frames.get());
+  const Eigen::Vector3d x(0.013, 0.027, 0.034);
+  for (std::size_t f = 0; f < 6; ++f) {  // those that are held, and the others
+    EXPECT_EQ((*held).phi_m(f, x), frames->phi_m(f, x)) << f;
+    EXPECT_EQ((*held).velocity_m_s(f, x).value(), frames->velocity_m_s(f, x).value()) << f;
+  }
+  EXPECT_EQ((*held).time_s().size(), 6U);
 }
 
 TEST(BubblesStage, AWindowWithoutThreeFramesIsSaidWhereItFindsNoSeeds) {

@@ -1,11 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/base/sealed_file.hpp"
 #include "core/physics/liquid/surface.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
 
@@ -117,6 +122,53 @@ TEST_P(TransferResume, FromAnyFrameGivesTheSameBitsOnOneThreadOrTwo) {
   EXPECT_THROW(read_transfer_checkpoint(file, key), InputError);
   std::filesystem::remove(file);
   EXPECT_FALSE(read_transfer_checkpoint(file, key).has_value());
+}
+
+long most_kib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss;
+}
+
+/// Where a reader sees that bytes are not what they were: by the seal; a sealed file that lies, by what it has room for.
+TEST(TransferCheckpointFile, DamagedBytesAreRefusedBeforeMemoryIsAskedFor) {
+  TransferCheckpoint checkpoint;
+  checkpoint.found.rows = {{{0.1, 440.0, {1.0, 2.0}}}, {}, {{0.2, 441.0, {3.0, 4.0}}, {0.3, 442.0, {5.0, 6.0}}}};
+  checkpoint.found.errors = {{500.0, 0.1, 0.1, 0.2, 0.3, 0.4}};
+  checkpoint.found.bad_frame = "a frame";
+  checkpoint.found.modes_hz = {1248.0};
+  checkpoint.cells.q[7] = Eigen::MatrixXcd::Constant(5, 1, 1.0);
+  checkpoint.cells.n_cells = 100;
+  checkpoint.cells.wet = {3, 4, 5};
+  checkpoint.cells.waves[2] = {440.0, {1.0F, 2.0F, 3.0F}};
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "transfer_damaged";
+  const std::string key(64, 'a');
+  write_transfer_checkpoint(file, key, checkpoint);
+  const std::string whole = read_file(file);
+  const std::size_t n_head = 8 + 8 + key.size(), n_seal = 40;
+  for (std::size_t at = n_head; at < whole.size(); ++at) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
+    write_file(file, bytes);
+    EXPECT_THROW(read_transfer_checkpoint(file, key), InputError) << at;
+  }
+  const long before_kib = most_kib();
+  int n_refused = 0;
+  for (std::size_t at = 8; at + 8 + n_seal <= whole.size(); ++at)
+    for (const std::uint64_t lie : {std::uint64_t{1} << 62, std::uint64_t{999'999'999}, std::uint64_t{whole.size()}}) {
+      std::string bytes = whole.substr(0, whole.size() - n_seal);
+      std::memcpy(bytes.data() + at, &lie, sizeof lie);
+      write_file(file, bytes);
+      seal_file(file);
+      try {
+        read_transfer_checkpoint(file, key);
+      } catch (const InputError&) {
+        ++n_refused;
+      }
+    }
+  EXPECT_GE(n_refused, 100);
+  EXPECT_LE(most_kib() - before_kib, 100 * 1024);
+  std::filesystem::remove(file);
 }
 
 INSTANTIATE_TEST_SUITE_P(CellsAndWavesAboutTheCentre, TransferResume, ::testing::Bool());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/sound/scene/detail/body_meeting.hpp"
 #include "core/sound/scene/detail/deforming_body.hpp"
 
 namespace klang::scene {
@@ -13,12 +14,10 @@ struct CrackingBodies::State {
   const SceneNotes& notes;
   std::vector<std::unique_ptr<detail::DeformingBody>> bodies;
   std::vector<detail::PressedBody> pressed;
-  std::vector<rigid::EnergyLedger> rows;  ///< of all cracking bodies, one per step of the world, and the start
-  bool met = false;
+  std::vector<rigid::EnergyLedger> rows;         ///< of all cracking bodies, one per step of the world, and the start
+  std::unique_ptr<detail::BodyMeeting> meeting;  ///< where there are several
 
   void add_row(double time_s);
-  void warn(const std::string& text);
-  void look_for_meetings();
 };
 
 void CrackingBodies::State::add_row(double time_s) {
@@ -36,26 +35,14 @@ void CrackingBodies::State::add_row(double time_s) {
     row.correction_j += e.lost_j;
     row.work_j += e.work_j;
   }
+  if (meeting) {
+    row.contact_j += meeting->stored_j();
+    row.correction_j += meeting->lost_j();
+  }
   // Bodies were put in with what they had.
   row.work_j += rows.empty() ? row.sum_j() : rows.front().work_j;
   row.residual_j = row.sum_j();
   rows.push_back(row);
-}
-
-void CrackingBodies::State::warn(const std::string& text) {
-  if (notes.warning) notes.warning(text);
-}
-
-void CrackingBodies::State::look_for_meetings() {
-  if (met) return;
-  for (std::size_t a = 0; a < bodies.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b)
-      if (bodies[a]->box().intersects(bodies[b]->box())) {
-        met = true;
-        warn("bodies " + scene.bodies[static_cast<std::size_t>(bodies[b]->row())].name + " and " +
-             scene.bodies[static_cast<std::size_t>(bodies[a]->row())].name +
-             " come near each other: cracking bodies do not feel one another");
-      }
 }
 
 namespace {
@@ -78,7 +65,7 @@ double round_off_j(const fracture::ExplicitSolid& solid) {
 
 CrackingBodies::CrackingBodies(const Scene& scene, rigid::RigidWorld& world, std::uint64_t seed,
                                const SceneNotes& notes, Monitor& monitor)
-    : state_(std::make_unique<State>(State{scene, notes, {}, {}, {}, false})) {
+    : state_(std::make_unique<State>(State{scene, notes, {}, {}, {}, {}})) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     if (scene.bodies[i].model != BodyModel::kCracking) continue;
     const int row = static_cast<int>(i);
@@ -90,8 +77,12 @@ CrackingBodies::CrackingBodies(const Scene& scene, rigid::RigidWorld& world, std
   for (int i = 0; i < world.n_bodies(); ++i)
     if (world.is_there(i)) state_->pressed.emplace_back(world, i);
   for (const auto& body : state_->bodies) body->keep_frames(scene.pose_rate_hz);
+  if (state_->bodies.size() > 1) {
+    std::vector<detail::DeformingBody*> all;
+    for (const auto& body : state_->bodies) all.push_back(body.get());
+    state_->meeting = std::make_unique<detail::BodyMeeting>(std::move(all));
+  }
   state_->add_row(world.time_s());
-  state_->look_for_meetings();
 }
 CrackingBodies::~CrackingBodies() = default;
 
@@ -107,24 +98,39 @@ void CrackingBodies::after_step(rigid::RigidWorld& world) {
   for (int i = pressed.empty() ? 0 : pressed.back().body() + 1; i < world.n_bodies(); ++i)
     if (world.is_there(i)) pressed.emplace_back(world, i);  // pieces that are new
   for (detail::PressedBody& other : pressed) other.begin(world, dt_s, state_->scene.solver.gravity_m_s2);
-  for (std::size_t i = 0; i < state_->bodies.size(); ++i) {
-    if (i > 0)  // each presses over the whole step, on the velocity that those before it left
+  // Each that goes alone presses over the whole step, on the velocity that those before it left.
+  std::vector<char> together(state_->bodies.size(), 0);
+  bool first = true;
+  const auto rewind = [&] {
+    if (!first)
       for (detail::PressedBody& other : pressed) other.rewind();
+    first = false;
+  };
+  if (state_->meeting) {
+    together = state_->meeting->choose(dt_s);
+    if (std::count(together.begin(), together.end(), 1) > 0) {
+      rewind();
+      state_->meeting->advance(end_s, pressed);
+    }
+  }
+  for (std::size_t i = 0; i < state_->bodies.size(); ++i) {
+    if (together[i] != 0) continue;
+    rewind();
     state_->bodies[i]->advance(end_s, pressed);
   }
   for (detail::PressedBody& other : pressed)
     if (const double got_j = other.end(world); got_j != 0.0) world.book(&rigid::EnergyLedger::contact_j, -got_j);
   for (const auto& body : state_->bodies) body->keep_frames(state_->scene.pose_rate_hz);
   state_->add_row(end_s);
-  state_->look_for_meetings();
 }
 
 void CrackingBodies::add_to(SceneMotion& motion) const {
   add_ledger(motion, state_->rows);
   CrackSummary summary;
   bool apart = false;
+  std::vector<std::vector<int>> rows;
   for (const auto& body : state_->bodies) {
-    body->add_to(state_->scene, motion);
+    rows.push_back(body->add_to(state_->scene, motion));
     summary.n_splits += body->cracker().n_splits();
     summary.n_elements_start += body->n_elements_start();
     summary.n_elements_end += body->solid().mesh().n_elements();
@@ -135,6 +141,7 @@ void CrackingBodies::add_to(SceneMotion& motion) const {
     summary.splits.insert(summary.splits.end(), body->splits().begin(), body->splits().end());
     apart = apart || (body->n_pieces() > 1 && body->solid().self_contact() == nullptr);
   }
+  if (state_->meeting) state_->meeting->add_to(motion, rows);
   if (apart)
     summary.warnings.push_back(
         "pieces of a cracking body with self_contact = false do not feel one another: they can pass through each "

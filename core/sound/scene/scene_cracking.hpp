@@ -13,8 +13,9 @@ namespace klang::scene {
 /// The cracking bodies of a scene: explicit solids that are stepped within each step of the rigid world, on whose bodies they press.
 ///
 /// Nodes that are below the floor or inside a rigid body are pushed out by springs, whose stiffness follows from the step limit
-/// (0.1 m/dt^2 of the node's mass), with Coulomb's friction; the rigid body gets the opposite impulse at the node. Cracking bodies do not feel
-/// each other, only, with self_contact, each itself and its own pieces: where boxes of two of them overlap the run says so.
+/// (0.1 m/dt^2 of the node's mass), with Coulomb's friction; the rigid body gets the opposite impulse at the node. Cracking bodies
+/// whose boxes may meet within a step of the world are stepped together (detail/body_meeting.hpp); with self_contact each feels itself and its own
+/// pieces too.
 class CrackingBodies {
  public:
   /// Takes the places of the bodies from the world and their rigid stand-ins out of it.

@@ -15,10 +15,6 @@ namespace {
 using Eigen::Vector3d;
 
 using detail::at;
-/// Of the largest rate of a contact with itself times the step, squared; leapfrog stands 4 of all forces together, elements take 2 at most. What
-/// does not close in the ledger grows with it, how deep things go in falls.
-constexpr double kSelfContactRate = 0.25;
-
 Vector3d row(const std::vector<double>& values, std::size_t node) {
   return {values[3 * node], values[3 * node + 1], values[3 * node + 2]};
 }
@@ -61,7 +57,8 @@ void ExplicitSolid::refresh() {
   update_limits();
   if (options_.self_contact && !contact_) {
     const double dt_s = step_limit_s();
-    contact_.emplace(kSelfContactRate / (dt_s * dt_s), options_.self_friction);
+    contact_.emplace(ElementContact::Pairs::kOwn, kElementContactRate / (dt_s * dt_s),
+                     [friction = options_.self_friction](int, int) { return friction; });
   }
   compute_forces();
   if (contact_ && last_dt_s_ > 0.0) stepping_lost_j_ += pressed_before - contact_->last().energy_j;
@@ -126,7 +123,12 @@ void ExplicitSolid::compute_forces() {
     acceleration_[i] = force;
   }
   for (const NodePush& push : pushes_now_) acceleration_[at(push.node)] += push.normal_n + push.friction_n;
-  if (contact_) add_self_contact();
+  rub_now_.clear();
+  if (contact_) {
+    const ElementContact::Forces& forces = contact_->forces({&mesh_}, last_dt_s_ > 0.0 ? last_dt_s_ : step_limit_s());
+    if (forces.any()) add_contact(forces.of.front());
+  }
+  if (mutual_) add_contact(mutual_());
   acceleration_term_ = 0.0;
   const double share = options_.integrator == Integrator::kLeapfrog ? 0.125 : 0.0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -135,11 +137,8 @@ void ExplicitSolid::compute_forces() {
   }
 }
 
-void ExplicitSolid::add_self_contact() {
-  const SelfContact::Forces& forces = contact_->forces(mesh_, last_dt_s_ > 0.0 ? last_dt_s_ : step_limit_s());
-  rub_now_.clear();
-  if (!forces.any()) return;
-  for (std::size_t i = 0; i < acceleration_.size(); ++i) {
+void ExplicitSolid::add_contact(const NodeForces& forces) {
+  for (std::size_t i = 0; i < forces.normal_n.size(); ++i) {
     acceleration_[i] += forces.normal_n[i] + forces.friction_n[i];
     if (!forces.friction_n[i].isZero(0.0))
       rub_now_.push_back({static_cast<int>(i), Vector3d::Zero(), forces.friction_n[i]});
@@ -160,6 +159,11 @@ void ExplicitSolid::move_held(double dt_s, bool places) {
 }
 
 void ExplicitSolid::step(double dt_s) {
+  go(dt_s);
+  arrive();
+}
+
+void ExplicitSolid::go(double dt_s) {
   const std::size_t n = mesh_.rest_m.size();
   stepping_lost_j_ += acceleration_term_ * (dt_s * dt_s - last_dt_s_ * last_dt_s_);
   last_dt_s_ = dt_s;
@@ -184,11 +188,14 @@ void ExplicitSolid::step(double dt_s) {
   }
   move_held(dt_s, true);
   time_s_ += dt_s;
+}
+
+void ExplicitSolid::arrive() {
   compute_forces();
-  if (leapfrog)
-    for (std::size_t i = 0; i < n; ++i) mesh_.velocity_m_s[i] += 0.5 * dt_s * acceleration_[i];
-  move_held(dt_s, false);
-  book(dt_s);
+  if (options_.integrator == Integrator::kLeapfrog)
+    for (std::size_t i = 0; i < acceleration_.size(); ++i) mesh_.velocity_m_s[i] += 0.5 * last_dt_s_ * acceleration_[i];
+  move_held(last_dt_s_, false);
+  book(last_dt_s_);
 }
 
 /// Work of the mean force over what each node moved (Euler and Taylor: of the first force over the mean velocity): what they do to the

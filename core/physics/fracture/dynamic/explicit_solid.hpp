@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/physics/fracture/dynamic/crack_mesh.hpp"
+#include "core/physics/fracture/dynamic/element_contact.hpp"
 #include "core/physics/fracture/dynamic/hold_path.hpp"
-#include "core/physics/fracture/dynamic/self_contact.hpp"
 #include "core/physics/fracture/dynamic/step_limit.hpp"
 
 namespace klang::fracture {
@@ -25,6 +25,10 @@ struct SolidOptions {
   bool self_contact = false;   ///< of the solid with itself and of its pieces with one another
   double self_friction = 0.0;  ///< Coulomb's, there
 };
+
+/// Of the largest rate of contacts of elements times the step, squared; leapfrog stands 4 of all forces together, elements take 2 at most.
+/// What does not close in the ledger grows with it, how deep things go in falls.
+inline constexpr double kElementContactRate = 0.25;
 
 /// What presses on a node.
 struct NodePush {
@@ -65,6 +69,13 @@ class ExplicitSolid {
 
   /// One step of dt, at most step_limit_s(). @throws NumericalError where an element inverts, with its number and the time
   void step(double dt_s);
+  /// A step in two halves, for solids that press on one another: all go to their new places, then all arrive there with the forces of then.
+  void go(double dt_s);
+  void arrive();
+  /// Forces that solids have on one another, asked for whenever this one's are computed; as long as its nodes are. Their friction is in
+  /// energies(), what they store is not.
+  using MutualForces = std::function<const NodeForces&()>;
+  void set_mutual_forces(MutualForces forces) { mutual_ = std::move(forces); }
   /// Largest step now: of all elements, less where they are stretched.
   double step_limit_s() const;
   double time_s() const { return time_s_; }
@@ -78,14 +89,14 @@ class ExplicitSolid {
   const SolidOptions& options() const { return options_; }
   const std::vector<NodePush>& pushes() const { return pushes_now_; }
   /// What its elements do to one another now; none without self-contact.
-  const SelfContact* self_contact() const { return contact_ ? &*contact_ : nullptr; }
+  const ElementContact* self_contact() const { return contact_ ? &*contact_ : nullptr; }
   /// Squared Frobenius norm of the elastic second Piola-Kirchhoff stress of each element.
   const std::vector<double>& stress_sq() const { return stress_sq_; }
   double mean_step_mass_kg() const { return mean_mass_kg_; }
 
  private:
   void compute_forces();
-  void add_self_contact();
+  void add_contact(const NodeForces& forces);
   void move_held(double dt_s, bool places);
   void book(double dt_s);
   void update_limits();
@@ -101,7 +112,8 @@ class ExplicitSolid {
   std::vector<double> limit_of_;  ///< of elements
   std::vector<double> elastic_, viscous_, viscous_before_, stress_sq_;
   std::vector<NodePush> pushes_now_, pushes_before_, rub_now_, rub_before_;  ///< rub: friction with itself
-  std::optional<SelfContact> contact_;
+  std::optional<ElementContact> contact_;
+  MutualForces mutual_;
   std::vector<Eigen::Vector3d> acceleration_, velocity_before_, hold_origin_m_, place_before_, total_before_;
   SolidEnergies energies_;
 };

@@ -6,7 +6,6 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
-#include "core/physics/fracture/dynamic/part_meshes.hpp"
 #include "core/physics/solid/support.hpp"
 
 namespace klang::scene::detail {
@@ -17,17 +16,8 @@ using Eigen::Vector3d;
 
 constexpr int kMostElements = 2'000'000;
 constexpr double kSmallestStepS = 1e-10;
-constexpr std::size_t kPullSteps = 25;  ///< over which a pull is taken to have risen
-constexpr double kIntoLip =
-    1e-3;  ///< of the way to the middle of its element: pulls at both lips of a slit have one place
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-Vector3d centre_of(const fracture::CrackMesh& mesh, int element) {
-  Vector3d sum = Vector3d::Zero();
-  for (const int node : mesh.nodes_of(element)) sum += mesh.rest_m[at(node)];
-  return 0.25 * sum;
-}
 
 std::vector<int> all_nodes(const fracture::CrackMesh& mesh) {
   std::vector<int> nodes(at(mesh.n_nodes()));
@@ -153,14 +143,6 @@ struct DeformingBody::Pressing {
   }
 };
 
-struct DeformingBody::Contact {
-  double time_s = 0.0, duration_s = 0.0;
-  int node = 0, other = -1;
-  int other_node = -1;  ///< of another piece of this body, in place of other
-  bool is_new = false;
-  Vector3d impulse_n_s = Vector3d::Zero();
-};
-
 DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBodySpec& spec, std::uint64_t seed,
                              const SceneNotes& notes, Monitor& monitor)
     : row_(row) {
@@ -214,55 +196,86 @@ Eigen::AlignedBox3d DeformingBody::box() const {
   return box;
 }
 
-void DeformingBody::advance(double until_s, std::vector<PressedBody>& pressed) {
-  const double begin_s = solid_->time_s();
-  steps_s_.push_back({begin_s, until_s});
-  pressing_->bodies = &pressed;
-  std::map<std::pair<int, int>, Vector3d> impulses;     // of this step of the world, by node and other body
-  std::map<std::array<int, 2>, Vector3d> own_impulses;  // of pairs of its elements
-  const auto press = [&](double dt_s) {
-    for (std::size_t k = 0; k < solid_->pushes().size(); ++k) {
-      const fracture::NodePush& push = solid_->pushes()[k];
-      const int target = pressing_->targets[k];
-      const Vector3d impulse = dt_s * (push.normal_n + push.friction_n);
-      if (target >= 0) pressed[at(target)].push(solid_->mesh().place_m[at(push.node)], -impulse);
-      impulses.try_emplace({push.node, target < 0 ? -1 : pressed[at(target)].body()}, Vector3d::Zero()).first->second +=
-          impulse;
-    }
-    if (const fracture::SelfContact* own = solid_->self_contact())
-      for (const fracture::ElementTouch& touch : own->last().touches)
-        own_impulses.try_emplace(touch.elements, Vector3d::Zero()).first->second += dt_s * touch.force_n;
-  };
-  while (until_s - solid_->time_s() > 1e-12 * std::max(1.0, until_s)) {
-    const double left = until_s - solid_->time_s(), limit = solid_->step_limit_s();
-    if (!(limit >= kSmallestStepS) || solid_->mesh().n_elements() > kMostElements)
-      throw NumericalError("body " + std::to_string(row_) + ": steps of " + to_text(limit) + " s, " +
-                           std::to_string(solid_->mesh().n_elements()) + " elements: the cracks have made it too fine");
-    const double dt = left <= limit ? left : left / std::ceil(left / limit);
-    pressing_->step_s = dt;
-    const bool leapfrog = solid_->options().integrator == fracture::Integrator::kLeapfrog;
-    press(leapfrog ? 0.5 * dt : dt);
-    for (PressedBody& body : pressed) body.advance(dt);
-    solid_->step(dt);
-    if (leapfrog) press(0.5 * dt);
-    const std::size_t faces_before = cracker_->faces().size();
-    if (const int n = cracker_->open(*solid_); n > 0) {
-      double area = 0.0;
-      for (std::size_t f = faces_before; f < cracker_->faces().size(); ++f) area += cracker_->faces()[f].area_m2;
-      note_splits(n, area);
-    }
+const rigid::Skin& DeformingBody::skin() const { return pressing_->skin; }
+
+void DeformingBody::begin(double until_s, std::vector<PressedBody>& pressed) {
+  steps_s_.push_back({solid_->time_s(), until_s});
+  pressing_on_ = pressing_->bodies = &pressed;
+  pushes_.clear();
+  own_pushes_.clear();
+}
+
+void DeformingBody::note_pushes(double dt_s) {
+  for (std::size_t k = 0; k < solid_->pushes().size(); ++k) {
+    const fracture::NodePush& push = solid_->pushes()[k];
+    const int target = pressing_->targets[k];
+    const Vector3d impulse = dt_s * (push.normal_n + push.friction_n);
+    if (target >= 0) (*pressing_on_)[at(target)].push(solid_->mesh().place_m[at(push.node)], -impulse);
+    pushes_.try_emplace({push.node, target < 0 ? -1 : (*pressing_on_)[at(target)].body()}, Vector3d::Zero())
+        .first->second += impulse;
   }
-  pressed_ = pressed_ || !impulses.empty();
+  if (const fracture::ElementContact* own = solid_->self_contact())
+    for (const fracture::ElementTouch& touch : own->last().touches)
+      own_pushes_.try_emplace(touch.elements, Vector3d::Zero()).first->second += dt_s * touch.force_n;
+}
+
+double DeformingBody::step_limit_s() const {
+  const double limit = solid_->step_limit_s();
+  if (!(limit >= kSmallestStepS) || solid_->mesh().n_elements() > kMostElements)
+    throw NumericalError("body " + std::to_string(row_) + ": steps of " + to_text(limit) + " s, " +
+                         std::to_string(solid_->mesh().n_elements()) + " elements: the cracks have made it too fine");
+  return limit;
+}
+
+void DeformingBody::go(double dt_s) {
+  pressing_->step_s = dt_s;
+  note_pushes(solid_->options().integrator == fracture::Integrator::kLeapfrog ? 0.5 * dt_s : dt_s);
+  solid_->go(dt_s);
+}
+
+void DeformingBody::arrive() {
+  solid_->arrive();
+  if (solid_->options().integrator == fracture::Integrator::kLeapfrog) note_pushes(0.5 * pressing_->step_s);
+}
+
+bool DeformingBody::open() {
+  const std::size_t faces_before = cracker_->faces().size();
+  const int n = cracker_->open(*solid_);
+  if (n == 0) return false;
+  double area = 0.0;
+  for (std::size_t f = faces_before; f < cracker_->faces().size(); ++f) area += cracker_->faces()[f].area_m2;
+  note_splits(n, area);
+  return true;
+}
+
+void DeformingBody::end() {
+  const auto [begin_s, until_s] = steps_s_.back();
+  pressed_ = pressed_ || !pushes_.empty();
   std::vector<char> touched(at(solid_->mesh().n_nodes()), 0);
-  for (const auto& [key, impulse] : impulses) {
+  for (const auto& [key, impulse] : pushes_) {
     const bool before = at(key.first) < touched_.size() && touched_[at(key.first)] != 0;
     contacts_.push_back({begin_s, until_s - begin_s, key.first, key.second, -1, !before, impulse});
     touched[at(key.first)] = 1;
   }
   note_pieces(until_s);
-  add_own_contacts(own_impulses, touched);
+  add_own_contacts(touched);
   touched_ = std::move(touched);
 }
+
+void DeformingBody::advance(double until_s, std::vector<PressedBody>& pressed) {
+  begin(until_s, pressed);
+  while (until_s - solid_->time_s() > 1e-12 * std::max(1.0, until_s)) {
+    const double left = until_s - solid_->time_s(), limit = step_limit_s();
+    const double dt = left <= limit ? left : left / std::ceil(left / limit);
+    go(dt);
+    for (PressedBody& body : pressed) body.advance(dt);
+    arrive();
+    open();
+  }
+  end();
+}
+
+int DeformingBody::piece_of(int node) const { return versions_.empty() ? 0 : versions_.back().piece_of_node[at(node)]; }
 
 void DeformingBody::note_pieces(double until_s) {
   if (solid_->mesh().n_changes() == changes_seen_) return;
@@ -280,8 +293,7 @@ void DeformingBody::note_pieces(double until_s) {
 }
 
 /// One contact for each pair of pieces, where the elements are that push most.
-void DeformingBody::add_own_contacts(const std::map<std::array<int, 2>, Vector3d>& impulses,
-                                     std::vector<char>& touched) {
+void DeformingBody::add_own_contacts(std::vector<char>& touched) {
   if (n_pieces_ < 2) return;
   struct Pushing {
     Contact contact;
@@ -289,7 +301,7 @@ void DeformingBody::add_own_contacts(const std::map<std::array<int, 2>, Vector3d
   };
   std::map<std::array<int, 2>, Pushing> pieces;
   const std::vector<int>& piece_of = versions_.back().piece_of_node;
-  for (const auto& [elements, impulse] : impulses) {
+  for (const auto& [elements, impulse] : own_pushes_) {
     std::array<int, 2> node = {solid_->mesh().nodes_of(elements[0])[0], solid_->mesh().nodes_of(elements[1])[0]};
     std::array<int, 2> piece = {piece_of[at(node[0])], piece_of[at(node[1])]};
     if (piece[0] == piece[1]) continue;
@@ -341,133 +353,6 @@ void DeformingBody::keep_frames(double pose_rate_hz) {
     kept.pose.time_s = now;
     frames_.push_back(kept);
   }
-}
-
-void DeformingBody::add_to(const Scene& scene, SceneMotion& motion) const {
-  const fracture::CrackMesh& mesh = solid_->mesh();
-  const FittedFrame whole = fitted_frame(mesh, all_nodes(mesh));
-  motion.final[at(row_)] = whole.state;
-  std::vector<std::vector<int>> nodes(at(n_pieces_));
-  std::vector<int> rows = {row_};
-  if (n_pieces_ > 1) {
-    rows.clear();
-    const std::vector<int>& piece_of = versions_.back().piece_of_node;
-    for (int i = 0; i < mesh.n_nodes(); ++i) nodes[at(piece_of[at(i)])].push_back(i);
-    int n_pieces = 0;
-    const std::vector<int> piece_of_element = mesh.fragments(n_pieces);
-    std::vector<mesh::TetMesh> parts = fracture::part_meshes(mesh, scene.bodies[at(row_)].sounds());
-    for (int p = 0; p < n_pieces_; ++p) {
-      const FittedFrame frame = fitted_frame(mesh, nodes[at(p)]);
-      rows.push_back(static_cast<int>(motion.log.bodies.size()));
-      motion.log.bodies.push_back({scene.bodies[at(row_)].name + "/" + std::to_string(p + 1), row_});
-      motion.mass_kg.push_back(frame.mass_kg);
-      motion.final.push_back(frame.state);
-      motion.pieces.push_back({rows.back(), row_, mesh::boundary_surface(parts[at(p)]), std::move(parts[at(p)])});
-    }
-    motion.log.fractures.push_back({*broken_s_, row_});
-    if (scene.bodies[at(row_)].sounds() && scene.fracture.impulses) add_pulls(rows, piece_of_element, motion);
-  }
-  // A piece's frames are those of the piece of then that held its oldest node.
-  const auto is_broken = [&](double time_s) { return broken_s_ && time_s >= *broken_s_; };
-  for (const Kept& kept : frames_) {
-    events::Pose pose = kept.pose;
-    pose.body = row_;
-    if (!is_broken(pose.time_s) || pose.time_s == *broken_s_) {
-      if (kept.piece == 0) motion.log.poses.push_back(pose);
-    }
-    if (!is_broken(pose.time_s)) continue;
-    for (std::size_t p = 0; p < rows.size(); ++p)
-      if (piece_then(versions_[kept.version], nodes[p].front()) == kept.piece) {
-        pose.body = rows[p];
-        motion.log.poses.push_back(pose);
-      }
-  }
-  const std::vector<int>* piece_of = versions_.empty() ? nullptr : &versions_.back().piece_of_node;
-  for (const Contact& contact : contacts_) {
-    events::Impulse impulse;
-    impulse.time_s = contact.time_s;
-    impulse.duration_s = contact.duration_s;
-    impulse.shape = events::PulseShape::kHeld;
-    impulse.kind = contact.is_new ? events::ImpulseKind::kImpact : events::ImpulseKind::kLasting;
-    impulse.body = is_broken(contact.time_s) && piece_of ? rows[at((*piece_of)[at(contact.node)])] : row_;
-    impulse.other = contact.other;
-    impulse.point_m = mesh.rest_m[at(contact.node)];
-    // Its direction in the body's frame: by the frame that is kept at the end of the step.
-    const double end_s = contact.time_s + contact.duration_s;
-    const Kept* used = frame_at(end_s, contact.node);
-    if (used == nullptr) continue;
-    impulse.impulse_n_s = used->pose.orientation().conjugate() * contact.impulse_n_s;
-    if (contact.other_node >= 0) {
-      if (!is_broken(contact.time_s) || piece_of == nullptr) continue;
-      impulse.other = rows[at((*piece_of)[at(contact.other_node)])];
-      const Kept* theirs = frame_at(end_s, contact.other_node);
-      if (theirs == nullptr) continue;
-      motion.log.impulses.push_back(impulse);
-      std::swap(impulse.body, impulse.other);
-      impulse.point_m = mesh.rest_m[at(contact.other_node)];
-      impulse.impulse_n_s = theirs->pose.orientation().conjugate() * Vector3d(-contact.impulse_n_s);
-      motion.log.impulses.push_back(impulse);
-      continue;
-    }
-    motion.log.impulses.push_back(impulse);
-    if (contact.other < 0) continue;
-    events::Impulse opposite = impulse;
-    opposite.body = contact.other;
-    opposite.other = impulse.body;
-    const events::Pose other = motion.log.motion_of(contact.other).at(end_s);
-    opposite.point_m = other.to_body(used->pose.to_world(impulse.point_m));
-    opposite.impulse_n_s = other.orientation().conjugate() * Vector3d(-contact.impulse_n_s);
-    motion.log.impulses.push_back(opposite);
-  }
-}
-
-/// The frame that is kept next, of the piece of then that held a node; none: none is kept any more.
-const DeformingBody::Kept* DeformingBody::frame_at(double time_s, int node) const {
-  const auto frame = std::lower_bound(frames_.begin(), frames_.end(), time_s - 1e-9,
-                                      [](const Kept& k, double t) { return k.pose.time_s < t; });
-  if (frame == frames_.end()) return nullptr;
-  if (!versions_.empty())
-    for (auto k = frame; k != frames_.end() && k->pose.time_s == frame->pose.time_s; ++k)
-      if (piece_then(versions_[k->version], node) == k->piece) return &*k;
-  return &*frame;
-}
-
-void DeformingBody::add_pulls(const std::vector<int>& row_of_piece, const std::vector<int>& piece_of_element,
-                              SceneMotion& motion) const {
-  const fracture::CrackMesh& mesh = solid_->mesh();
-  for (const fracture::PartedFace& face : cracker_->faces()) {
-    const std::array<int, 2> pieces = {piece_of_element[at(face.elements[0])], piece_of_element[at(face.elements[1])]};
-    if (face.pull_n.isZero(0.0)) continue;
-    const auto last = std::lower_bound(steps_s_.begin(), steps_s_.end(), face.time_s,
-                                       [](const auto& step, double time_s) { return step[1] < time_s; });
-    if (last == steps_s_.end()) continue;
-    const auto n = static_cast<std::size_t>(last - steps_s_.begin()) + 1, first = n - std::min(n, kPullSteps);
-    for (std::size_t k = first; k < n; ++k) {
-      events::Impulse impulse;
-      impulse.time_s = steps_s_[k][0];
-      impulse.duration_s = steps_s_[k][1] - steps_s_[k][0];
-      impulse.shape = events::PulseShape::kHeld;
-      impulse.kind = events::ImpulseKind::kFracture;
-      const double share = static_cast<double>(k + 1 - first) / static_cast<double>(n - first);
-      for (std::size_t side = 0; side < 2; ++side) {
-        impulse.body = row_of_piece[at(pieces[side])];
-        impulse.other = row_of_piece[at(pieces[1 - side])];
-        const Eigen::Vector3d pull = side == 0 ? face.pull_n : Eigen::Vector3d(-face.pull_n);
-        impulse.point_m = face.centre_m + kIntoLip * (centre_of(mesh, face.elements[side]) - face.centre_m);
-        const Kept* frame = frame_at(steps_s_[k][1], mesh.nodes_of(face.elements[side])[0]);
-        if (frame == nullptr) continue;
-        impulse.impulse_n_s = share * impulse.duration_s * (frame->pose.orientation().conjugate() * pull);
-        motion.log.impulses.push_back(impulse);
-      }
-    }
-  }
-}
-
-/// Nodes that were made since have the piece of what they were made of: the oldest node of a piece stands for it.
-int DeformingBody::piece_then(const Version& version, int node) const {
-  int now = node;
-  while (at(now) >= version.piece_of_node.size()) now = solid_->mesh().made_of(now);
-  return version.piece_of_node[at(now)];
 }
 
 }  // namespace klang::scene::detail

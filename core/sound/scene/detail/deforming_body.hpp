@@ -31,8 +31,18 @@ class DeformingBody {
   ~DeformingBody();
   /// From the last time to that one, pressing on bodies.
   void advance(double until_s, std::vector<PressedBody>& pressed);
+  /// The same in parts, for bodies that press on one another: begin, then small steps, each of go, arrive and open, then end. Pressed bodies are
+  /// advanced between go and arrive.
+  void begin(double until_s, std::vector<PressedBody>& pressed);
+  double step_limit_s() const;  ///< @throws NumericalError: too small
+  void go(double dt_s);
+  void arrive();
+  bool open();  ///< cracks; true: some did
+  void end();
   const fracture::ExplicitSolid& solid() const { return *solid_; }
+  fracture::ExplicitSolid& solid() { return *solid_; }
   const fracture::Cracker& cracker() const { return *cracker_; }
+  const rigid::Skin& skin() const;
   int row() const { return row_; }
   int n_elements_start() const { return n_elements_start_; }
   int n_pieces() const { return n_pieces_; }
@@ -40,12 +50,23 @@ class DeformingBody {
   const std::vector<CrackSummary::Split>& splits() const { return splits_; }
   /// Keeps the frames of all pieces at this time where it is due, or where something pressed since the last call.
   void keep_frames(double pose_rate_hz);
-  /// Rows of impulses and poses, and its pieces, which become bodies of the motion.
-  void add_to(const Scene& scene, SceneMotion& motion) const;
+  void note_pressed() { pressed_ = true; }
+  int piece_of(int node) const;  ///< now
+  /// Rows of impulses and poses, and its pieces, which become bodies of the motion. Returns the bodies of its pieces; itself where it is whole.
+  std::vector<int> add_to(const Scene& scene, SceneMotion& motion) const;
+  /// An impulse on a node in a step of the world.
+  struct Contact {
+    double time_s = 0.0, duration_s = 0.0;
+    int node = 0, other = -1;
+    int other_node = -1;  ///< of another piece of this body, in place of other
+    bool is_new = false;
+    Eigen::Vector3d impulse_n_s = Eigen::Vector3d::Zero();
+  };
+  /// On the piece that has the node, in its frame. @param rows  as add_to() gave them
+  std::optional<events::Impulse> impulse_of(const Contact& contact, const std::vector<int>& rows) const;
 
  private:
   struct Pressing;
-  struct Contact;  ///< impulse on a node in a step of the world
   struct Version {
     double time_s = 0.0;
     int n_pieces = 1;
@@ -62,7 +83,8 @@ class DeformingBody {
   const Kept* frame_at(double time_s, int node) const;
   void note_splits(int n, double area_before_m2);
   void note_pieces(double until_s);
-  void add_own_contacts(const std::map<std::array<int, 2>, Eigen::Vector3d>& impulses, std::vector<char>& touched);
+  void note_pushes(double dt_s);
+  void add_own_contacts(std::vector<char>& touched);
   int piece_then(const Version& version, int node) const;
 
   int row_ = 0, n_elements_start_ = 0, n_pieces_ = 1, changes_seen_ = -1;
@@ -73,8 +95,11 @@ class DeformingBody {
   std::unique_ptr<fracture::Cracker> cracker_;
   std::vector<CrackSummary::Split> splits_;
   std::vector<Contact> contacts_;
-  std::vector<std::array<double, 2>> steps_s_;  ///< of the world: begin and end
-  bool pressed_ = false;                        ///< by others, since frames were kept
+  std::vector<PressedBody>* pressing_on_ = nullptr;           ///< in this step of the world
+  std::map<std::pair<int, int>, Eigen::Vector3d> pushes_;     ///< impulses in this step, by node and other body
+  std::map<std::array<int, 2>, Eigen::Vector3d> own_pushes_;  ///< of pairs of its elements
+  std::vector<std::array<double, 2>> steps_s_;                ///< of the world: begin and end
+  bool pressed_ = false;                                      ///< by others, since frames were kept
   std::vector<char> touched_;
   std::vector<Version> versions_;
   std::vector<Kept> frames_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "core/foundation/base/errors.hpp"
 #include "tests/places.hpp"
@@ -94,6 +95,64 @@ TEST_F(SceneCracking, ABallGivesItsMomentumToTheBlockThatItStrikes) {
   EXPECT_FALSE(motion.log.impulses.empty());
 }
 
+/// Two blocks of the same stuff that fly at each other.
+std::string two_blocks(const std::string& crack, double speed_m_s, const std::string& more = "") {
+  const auto block = [&](const char* name, double x, double v) {
+    std::ostringstream text;
+    text << "[[body]]\nname = \"" << name
+         << "\"\nmaterial = \"soft\"\nmodel = \"cracking\"\nsound = \"none\"\nmax_edge_m = 0.05\n"
+         << "shape = { kind = \"box\", length_m = 0.2, width_m = 0.1, height_m = 0.1 }\nposition_m = [" << x
+         << ", 0, 0]\nvelocity_m_s = [" << v << ", 0, 0]\n";
+    return text.str();
+  };
+  return "duration_s = 0.03\n[world]\ngravity_m_s2 = [0, 0, 0]\n[[material]]\nname = \"soft\"\nlame_lambda_pa = 4e6\n"
+         "lame_mu_pa = 4e6\ndensity_kg_m3 = 1000\nfriction = 0.3\n" +
+         more + block("left", -0.101, speed_m_s) + block("right", 0.101, -speed_m_s) + "[crack]\n" + crack + "\n";
+}
+
+TEST_F(SceneCracking, TwoEqualBlocksMeetAndTradeTheirMotion) {
+  const SceneMotion motion = move(scene(two_blocks("strength_pa = 1e9", 1.0)));
+  const Eigen::Vector3d left = motion.final[0].velocity_m_s, right = motion.final[1].velocity_m_s;
+  EXPECT_LE((left + right).norm(), 1e-12);  // of equal masses
+  EXPECT_LE(motion.residual_relative, 1e-3);
+  // Bars of one length: a wave goes through each once and brings all motion back, but for what corners and sides take.
+  EXPECT_LE(left.x(), -0.9);
+  EXPECT_GE(left.x(), -1.0);
+  EXPECT_LE(left.tail<2>().norm(), 0.01);  // flat on flat: nothing goes sideways, whatever the meshes
+  const Eigen::Vector3d shift = motion.final[0].position_m + motion.final[1].position_m;
+  EXPECT_LE(shift.norm(), 1e-12);
+  EXPECT_LE(motion.ledger.back().contact_j, 1e-9);  // nothing is stored any more
+  ASSERT_FALSE(motion.log.impulses.empty());
+  EXPECT_EQ(motion.log.impulses.front().kind, events::ImpulseKind::kImpact);
+  Eigen::Vector3d given = Eigen::Vector3d::Zero();
+  for (const events::Impulse& row : motion.log.impulses)
+    if (row.body == 0) given += motion.log.motion_of(0).at(row.time_s + row.duration_s).orientation() * row.impulse_n_s;
+  EXPECT_LE(std::abs(given.x() / (motion.mass_kg[0] * (left.x() - 1.0)) - 1.0), 1e-3);
+}
+
+TEST_F(SceneCracking, BlocksThatBreakOnEachOtherKeepTheirMomentumAndEveryJoule) {
+  const SceneMotion motion = move(scene(two_blocks("strength_pa = 1e4\nviscosity_mu_pa_s = 100", 5.0)));
+  ASSERT_GE(motion.mass_kg.size(), 5u);
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero();
+  std::size_t of_left = 0, between = 0;
+  for (std::size_t i = 2; i < motion.mass_kg.size(); ++i) {
+    momentum += motion.mass_kg[i] * motion.final[i].velocity_m_s;
+    of_left += motion.log.bodies[i].parent == 0 ? 1 : 0;
+  }
+  EXPECT_GE(of_left, 2u);
+  EXPECT_LE(of_left + 2, motion.mass_kg.size() - 2);
+  EXPECT_LE(momentum.norm(), 1e-12 * 5.0 * motion.mass_kg[0]);
+  EXPECT_LE(motion.residual_relative, 1e-3);
+  for (const events::Impulse& row : motion.log.impulses)
+    if (row.other >= 2 && row.kind != events::ImpulseKind::kFracture)
+      between += motion.log.bodies[static_cast<std::size_t>(row.body)].parent !=
+                         motion.log.bodies[static_cast<std::size_t>(row.other)].parent
+                     ? 1
+                     : 0;
+  EXPECT_GE(between, 2u) << "pieces of the one push pieces of the other";
+  EXPECT_NO_THROW(motion.log.validate());
+}
+
 TEST_F(SceneCracking, PiecesPushOneAnotherEquallyAndStandInTheLogOnBoth) {
   const auto smashed = [&](const char* self_contact) {
     return move(scene(
@@ -165,7 +224,7 @@ TEST_F(SceneCracking, ScenesOfThePapersCanBeRead) {
       EXPECT_NO_THROW(parse_scene(text, entry.path())) << entry.path();
       ++n;
     }
-  EXPECT_EQ(n, 33);
+  EXPECT_EQ(n, 34);
 }
 
 TEST_F(SceneCracking, WhatItCannotDoIsRefused) {

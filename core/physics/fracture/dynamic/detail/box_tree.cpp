@@ -70,6 +70,30 @@ void BoxTree::between(int a, int b, std::vector<std::array<int, 2>>& found) cons
   }
 }
 
+void BoxTree::across(const BoxTree& others, int a, int b, std::vector<std::array<int, 2>>& found) const {
+  const Knot &k = knots_[at(a)], &m = others.knots_[at(b)];
+  if (!k.box.intersects(m.box)) return;
+  if (k.left < 0 && m.left < 0) {
+    for (int i = k.first; i < k.last; ++i)
+      for (int j = m.first; j < m.last; ++j)
+        if (boxes_[at(i)].second.intersects(others.boxes_[at(j)].second))
+          found.push_back({boxes_[at(i)].first, others.boxes_[at(j)].first});
+  } else if (m.left < 0 || (k.left >= 0 && k.last - k.first >= m.last - m.first)) {
+    across(others, k.left, b, found);
+    across(others, k.right, b, found);
+  } else {
+    across(others, a, m.left, found);
+    across(others, a, m.right, found);
+  }
+}
+
+std::vector<std::array<int, 2>> BoxTree::pairs_with(const BoxTree& others) const {
+  std::vector<std::array<int, 2>> found;
+  if (!knots_.empty() && !others.knots_.empty()) across(others, 0, 0, found);
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 std::vector<std::array<int, 2>> BoxTree::pairs() const {
   std::vector<std::array<int, 2>> found;
   if (!knots_.empty()) within(0, found);

@@ -12,6 +12,8 @@ class BoxTree {
   explicit BoxTree(std::vector<std::pair<int, Eigen::AlignedBox3d>> boxes);
   /// All pairs (lower number first) of boxes that intersect, ascending.
   std::vector<std::array<int, 2>> pairs() const;
+  /// All pairs (one of these, one of those) that intersect, ascending.
+  std::vector<std::array<int, 2>> pairs_with(const BoxTree& others) const;
 
  private:
   struct Knot {
@@ -22,6 +24,7 @@ class BoxTree {
   int build(int first, int last);
   void within(int knot, std::vector<std::array<int, 2>>& found) const;
   void between(int a, int b, std::vector<std::array<int, 2>>& found) const;
+  void across(const BoxTree& others, int a, int b, std::vector<std::array<int, 2>>& found) const;
   void add(int i, int j, std::vector<std::array<int, 2>>& found) const;
 
   std::vector<std::pair<int, Eigen::AlignedBox3d>> boxes_;

@@ -18,7 +18,7 @@ int run_scene_check(const std::string& file, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
   const scene::Scene scene = scene::read_scene(file);
   std::vector<std::string> warnings;
-  scene::SceneCheckDocument document = scene::check_scene(scene, scene_notes(common, warnings), monitor);
+  scene::SceneCheckDocument document = scene::check_scene(scene, common.seed, scene_notes(common, warnings), monitor);
   for (const std::string& warning : document.header.warnings) warn(warning);
   warnings.insert(warnings.end(), document.header.warnings.begin(), document.header.warnings.end());
   document.header = make_header("scene_check", "ok", common, nlohmann::json::object(), scene.inputs());

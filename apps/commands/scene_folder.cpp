@@ -74,6 +74,10 @@ void add_cracks(const scene::Scene& scene, const scene::CrackSummary& cracks, sc
     event.pieces = split.pieces;
     event.crack_area_m2 = split.crack_area_m2;
     event.largest_stress_pa = split.largest_stress_pa;
+    event.strain_energy_j = split.energies.elastic_j;
+    event.kinetic_energy_j = split.energies.kinetic_j;
+    event.viscous_energy_j = split.energies.viscous_j;
+    event.plastic_energy_j = split.energies.plastic_j;
     document.events.push_back(event);
   }
   std::stable_sort(document.events.begin(), document.events.end(),
@@ -140,7 +144,7 @@ void SceneFolder::begin(const std::string& key) const {
     if (!error) std::filesystem::create_directories(folder_ / sub, error);
   if (error) throw InputError("--output", "cannot be made: " + error.message(), folder_.string());
   for (const char* old : {"scene.json", "motion.json", kRunFile, "events.h5", "ledger.csv", "crack_faces.csv",
-                          "sound.wav", "frames.pvd", "scene.glb", "report.html"})
+                          "shapes.bin", "sound.wav", "frames.pvd", "scene.glb", "report.html"})
     std::filesystem::remove(file(old), error);
   for (const char* sub : {"modes", "pieces", "frames"})
     for (const auto& entry : std::filesystem::directory_iterator(folder_ / sub, error))
@@ -364,6 +368,11 @@ scene::SceneDocument scene_document(const scene::Scene& scene, const scene::Scen
   document.ledger.friction_j = end.friction_j;
   document.ledger.fracture_j = end.fracture_j;
   document.ledger.correction_j = end.correction_j;
+  document.ledger.viscous_j = end.viscous_j;
+  document.ledger.plastic_j = end.plastic_j;
+  document.ledger.work_j = end.work_j - motion.ledger.front().work_j;  // the first row has what bodies brought
+  for (const rigid::EnergyLedger& row : motion.ledger)
+    document.ledger.most_strain_j = std::max(document.ledger.most_strain_j, row.strain_j);
   document.solver_residual_m_s = motion.solver_residual_m_s;
   document.deepest_overlap_m = motion.deepest_m;
   return document;

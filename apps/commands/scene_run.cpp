@@ -47,7 +47,11 @@ struct Moved {
 
 Moved moved(const RunOptions& options, const CommonOptions& common, const scene::Scene& scene,
             const SceneFolder& folder, const scene::SceneNotes& notes, Monitor& monitor) {
-  if (options.resume && folder.has("motion.json")) {
+  const bool shows_shapes =
+      scene.frames.wanted() && std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const scene::SceneBody& body) {
+        return body.model == scene::BodyModel::kCracking;
+      });
+  if (options.resume && folder.has("motion.json") && (!shows_shapes || folder.has("shapes.bin"))) {
     note(common, "the motion is there already");
     return {read_fields<scene::SceneDocument>(read_result_json(folder.file("motion.json")), "motion.json"),
             events::read_event_log(folder.file("events.h5"))};
@@ -63,6 +67,7 @@ Moved moved(const RunOptions& options, const CommonOptions& common, const scene:
   if (!options.resume) folder.begin(scene_run_key(scene, options.that_matter(), common.seed));
   events::write_event_log(folder.file("events.h5"), motion.log);
   write_pieces(folder, motion.pieces);
+  if (!motion.shapes.bodies.empty()) write_shapes(folder.file("shapes.bin"), motion.shapes);
   write_file(folder.file("ledger.csv"), csv_table(motion.ledger));
   if (motion.cracks) write_file(folder.file("crack_faces.csv"), crack_faces_csv(*motion.cracks));
   write_file(folder.file("motion.json"), json_text(json_of(result.document)));
@@ -110,25 +115,26 @@ void add_sound(const RunOptions& options, const CommonOptions& common, const Run
 
 /// What the log's rows look like: the scene's bodies, then pieces by their files.
 std::vector<scene::FrameBody> drawn_bodies(const scene::Scene& scene, const events::EventLog& log,
-                                           const SceneFolder& folder, const scene::SceneNotes& notes,
-                                           Monitor& monitor) {
-  std::vector<scene::FrameBody> bodies = scene::frame_bodies(scene, notes, monitor);
+                                           const SceneFolder& folder, Monitor& monitor) {
+  std::vector<scene::FrameBody> bodies = scene::frame_bodies(scene, monitor);
   for (std::size_t row = bodies.size(); row < log.bodies.size(); ++row) {
-    scene::FrameBody piece{log.bodies[row].name,
-                           bodies[static_cast<std::size_t>(log.bodies[row].parent)].material,
-                           std::make_shared<const mesh::SurfaceMesh>(piece_surface(folder, static_cast<int>(row))),
-                           {}};
+    const scene::FrameBody& parent = bodies[static_cast<std::size_t>(log.bodies[row].parent)];
+    scene::FrameBody piece{log.bodies[row].name, parent.material, {}, {}};
+    if (parent.surface)  // else it is part of what deforms
+      piece.surface = std::make_shared<const mesh::SurfaceMesh>(piece_surface(folder, static_cast<int>(row)));
     bodies.push_back(std::move(piece));
   }
   return bodies;
 }
 
-void add_frames(const scene::Scene& scene, const SceneFolder& folder, const scene::SceneNotes& notes, Moved& moved,
-                Monitor& monitor) {
-  if (!scene.frames.glb && !scene.frames.vtp) return;
+void add_frames(const scene::Scene& scene, const SceneFolder& folder, Moved& moved, Monitor& monitor) {
+  if (!scene.frames.wanted()) return;
   const Stopwatch watch;
-  const scene::Frames frames(scene, moved.log, drawn_bodies(scene, moved.log, folder, notes, monitor),
-                             moved.document.end_s);
+  scene::DeformedShapes shapes;
+  if (folder.has("shapes.bin"))
+    shapes = scene::read_shapes(folder.file("shapes.bin"), static_cast<int>(moved.log.bodies.size()));
+  const scene::Frames frames(scene, moved.log, drawn_bodies(scene, moved.log, folder, monitor), moved.document.end_s,
+                             std::move(shapes));
   const Eigen::Vector3d low = frames.low_m(), high = frames.high_m();
   scene::FramesRecord record;
   record.n_frames = static_cast<int>(frames.times_s().size());
@@ -165,8 +171,8 @@ void say_scene(const scene::SceneDocument& document, const CommonOptions& common
   for (const scene::SceneEventRecord& event : document.events) {
     if (event.kind == "split") continue;
     say(common, "%.6f s: %s broke into %d pieces: %.4g J of strain, %.4g J in %.4g cm2 of cracks, %.4g J of motion\n",
-        event.time_s, event.body.c_str(), event.pieces, event.strain_energy_j, event.fracture_energy_j,
-        1e4 * event.crack_area_m2, event.kinetic_energy_j);
+        event.time_s, event.body.c_str(), event.pieces, event.strain_energy_j.value_or(0.0),
+        event.fracture_energy_j.value_or(0.0), 1e4 * event.crack_area_m2, event.kinetic_energy_j.value_or(0.0));
   }
   if (document.cracks)
     say(common, "cracks: %d splits, %d elements from %d, %.4g cm2; plastic flow took %.4g J\n",
@@ -204,6 +210,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
     if (given) throw InputError(flag, "belongs to scenes of liquids", options.scene, "a scene with [domain]");
   scene::Scene scene = scene::read_scene(options.scene);
   apply(options.changes, scene);
+  if (options.no_frames) scene.frames.glb = scene.frames.vtp = false;
   if (options.draws) {
     checked("command line", "--draws", *options.draws, 1, 1000);
     if (options.no_sound)
@@ -225,7 +232,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   const scene::SceneNotes notes = scene_notes(common, warnings);
   Moved result = moved(options, common, scene, folder, notes, monitor);
   if (!options.no_sound) add_sound(options, common, {scene, proxies, folder, notes}, result, monitor);
-  if (!options.no_frames) add_frames(scene, folder, notes, result, monitor);
+  add_frames(scene, folder, result, monitor);
   scene::SceneDocument& document = result.document;
   document.header.warnings.insert(document.header.warnings.end(), warnings.begin(), warnings.end());
   document.header.wall_time_s["total"] = watch.seconds();

@@ -44,11 +44,14 @@ struct EnergyCurve {
   const char* column;
   const char* words;
 };
-constexpr EnergyCurve kEnergies[] = {{"kinetic_j", "kinetic"},          {"potential_j", "potential"},
-                                     {"contact_j", "lost in contacts"}, {"friction_j", "friction"},
-                                     {"fracture_j", "fracture"},        {"vibration_j", "vibration"}};
+constexpr EnergyCurve kEnergies[] = {
+    {"kinetic_j", "kinetic"},          {"potential_j", "potential"}, {"strain_j", "strain"},
+    {"work_j", "work put in"},         {"viscous_j", "viscosity"},   {"plastic_j", "plastic flow"},
+    {"contact_j", "lost in contacts"}, {"friction_j", "friction"},   {"fracture_j", "fracture"},
+    {"vibration_j", "vibration"}};
+constexpr double kMatters = 1e-6;  ///< of the largest of all: less is no curve and no part of the sentence
 
-/// Energies over time; the potential energy counts from its lowest value.
+/// Energies over time; the potential energy counts from its lowest value, work from what bodies brought.
 std::optional<Svg> energy_figure(const SceneDocument& data, ReportFolder& folder) {
   const auto columns = ledger_of(data, folder);
   const auto time = columns.find("time_s");
@@ -57,16 +60,26 @@ std::optional<Svg> energy_figure(const SceneDocument& data, ReportFolder& folder
   const std::size_t stride = std::max<std::size_t>(1, t.size() / kLedgerPoints);
   std::vector<std::pair<std::string, std::vector<PlotPoint>>> curves;
   std::vector<double> all = {0.0};
-  for (const auto& [column, words] : kEnergies) {
+  double widest = 0.0;
+  const auto span_of = [&](const char* column) {
     const auto values = columns.find(column);
-    if (values == columns.end() || values->second.size() != t.size()) continue;
+    if (values == columns.end() || values->second.size() != t.size()) return std::pair(0.0, 0.0);
     const auto [low, high] = std::minmax_element(values->second.begin(), values->second.end());
-    if (!(*high > *low)) continue;
-    const double base = std::string_view(column) == "potential_j" ? *low : 0.0;
+    return std::pair(*low, *high);
+  };
+  for (const EnergyCurve& curve : kEnergies)
+    widest = std::max(widest, span_of(curve.column).second - span_of(curve.column).first);
+  for (const auto& [column, words] : kEnergies) {
+    const auto [low, high] = span_of(column);
+    if (!(high - low > kMatters * widest)) continue;
+    const std::vector<double>& values = columns.at(column);
+    const std::string_view name = column;
+    const double base = name == "potential_j" ? low : name == "work_j" ? values.front() : 0.0;
     std::vector<PlotPoint> points;
-    for (std::size_t i = 0; i < t.size(); i += stride) points.push_back({t[i], values->second[i] - base});
-    points.push_back({t.back(), values->second.back() - base});
-    all.push_back(*high - base);
+    for (std::size_t i = 0; i < t.size(); i += stride) points.push_back({t[i], values[i] - base});
+    points.push_back({t.back(), values.back() - base});
+    all.push_back(high - base);
+    all.push_back(low - base);
     curves.emplace_back(words, std::move(points));
   }
   if (curves.empty()) return {};
@@ -75,7 +88,8 @@ std::optional<Svg> energy_figure(const SceneDocument& data, ReportFolder& folder
   std::vector<std::string> names;
   for (const auto& [words, points] : curves) names.push_back(words);
   AxisSpec y = axis_around("Energy [J]", Scale::kLinear, all);
-  y.low = 0.0;
+  // A little below 0 is round-off; what holds take back is not.
+  if (*std::min_element(all.begin(), all.end()) > -1e-3 * widest) y.low = 0.0;
   Frame frame = axes_under_legend(svg, kHeight, names, {"Time [s]", Scale::kLinear, t.front(), t.back()}, y);
   for (std::size_t i = 0; i < curves.size(); ++i) frame.curve(curves[i].second, series_class("s", i) + " mid");
   return svg;
@@ -155,6 +169,26 @@ std::string key_figures(const SceneDocument& data) {
   return keys.html();
 }
 
+/// Where the energy went: contacts and friction always, of the rest what is more than nothing.
+std::string energy_sentence(const scene::LedgerRecord& ledger) {
+  const double scale_j = ledger.energy_scale_j;
+  const auto percent = [&](double energy_j) { return rounded(100.0 * energy_j / scale_j, 3) + " %"; };
+  const auto matters = [&](double energy_j) { return std::abs(energy_j) > kMatters * scale_j; };
+  std::vector<std::string> parts = {"contacts took " + percent(ledger.contact_j),
+                                    "friction " + percent(ledger.friction_j)};
+  for (const auto& [energy_j, words] :
+       {std::pair(ledger.viscous_j, "viscosity "), std::pair(ledger.plastic_j, "plastic flow "),
+        std::pair(ledger.fracture_j, "new surfaces ")})
+    if (matters(energy_j)) parts.push_back(words + percent(energy_j));
+  std::string text = "Of the energy that the scene had to spend, " + rounded(scale_j, 4) + " J, ";
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < parts.size() ? ", " : " and ") + parts[i];
+  if (matters(ledger.work_j)) text += "; what is held put in " + rounded(ledger.work_j, 4) + " J all in all";
+  if (matters(ledger.most_strain_j))
+    text += "; under load bodies held up to " + rounded(ledger.most_strain_j, 4) + " J of strain";
+  return text + ".";
+}
+
 std::vector<std::string> sentences_of(const SceneDocument& data) {
   std::vector<std::string> sentences;
   const auto& impacts = data.impulses_summary.hardest;
@@ -167,11 +201,7 @@ std::vector<std::string> sentences_of(const SceneDocument& data) {
                         rounded(hardest->time_s, 4) + " s, gave <b>" + rounded(hardest->impulse_n_s, 3) +
                         " N s</b> within " + rounded(1e6 * hardest->duration_s, 3) + " µs.");
   }
-  const scene::LedgerRecord& ledger = data.ledger;
-  if (ledger.energy_scale_j > 0.0)
-    sentences.push_back("Of the energy that the scene had to spend, " + rounded(ledger.energy_scale_j, 4) +
-                        " J, contacts took " + rounded(100.0 * ledger.contact_j / ledger.energy_scale_j, 3) +
-                        " % and friction " + rounded(100.0 * ledger.friction_j / ledger.energy_scale_j, 3) + " %.");
+  if (data.ledger.energy_scale_j > 0.0) sentences.push_back(energy_sentence(data.ledger));
   // A cracking body parts in hundreds of steps: one sentence, not one for each.
   std::map<std::string, std::vector<const scene::SceneEventRecord*>> splits;
   for (const scene::SceneEventRecord& event : data.events)
@@ -212,20 +242,38 @@ std::string draws_html(const SceneDocument& data) {
              "Partials over the draws");
 }
 
-/// Times that are shown: the start, just before and after what broke first, the end; else even ones.
+/// Times that are shown: the start, just before and after what broke first, the end; while something cracks, moments
+/// at which so many of its splits have happened; else even ones.
 std::vector<int> still_numbers(const SceneDocument& data) {
   constexpr int kStills = 6;
   const int last = data.frames->n_frames - 1;
+  const auto frame_of = [&](double time_s) { return static_cast<int>(time_s * data.frames->rate_hz); };
   std::vector<int> numbers = {0, last};
+  std::vector<double> splits_s;
   for (const scene::SceneEventRecord& event : data.events) {
-    const int at = static_cast<int>(event.time_s * data.frames->rate_hz);
-    for (const int number : {at, at + 1, at + 4})
+    if (event.kind == "split") {
+      splits_s.push_back(event.time_s);
+      continue;
+    }
+    for (const int number : {frame_of(event.time_s), frame_of(event.time_s) + 1, frame_of(event.time_s) + 4})
       if (number <= last && numbers.size() < kStills) numbers.push_back(number);
-    if (numbers.size() >= kStills) break;
   }
-  for (int i = 1; i < kStills - 1 && data.events.empty(); ++i) numbers.push_back(last * i / (kStills - 1));
+  if (!splits_s.empty()) {
+    const std::size_t n = splits_s.size();
+    for (const int number : {frame_of(splits_s.front()), frame_of(splits_s[n / 3]) + 1,
+                             frame_of(splits_s[2 * n / 3]) + 1, (frame_of(splits_s.back()) + 1 + last) / 2})
+      if (numbers.size() < kStills) numbers.push_back(std::min(number, last));
+  }
   std::sort(numbers.begin(), numbers.end());
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  // Where all that happens happens at one moment, the longest gaps are halved.
+  while (numbers.size() < kStills && (data.events.empty() || !splits_s.empty())) {
+    std::size_t widest = 1;
+    for (std::size_t i = 1; i < numbers.size(); ++i)
+      if (numbers[i] - numbers[i - 1] > numbers[widest] - numbers[widest - 1]) widest = i;
+    if (numbers.size() < 2 || numbers[widest] - numbers[widest - 1] < 2) break;
+    numbers.insert(numbers.begin() + static_cast<std::ptrdiff_t>(widest), (numbers[widest] + numbers[widest - 1]) / 2);
+  }
   return numbers;
 }
 
@@ -284,7 +332,7 @@ Page make(const SceneDocument& data, ReportFolder& folder) {
     folder.add_figure("energy", *svg);
     energy = figure(sheet(*svg),
                     "Where the energy is and where it went: kinetic and potential energy (this from its lowest value "
-                    "on), and what contacts and friction took since the start.");
+                    "on), strain of bodies that deform, and what was lost and put in since the start.");
   }
   page.sections = {{"sound", "Sound", sound},
                    {"motion", "Motion", stills_html(data, folder)},

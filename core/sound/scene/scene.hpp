@@ -174,6 +174,9 @@ struct FloorSound {
 struct SceneFrames {
   double rate_hz = 60.0;
   bool glb = true, vtp = true;
+  /// No key of a file: of what all cracking bodies look like; where it is reached, one of two pictures goes.
+  std::size_t most_shape_bytes = std::size_t{256} << 20;
+  bool wanted() const { return glb || vtp; }
 };
 
 struct Scene {

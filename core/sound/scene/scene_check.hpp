@@ -44,9 +44,11 @@ struct SceneCheckDocument {
   }
 };
 
-/// Builds all bodies and looks for whatever can be seen without moving them: overlaps, bodies that are faster than the
-/// steps allow (header.warnings: those that gravity makes so before they reach the floor).
+/// Builds all bodies, those that deform with their meshes and holds, and looks for whatever can be seen without moving them: overlaps,
+/// bodies that are faster than the steps allow (header.warnings: those that gravity makes so before they reach the floor).
+/// @param seed  of the meshes of cracking bodies
 /// @throws InputError
-SceneCheckDocument check_scene(const Scene& scene, const SceneNotes& notes = {}, Monitor& monitor = silent_monitor());
+SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed = 1, const SceneNotes& notes = {},
+                               Monitor& monitor = silent_monitor());
 
 }  // namespace klang::scene

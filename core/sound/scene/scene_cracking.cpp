@@ -18,6 +18,7 @@ struct CrackingBodies::State {
   std::unique_ptr<detail::BodyMeeting> meeting;  ///< where there are several
 
   void add_row(double time_s);
+  void bound_shapes();
 };
 
 void CrackingBodies::State::add_row(double time_s) {
@@ -43,6 +44,17 @@ void CrackingBodies::State::add_row(double time_s) {
   row.work_j += rows.empty() ? row.sum_j() : rows.front().work_j;
   row.residual_j = row.sum_j();
   rows.push_back(row);
+}
+
+void CrackingBodies::State::bound_shapes() {
+  const auto n_bytes = [&] {
+    std::size_t sum = 0;
+    for (const auto& body : bodies) sum += body->shapes().n_bytes();
+    return sum;
+  };
+  // The shapes at the start alone may be too many: no less than those is kept.
+  while (n_bytes() > scene.frames.most_shape_bytes && bodies.front()->shapes().n_frames() > 1)
+    for (const auto& body : bodies) body->shapes().thin();
 }
 
 namespace {
@@ -121,6 +133,7 @@ void CrackingBodies::after_step(rigid::RigidWorld& world) {
   for (detail::PressedBody& other : pressed)
     if (const double got_j = other.end(world); got_j != 0.0) world.book(&rigid::EnergyLedger::contact_j, -got_j);
   for (const auto& body : state_->bodies) body->keep_frames(state_->scene.pose_rate_hz);
+  state_->bound_shapes();
   state_->add_row(end_s);
 }
 
@@ -149,6 +162,12 @@ void CrackingBodies::add_to(SceneMotion& motion) const {
   if (const double gamma2 = 2.0 * summary.max_strain; gamma2 > fracture::kDoubtfulGamma2)
     summary.warnings.push_back("plastic strain of norm " + std::to_string(summary.max_strain) +
                                ": its rest shape has lost some volume (erratum 68)");
+  motion.shapes.stride = state_->bodies.front()->shapes().stride();
+  if (motion.shapes.stride > 1)
+    summary.warnings.push_back("frames of cracking bodies change at every " + std::to_string(motion.shapes.stride) +
+                               "th of them only: all would need more than " +
+                               std::to_string(state_->scene.frames.most_shape_bytes >> 20) +
+                               " MiB; a lower frames.rate_hz shows each");
   motion.log.sort();
   motion.cracks = std::move(summary);
 }

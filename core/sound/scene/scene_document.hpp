@@ -73,8 +73,9 @@ struct SceneEventRecord {
   double time_s = 0.0;
   std::string kind, body;
   int pieces = 0;
-  double strain_energy_j = 0.0, fracture_energy_j = 0.0, kinetic_energy_j = 0.0, vibration_energy_j = 0.0;
-  double crack_area_m2 = 0.0, largest_stress_pa = 0.0;
+  std::optional<double> strain_energy_j, fracture_energy_j, kinetic_energy_j, vibration_energy_j;
+  double crack_area_m2 = 0.0;
+  std::optional<double> largest_stress_pa, viscous_energy_j = {}, plastic_energy_j = {};
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -82,18 +83,28 @@ struct SceneEventRecord {
     visit({"kind", "fracture; split: a step in which a cracking body parted at nodes"}, self.kind);
     visit({"body", "that broke"}, self.body);
     visit({"pieces", "into how many; split: of how many the body consists then"}, self.pieces);
-    visit({"strain_energy_j", "that was in it"}, self.strain_energy_j);
-    visit({"fracture_energy_j", "spent on cracks"}, self.fracture_energy_j);
-    visit({"kinetic_energy_j", "given to the pieces"}, self.kinetic_energy_j);
-    visit({"vibration_energy_j", "left to ring in them, and heat"}, self.vibration_energy_j);
+    visit({"strain_energy_j", "that was in it; split: that is in it and its pieces then"}, self.strain_energy_j);
+    visit({"fracture_energy_j", "spent on cracks; null of a split, whose faces take no energy of their own"},
+          self.fracture_energy_j);
+    visit({"kinetic_energy_j", "given to the pieces; split: of the body and its pieces then"}, self.kinetic_energy_j);
+    visit(
+        {"vibration_energy_j", "left to ring in them, and heat; null of a split, which leaves it in strain and motion"},
+        self.vibration_energy_j);
     visit({"crack_area_m2", "of one side"}, self.crack_area_m2);
-    visit({"largest_stress_pa", "principal, when it broke"}, self.largest_stress_pa);
+    visit({"largest_stress_pa",
+           "principal, when it broke; split: what parted the worst node, by the criterion; null with toughness_n"},
+          self.largest_stress_pa);
+    visit({"viscous_energy_j", "split: that the body lost to viscous stress until then; null of a fracture"},
+          self.viscous_energy_j);
+    visit({"plastic_energy_j", "split: that the body lost to plastic flow until then; null of a fracture"},
+          self.plastic_energy_j);
   }
 };
 
 struct LedgerRecord {
   double residual_relative = 0.0, energy_scale_j = 0.0, limit = 1e-9;
   double contact_j = 0.0, friction_j = 0.0, fracture_j = 0.0, correction_j = 0.0;
+  double viscous_j = 0.0, plastic_j = 0.0, work_j = 0.0, most_strain_j = 0.0;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -101,12 +112,18 @@ struct LedgerRecord {
           self.residual_relative);
     visit({"limit", "above which the run does not pass"}, self.limit);
     visit(
-        {"energy_scale_j", "kinetic energy at the start, and potential energy there above its lowest value in the run"},
+        {"energy_scale_j",
+         "kinetic energy at the start, and potential energy there above its lowest value in the run; with cracking or "
+         "modal bodies also the larger of most strain and most work"},
         self.energy_scale_j);
     visit({"contact_j", "lost along the normals of contacts"}, self.contact_j);
     visit({"friction_j", "lost across them"}, self.friction_j);
     visit({"fracture_j", "in new surfaces"}, self.fracture_j);
     visit({"correction_j", "less what the solver put in"}, self.correction_j);
+    visit({"viscous_j", "lost to viscous stress and damping in bodies that deform"}, self.viscous_j);
+    visit({"plastic_j", "lost to plastic flow in them"}, self.plastic_j);
+    visit({"work_j", "put in from outside, by what is held: all of it less what it took back"}, self.work_j);
+    visit({"most_strain_j", "largest strain energy of bodies under load at the end of a step"}, self.most_strain_j);
   }
 };
 

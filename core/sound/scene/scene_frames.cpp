@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/surface_decimation.hpp"
+#include "core/sound/scene/detail/deformed_glb.hpp"
 
 namespace klang::scene {
 namespace {
@@ -16,54 +16,18 @@ namespace {
 using Eigen::Vector3d;
 using nlohmann::json;
 
+using detail::append;
+using detail::GlbBuffers;
+using detail::GlbKeys;
+
 constexpr int kMostTriangles = 60'000, kFewestTriangles = 300;  // of a frame; of a body
-constexpr int kFloat = 5126, kVertices = 34962;                 // glTF's numbers for a type and a use of numbers
-
-template <class Number>
-void append(std::string& bytes, Number value) {
-  char raw[sizeof value];
-  std::memcpy(raw, &value, sizeof value);
-  bytes.append(raw, sizeof value);
-}
-
-/// The numbers of a glTF file and where they stand.
-class Buffers {
- public:
-  json views = json::array(), accessors = json::array();
-  std::string bytes;
-
-  /// @param width  floats per entry. @return number of the accessor
-  int add(const std::vector<float>& values, int width, bool vertices, bool with_range) {
-    static const char* const kTypes[] = {"", "SCALAR", "", "VEC3", "VEC4"};
-    json view = {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", values.size() * sizeof(float)}};
-    if (vertices) view["target"] = kVertices;
-    json accessor = {{"bufferView", views.size()},
-                     {"componentType", kFloat},
-                     {"count", values.size() / static_cast<std::size_t>(width)},
-                     {"type", kTypes[width]}};
-    if (with_range) {
-      std::vector<float> low(static_cast<std::size_t>(width), HUGE_VALF), high(low.size(), -HUGE_VALF);
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        const std::size_t c = i % low.size();
-        low[c] = std::min(low[c], values[i]);
-        high[c] = std::max(high[c], values[i]);
-      }
-      accessor["min"] = low;
-      accessor["max"] = high;
-    }
-    for (const float value : values) append(bytes, value);
-    views.push_back(std::move(view));
-    accessors.push_back(std::move(accessor));
-    return static_cast<int>(accessors.size()) - 1;
-  }
-};
 
 Vector3d corner(const mesh::SurfaceMesh& surface, Eigen::Index triangle, int k) {
   return surface.vertices_m.row(surface.triangles(triangle, k)).transpose();
 }
 
 /// Triangles with a normal each, so that edges stay sharp.
-json glb_mesh(const FrameBody& body, Buffers& buffers) {
+json glb_mesh(const FrameBody& body, GlbBuffers& buffers) {
   std::vector<float> places, normals;
   for (Eigen::Index t = 0; t < body.surface->triangles.rows(); ++t) {
     const Vector3d a = corner(*body.surface, t, 0), b = corner(*body.surface, t, 1), c = corner(*body.surface, t, 2);
@@ -95,40 +59,6 @@ json glb_materials(const Scene& scene) {
                            {"roughnessFactor", 0.6}}}});
   }
   return materials;
-}
-
-/// Keyframes of a node.
-class Keys {
- public:
-  json channels = json::array(), samplers = json::array();
-
-  struct Channel {
-    const char* path;
-    int width;
-    const char* interpolation;
-  };
-  void add(int node, const Channel& channel, const std::vector<float>& times, const std::vector<float>& values,
-           Buffers& buffers) {
-    const auto& [path, width, interpolation] = channel;
-    const int input = buffers.add(times, 1, false, true), output = buffers.add(values, width, false, false);
-    channels.push_back({{"sampler", samplers.size()}, {"target", {{"node", node}, {"path", path}}}});
-    samplers.push_back({{"input", input}, {"output", output}, {"interpolation", interpolation}});
-  }
-};
-
-std::string glb_bytes(json document, std::string binary) {
-  document["buffers"] = {{{"byteLength", binary.size()}}};
-  std::string text = document.dump();
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  binary.resize((binary.size() + 3) / 4 * 4, '\0');
-  std::string file = "glTF";
-  append<std::uint32_t>(file, 2);
-  append<std::uint32_t>(file, static_cast<std::uint32_t>(12 + 8 + text.size() + 8 + binary.size()));
-  append<std::uint32_t>(file, static_cast<std::uint32_t>(text.size()));
-  file += "JSON" + text;
-  append<std::uint32_t>(file, static_cast<std::uint32_t>(binary.size()));
-  file += std::string("BIN\0", 4) + binary;
-  return file;
 }
 
 /// What bodies that look alike have in common.
@@ -172,41 +102,59 @@ mesh::SurfaceMesh straight_surface(const mesh::SurfaceMesh& surface) {
   return straight;
 }
 
-std::vector<FrameBody> frame_bodies(const Scene& scene, const SceneNotes& notes, Monitor& monitor) {
+std::vector<FrameBody> frame_bodies(const Scene& scene, Monitor& monitor) {
   std::map<std::string, std::shared_ptr<const mesh::SurfaceMesh>> known;
   std::vector<FrameBody> bodies;
   const int most = std::max(kFewestTriangles, kMostTriangles / static_cast<int>(scene.bodies.size()));
   for (const SceneBody& body : scene.bodies) {
     monitor.throw_if_stopped();
     auto& surface = known[look_of(body)];
-    if (!surface)
+    const bool deforms = body.model == BodyModel::kCracking;
+    if (!surface && !deforms)
       surface = std::make_shared<const mesh::SurfaceMesh>(
           coarse_enough(mesh::boundary_surface(mesh_of(body, {}, monitor)), most));
-    FrameBody shown{body.name, body.material, surface, {}};
+    FrameBody shown{body.name, body.material, deforms ? nullptr : surface, {}};
     shown.start.position_m = body.position_m;
     const Eigen::Quaterniond turn = orientation_of(body.rotation_deg);
     shown.start.orientation_wxyz = {turn.w(), turn.x(), turn.y(), turn.z()};
     bodies.push_back(std::move(shown));
-    if (notes.warning && body.model == BodyModel::kCracking)
-      notes.warning("body " + body.name + ": frames show it neither deformed nor cracked");
   }
   return bodies;
 }
 
 events::Pose Frames::Shown::at(double time_s) const { return motion.poses().empty() ? body.start : motion.at(time_s); }
 
-Frames::Frames(const Scene& scene, const events::EventLog& log, std::vector<FrameBody> bodies, double end_s)
-    : scene_(scene), low_m_(Vector3d::Constant(HUGE_VAL)), high_m_(Vector3d::Constant(-HUGE_VAL)) {
+Frames::Frames(const Scene& scene, const events::EventLog& log, std::vector<FrameBody> bodies, double end_s,
+               DeformedShapes shapes)
+    : scene_(scene),
+      shapes_(std::move(shapes)),
+      low_m_(Vector3d::Constant(HUGE_VAL)),
+      high_m_(Vector3d::Constant(-HUGE_VAL)) {
   KLANG_CHECK(bodies.size() == log.bodies.size(), "a surface for each body");
+  std::vector<char> deforms(bodies.size(), 0);
+  for (const DeformedBody& body : shapes_.bodies) deforms[static_cast<std::size_t>(body.row)] = 1;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const int row = static_cast<int>(i), parent = log.bodies[i].parent;
-    Shown shown{std::move(bodies[i]), log.motion_of(row), -HUGE_VAL, HUGE_VAL};
+    if (parent >= 0 && deforms[static_cast<std::size_t>(parent)] != 0) deforms[i] = 1;
+    names_.push_back(bodies[i].name);
+    materials_.push_back(bodies[i].material);
+    if (deforms[i] != 0) {
+      broken_s_.push_back(log.broken_s(row).value_or(HUGE_VAL));
+      continue;
+    }
+    broken_s_.push_back(HUGE_VAL);
+    KLANG_CHECK(bodies[i].surface != nullptr, "a body that does not deform has a surface");
+    Shown shown{std::move(bodies[i]), log.motion_of(row), row, -HUGE_VAL, HUGE_VAL};
     if (parent >= 0) shown.from_s = log.broken_s(parent).value_or(0.0);
     shown.until_s = log.broken_s(row).value_or(HUGE_VAL);
     bodies_.push_back(std::move(shown));
   }
   const auto n = static_cast<std::size_t>(std::floor(end_s * scene.frames.rate_hz + 1e-9));
   for (std::size_t i = 0; i <= n; ++i) times_s_.push_back(static_cast<double>(i) / scene.frames.rate_hz);
+  find_box();
+}
+
+void Frames::find_box() {
   for (const Shown& shown : bodies_) {
     const mesh::SurfaceMesh& surface = *shown.body.surface;
     const Vector3d middle = 0.5 * (surface.vertices_m.colwise().minCoeff() + surface.vertices_m.colwise().maxCoeff());
@@ -218,12 +166,19 @@ Frames::Frames(const Scene& scene, const events::EventLog& log, std::vector<Fram
       high_m_ = high_m_.cwiseMax(place + Vector3d::Constant(radius));
     }
   }
-  if (scene.floor_material) low_m_.z() = std::clamp(0.0, low_m_.z(), high_m_.z());
+  for (const DeformedBody& body : shapes_.bodies)
+    for (const DeformedFrame& frame : body.frames)
+      for (std::size_t c = 0; c < frame.places_m.size(); c += 3) {
+        const Vector3d place = Eigen::Vector3f(frame.places_m.data() + c).cast<double>();
+        low_m_ = low_m_.cwiseMin(place);
+        high_m_ = high_m_.cwiseMax(place);
+      }
+  if (scene_.floor_material) low_m_.z() = std::clamp(0.0, low_m_.z(), high_m_.z());
 }
 
 std::string Frames::glb() const {
-  Buffers buffers;
-  Keys keys;
+  GlbBuffers buffers;
+  GlbKeys keys;
   json nodes = json::array(), meshes = json::array(), children = json::array();
   std::map<std::pair<const mesh::SurfaceMesh*, int>, int> known;
   // glTF's y is the scene's z.
@@ -264,6 +219,11 @@ std::string Frames::glb() const {
     }
     if (times.size() > 1) keys.add(node, {"scale", 3, "STEP"}, times, sizes, buffers);
   }
+  for (const DeformedBody& body : shapes_.bodies) {
+    const auto row = static_cast<std::size_t>(body.row);
+    detail::add_deformed_body(body, names_[row], materials_[row], scene_.frames.rate_hz,
+                              {buffers, keys, nodes, meshes, children});
+  }
   nodes[0]["children"] = children;
   json document = {{"asset", {{"version", "2.0"}, {"generator", "Klangprobe"}}},
                    {"scene", 0},
@@ -275,28 +235,44 @@ std::string Frames::glb() const {
                    {"bufferViews", buffers.views}};
   if (!keys.channels.empty())
     document["animations"] = {{{"name", "motion"}, {"channels", keys.channels}, {"samplers", keys.samplers}}};
-  return glb_bytes(std::move(document), std::move(buffers.bytes));
+  return detail::glb_bytes(std::move(document), std::move(buffers.bytes));
 }
 
 std::string Frames::vtp(std::size_t frame) const {
   const double time = times_s_.at(frame);
   std::string points, corners, ends, owners;
   std::int32_t n_points = 0, n_triangles = 0;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Shown& shown = bodies_[i];
+  for (const Shown& shown : bodies_) {
     if (!shown.is_there(time)) continue;
     const mesh::SurfaceMesh& surface = *shown.body.surface;
     const events::Pose pose = shown.at(time);
     for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
       for (int k = 0; k < 3; ++k) append<std::int32_t>(corners, n_points + surface.triangles(t, k));
       append<std::int32_t>(ends, 3 * ++n_triangles);
-      append<std::int32_t>(owners, static_cast<std::int32_t>(i));
+      append<std::int32_t>(owners, shown.row);
     }
     for (Eigen::Index v = 0; v < surface.vertices_m.rows(); ++v) {
       const Vector3d place = pose.to_world(surface.vertices_m.row(v).transpose());
       for (int axis = 0; axis < 3; ++axis) append(points, static_cast<float>(place[axis]));
     }
     n_points += static_cast<std::int32_t>(surface.vertices_m.rows());
+  }
+  for (const DeformedBody& body : shapes_.bodies) {
+    // Of frames that are kept the last until then.
+    const auto after =
+        std::upper_bound(body.frames.begin(), body.frames.end(), static_cast<std::int32_t>(frame),
+                         [](std::int32_t number, const DeformedFrame& kept) { return number < kept.number; });
+    KLANG_CHECK(after != body.frames.begin(), "its first frame is that at 0 s");
+    const DeformedFrame& shown = *(after - 1);
+    const DeformedSurface& surface = body.surfaces[static_cast<std::size_t>(shown.surface)];
+    const bool is_broken = shown.number / scene_.frames.rate_hz >= broken_s_[static_cast<std::size_t>(body.row)];
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+      for (const std::int32_t corner : surface.triangles[t]) append<std::int32_t>(corners, n_points + corner);
+      append<std::int32_t>(ends, 3 * ++n_triangles);
+      append<std::int32_t>(owners, is_broken ? surface.rows[t] : body.row);
+    }
+    for (const float value : shown.places_m) append(points, value);
+    n_points += static_cast<std::int32_t>(shown.places_m.size() / 3);
   }
   std::string data;
   const auto array = [&](const std::string& attributes, const std::string& bytes) {

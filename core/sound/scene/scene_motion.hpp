@@ -6,6 +6,7 @@
 #include "core/foundation/base/monitor.hpp"
 #include "core/physics/events/event_log.hpp"
 #include "core/physics/rigid/recording.hpp"
+#include "core/sound/scene/deformed_shapes.hpp"
 #include "core/sound/scene/scene_bodies.hpp"
 #include "core/sound/scene/scene_breaking.hpp"
 
@@ -28,8 +29,10 @@ struct CrackSummary {
   std::vector<fracture::PartedFace> faces;       ///< of all bodies, in their rest shapes
   /// Steps with splits, body by body and in time.
   struct Split {
-    double time_s = 0.0, crack_area_m2 = 0.0, largest_stress_pa = 0.0;
+    double time_s = 0.0, crack_area_m2 = 0.0;
+    std::optional<double> largest_stress_pa;  ///< none: a toughness in newtons decides
     int body = 0, n = 0, pieces = 1;
+    fracture::SolidEnergies energies;  ///< of the whole body then, and what it lost until then
   };
   std::vector<Split> splits;
   std::vector<std::string> warnings;
@@ -49,6 +52,7 @@ struct SceneMotion {
   int n_steps = 0;
   std::vector<BreakEvent> breaks;
   std::vector<ScenePiece> pieces;
+  DeformedShapes shapes;  ///< of cracking bodies, where frames are wanted
   std::int64_t n_stress_solves = 0;
   std::optional<CrackSummary> cracks;  ///< of a scene with cracking bodies
   std::optional<double>

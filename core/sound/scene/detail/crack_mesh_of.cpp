@@ -1,9 +1,12 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <random>
 
+#include "core/foundation/base/errors.hpp"
 #include "core/sound/scene/detail/deforming_body.hpp"
 
 namespace klang::scene::detail {
@@ -13,8 +16,38 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kSmoothFace = 0.9;  ///< cosine to the mean normal: less is an edge
+constexpr double kSamePlace = 1e-9;  ///< of the body's size
+constexpr double kPerCube = 6.0;     ///< elements in a cube of max_edge_m, a little less than meshes of boxes have
 
 std::size_t row_of(int i) { return static_cast<std::size_t>(i); }
+
+InputError too_many(const SceneBody& body, const std::string& n) {
+  return InputError(body.place + ": max_edge_m", "gives too many elements to be stepped", n,
+                    "up to " + std::to_string(kMostElements) + " of a cracking body");
+}
+
+/// What is beyond doubt, without the time and memory that the mesh itself would need.
+void refuse_too_many(const SceneBody& body) {
+  if (!body.shape || !(body.max_edge_m > 0.0)) return;
+  const double n = kPerCube * mesh::shape_volume_m3(*body.shape) / std::pow(body.max_edge_m, 3);
+  if (!(n <= 2.0 * kMostElements)) throw too_many(body, "about " + to_text(std::round(n)));
+}
+
+/// Nodes whose place another node has: those of the two lips of a slit, which part where only one of them moves.
+std::vector<bool> twins_of(const mesh::TetMesh& mesh) {
+  const double grid_m = kSamePlace * (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).norm();
+  std::vector<std::pair<std::array<std::int64_t, 3>, int>> places;
+  for (int i = 0; i < mesh.n_nodes(); ++i)
+    places.push_back({{std::llround(mesh.nodes_m(i, 0) / grid_m), std::llround(mesh.nodes_m(i, 1) / grid_m),
+                       std::llround(mesh.nodes_m(i, 2) / grid_m)},
+                      i});
+  std::sort(places.begin(), places.end());
+  std::vector<bool> is_twin(places.size(), false);
+  for (std::size_t k = 1; k < places.size(); ++k)
+    if (places[k].first == places[k - 1].first)
+      is_twin[row_of(places[k].second)] = is_twin[row_of(places[k - 1].second)] = true;
+  return is_twin;
+}
 
 }  // namespace
 
@@ -54,9 +87,12 @@ FittedFrame fitted_frame(const fracture::CrackMesh& mesh, const std::vector<int>
 }
 
 mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor) {
+  refuse_too_many(body);
   mesh::TetMesh mesh = mesh::to_linear(mesh_of(body, notes, monitor));
+  if (mesh.n_elements() > kMostElements) throw too_many(body, std::to_string(mesh.n_elements()));
   const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
-  // Nodes of faces move along them, nodes of edges not at all.
+  // Nodes of faces move along them, nodes of edges and of slits not at all.
+  const std::vector<bool> is_twin = twins_of(mesh);
   std::vector<std::vector<Vector3d>> normals(row_of(mesh.n_nodes()));
   for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
     const auto corner = [&](int c) -> Vector3d { return mesh.nodes_m.row(surface.triangles(t, c)).transpose(); };
@@ -85,6 +121,7 @@ mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const Sce
     Eigen::RowVector3d move;
     for (int axis = 0; axis < 3; ++axis)
       move[axis] = 0.2 * (static_cast<double>(random() >> 11) * 0x1.0p-53 - 0.5) * shortest[row_of(i)];
+    if (is_twin[row_of(i)]) continue;
     if (!normals[row_of(i)].empty()) {
       Vector3d mean = Vector3d::Zero();
       for (const Vector3d& normal : normals[row_of(i)]) mean += normal;

@@ -94,6 +94,13 @@ CrackSettings read_crack(const TomlTable& scene, const TomlTable& own, const Sce
   crack.smallest_height = number("smallest_height").value_or(crack.smallest_height);
   settings.integrator = *enum_from_text<fracture::Integrator>(
       table_of("integrator").choice("integrator", {"leapfrog", "euler", "taylor"}));
+  const double phi = settings.viscosity_lambda_pa_s, psi = settings.viscosity_mu_pa_s;
+  if (!(3.0 * phi + 2.0 * psi >= 0.0))
+    throw InputError(table_of("viscosity_lambda_pa_s").place("viscosity_lambda_pa_s"), "gives energy back",
+                     to_text(phi), "-2/3 of viscosity_mu_pa_s, " + to_text(-2.0 / 3.0 * psi) + ", or more");
+  if (settings.integrator != fracture::Integrator::kLeapfrog && !(psi > 0.0))
+    throw InputError(table_of("integrator").place("integrator"), "grows at any step without viscosity (erratum 63)",
+                     to_text(settings.integrator), "leapfrog, or a viscosity_mu_pa_s above 0");
   if (table_of("literature").choice("literature", {"mended", "paper"}) == "paper") {
     crack.total_stress = true;
     crack.speed_limit = 0.0;

@@ -6,7 +6,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
-#include "core/physics/solid/support.hpp"
+#include "core/sound/scene/detail/held_nodes.hpp"
 
 namespace klang::scene::detail {
 namespace {
@@ -14,7 +14,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kMostElements = 2'000'000;
 constexpr double kSmallestStepS = 1e-10;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
@@ -23,37 +22,6 @@ std::vector<int> all_nodes(const fracture::CrackMesh& mesh) {
   std::vector<int> nodes(at(mesh.n_nodes()));
   for (std::size_t i = 0; i < nodes.size(); ++i) nodes[i] = static_cast<int>(i);
   return nodes;
-}
-
-/// Nodes that holds move, with the number of the hold. @throws InputError where two holds have a node
-void hold_nodes(const Scene& scene, int row, const mesh::TetMesh& mesh, std::vector<int>& held,
-                std::vector<fracture::HoldPath>& paths, const std::vector<Vector3d>& velocities) {
-  for (const SceneHold& hold : scene.holds) {
-    if (hold.body != row) continue;
-    located(hold.place, [&] {
-      std::vector<int> nodes;
-      if (hold.at_m) {
-        const Eigen::VectorXd far = (mesh.nodes_m.rowwise() - hold.at_m->transpose()).rowwise().norm();
-        Eigen::Index nearest = 0;
-        const double size = (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).norm();
-        if (!(far.minCoeff(&nearest) <= 0.1 * size))
-          throw InputError("at_m", "is away from the body", to_text(far.minCoeff()) + " m", "a place of the body");
-        nodes = {static_cast<int>(nearest)};
-      } else {
-        nodes = solid::held_nodes(solid::parse_support("clamped:" + hold.where), mesh);
-      }
-      fracture::HoldPath path = hold.path;
-      path.set_start_velocity(velocities[at(nodes.front())]);
-      for (const int node : nodes) {
-        if (held[at(node)] >= 0)
-          throw InputError(hold.where.empty() ? "at_m" : "where", "contradicts another hold of the same nodes",
-                           scene.bodies[at(row)].name, "places that only one hold moves");
-        held[at(node)] = static_cast<int>(paths.size());
-      }
-      paths.push_back(std::move(path));
-      return 0;
-    });
-  }
 }
 
 }  // namespace
@@ -145,10 +113,11 @@ struct DeformingBody::Pressing {
 
 DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBodySpec& spec, std::uint64_t seed,
                              const SceneNotes& notes, Monitor& monitor)
-    : row_(row) {
+    : row_(row), name_(scene.bodies[at(row)].name), shapes_(row, scene.frames.wanted() ? scene.frames.rate_hz : 0.0) {
   const SceneBody& body = scene.bodies[at(row)];
   const SceneMaterial& material = scene.material_of(body);
   const mesh::TetMesh mesh = crack_mesh_of(body, seed + at(row), notes, monitor);
+  const std::vector<HeldNodes> holds = held_nodes_of(scene, row, mesh);
   located(body.place, [&] {
     // The mass of the shape itself, which chords of round shapes do not fill.
     fracture::SolidOptions options;
@@ -163,7 +132,11 @@ DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBody
       cracks.velocity_m_s[i] = spec.velocity_m_s + spec.angular_velocity_rad_s.cross(cracks.place_m[i] - centre);
     }
     std::vector<fracture::HoldPath> paths;
-    hold_nodes(scene, row, mesh, cracks.held, paths, cracks.velocity_m_s);
+    for (const HeldNodes& held : holds) {
+      for (const int node : held.nodes) cracks.held[at(node)] = static_cast<int>(paths.size());
+      paths.push_back(held.hold->path);
+      paths.back().set_start_velocity(cracks.velocity_m_s[at(held.nodes.front())]);
+    }
     options.viscosity_lambda_pa_s = body.crack.viscosity_lambda_pa_s;
     options.viscosity_mu_pa_s = body.crack.viscosity_mu_pa_s;
     options.integrator = body.crack.integrator;
@@ -183,10 +156,11 @@ DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBody
     pressing_->rate_sq = 0.1 / (pressing_->step_s * pressing_->step_s);
     solid_->refresh();
     cracker_ = std::make_unique<fracture::Cracker>(*solid_, body.crack.crack);
-    strength_ = body.crack.crack.strength_pa.value_or(0.0);
+    strength_ = body.crack.crack.strength_pa;
     touched_.assign(at(solid_->mesh().n_nodes()), 0);
     return 0;
   });
+  shapes_.keep(solid_->mesh(), 0.0);
 }
 DeformingBody::~DeformingBody() = default;
 
@@ -222,7 +196,7 @@ void DeformingBody::note_pushes(double dt_s) {
 double DeformingBody::step_limit_s() const {
   const double limit = solid_->step_limit_s();
   if (!(limit >= kSmallestStepS) || solid_->mesh().n_elements() > kMostElements)
-    throw NumericalError("body " + std::to_string(row_) + ": steps of " + to_text(limit) + " s, " +
+    throw NumericalError("body " + name_ + ": steps of " + to_text(limit) + " s, " +
                          std::to_string(solid_->mesh().n_elements()) + " elements: the cracks have made it too fine");
   return limit;
 }
@@ -234,7 +208,12 @@ void DeformingBody::go(double dt_s) {
 }
 
 void DeformingBody::arrive() {
-  solid_->arrive();
+  try {
+    solid_->arrive();
+  } catch (const NumericalError& error) {
+    throw NumericalError("body " + name_ + ": " + error.what());
+  }
+  shapes_.keep(solid_->mesh(), solid_->time_s());
   if (solid_->options().integrator == fracture::Integrator::kLeapfrog) note_pushes(0.5 * pressing_->step_s);
 }
 
@@ -329,10 +308,11 @@ void DeformingBody::add_own_contacts(std::vector<char>& touched) {
 
 void DeformingBody::note_splits(int n, double area_m2) {
   const double now = solid_->time_s();
-  if (splits_.empty() || splits_.back().time_s != now) splits_.push_back({now, 0.0, 0.0, row_, 0, n_pieces_});
+  if (splits_.empty() || splits_.back().time_s != now)
+    splits_.push_back({now, 0.0, {}, row_, 0, n_pieces_, solid_->energies()});
   splits_.back().n += n;
   splits_.back().crack_area_m2 += area_m2;
-  splits_.back().largest_stress_pa = cracker_->last_over() * strength_;
+  if (strength_) splits_.back().largest_stress_pa = cracker_->last_over() * *strength_;
 }
 
 void DeformingBody::keep_frames(double pose_rate_hz) {

@@ -7,9 +7,12 @@
 #include <vector>
 
 #include "core/sound/scene/detail/rigid_push.hpp"
+#include "core/sound/scene/detail/shape_keeper.hpp"
 #include "core/sound/scene/scene_motion.hpp"
 
 namespace klang::scene::detail {
+
+inline constexpr int kMostElements = 2'000'000;  ///< of a cracking body
 
 /// Frame of a set of nodes: x = position + R X, least squares weighted by mass, R proper.
 struct FittedFrame {
@@ -21,6 +24,7 @@ FittedFrame fitted_frame(const fracture::CrackMesh& mesh, const std::vector<int>
 
 /// The linear mesh of a cracking body, its nodes moved by the seed's random numbers by up to a tenth of their shortest edge:
 /// inside in all directions, those of faces along them, those of sharp edges not.
+/// @throws InputError also for more elements than can be stepped, for shapes before they are meshed
 mesh::TetMesh crack_mesh_of(const SceneBody& body, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor);
 
 /// One cracking body of a scene.
@@ -48,6 +52,8 @@ class DeformingBody {
   int n_pieces() const { return n_pieces_; }
   Eigen::AlignedBox3d box() const;
   const std::vector<CrackSummary::Split>& splits() const { return splits_; }
+  ShapeKeeper& shapes() { return shapes_; }
+  const ShapeKeeper& shapes() const { return shapes_; }
   /// Keeps the frames of all pieces at this time where it is due, or where something pressed since the last call.
   void keep_frames(double pose_rate_hz);
   void note_pressed() { pressed_ = true; }
@@ -88,8 +94,11 @@ class DeformingBody {
   int piece_then(const Version& version, int node) const;
 
   int row_ = 0, n_elements_start_ = 0, n_pieces_ = 1, changes_seen_ = -1;
+  std::string name_;
+  ShapeKeeper shapes_;
   std::optional<double> broken_s_;
-  double next_pose_s_ = 0.0, strength_ = 0.0;
+  std::optional<double> strength_;
+  double next_pose_s_ = 0.0;
   std::unique_ptr<Pressing> pressing_;
   std::unique_ptr<fracture::ExplicitSolid> solid_;
   std::unique_ptr<fracture::Cracker> cracker_;

@@ -34,6 +34,7 @@ std::vector<int> DeformingBody::add_to(const Scene& scene, SceneMotion& motion) 
   const fracture::CrackMesh& mesh = solid_->mesh();
   const FittedFrame whole = fitted_frame(mesh, nodes_of_all(mesh));
   motion.final[index(row_)] = whole.state;
+  std::vector<int> row_of_element(index(mesh.n_elements()), row_);
   std::vector<std::vector<int>> nodes(index(n_pieces_));
   std::vector<int> rows = {row_};
   if (n_pieces_ > 1) {
@@ -51,9 +52,11 @@ std::vector<int> DeformingBody::add_to(const Scene& scene, SceneMotion& motion) 
       motion.final.push_back(frame.state);
       motion.pieces.push_back({rows.back(), row_, mesh::boundary_surface(parts[index(p)]), std::move(parts[index(p)])});
     }
+    for (std::size_t e = 0; e < row_of_element.size(); ++e) row_of_element[e] = rows[index(piece_of_element[e])];
     motion.log.fractures.push_back({*broken_s_, row_});
     if (scene.bodies[index(row_)].sounds() && scene.fracture.impulses) add_pulls(rows, piece_of_element, motion);
   }
+  if (shapes_.n_bytes() > 0) motion.shapes.bodies.push_back(shapes_.shapes(row_of_element));
   // A piece's frames are those of the piece of then that held its oldest node.
   const auto is_broken = [&](double time_s) { return broken_s_ && time_s >= *broken_s_; };
   for (const Kept& kept : frames_) {

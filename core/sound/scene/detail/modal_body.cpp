@@ -11,7 +11,7 @@
 #include "core/geometry/mesh/surface_point.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/rigid/convex_parts.hpp"
-#include "core/physics/solid/support.hpp"
+#include "core/sound/scene/detail/held_nodes.hpp"
 
 namespace klang::scene::detail {
 namespace {
@@ -85,27 +85,12 @@ void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::R
 }
 
 void add_holds(ModalBody& made, const Scene& scene, const modal::ModalModel& model, const Vector3d& centre_m) {
-  for (const SceneHold& hold : scene.holds) {
-    if (hold.body != made.row) continue;
-    std::vector<int> nodes;
-    if (hold.at_m) {
-      Eigen::Index nearest = 0;
-      (model.mesh.nodes_m.rowwise() - hold.at_m->transpose()).rowwise().norm().minCoeff(&nearest);
-      nodes = {static_cast<int>(nearest)};
-    } else {
-      nodes = located(hold.place,
-                      [&] { return solid::held_nodes(solid::parse_support("clamped:" + hold.where), model.mesh); });
-    }
-    for (const int node : nodes) {
-      HeldPlace held{place_of(model, made.modes.z.size(), node, centre_m), &hold.path, Vector3d::Zero()};
+  for (const HeldNodes& hold : held_nodes_of(scene, made.row, model.mesh))
+    for (const int node : hold.nodes) {
+      HeldPlace held{place_of(model, made.modes.z.size(), node, centre_m), &hold.hold->path, Vector3d::Zero()};
       held.origin_m = made.centre_m + made.arm(held.place);
-      for (const HeldPlace& other : made.held)
-        if (other.place.rest_m == held.place.rest_m)
-          throw InputError(hold.place, "contradicts another hold of the same place",
-                           scene.bodies[static_cast<std::size_t>(made.row)].name);
       made.held.push_back(std::move(held));
     }
-  }
 }
 
 }  // namespace

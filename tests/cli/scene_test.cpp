@@ -209,6 +209,32 @@ csv = "pull.csv"
   EXPECT_GT(result["cracks"]["n_splits"].get<int>(), 0);
   EXPECT_LE(result["ledger"]["residual_relative"].get<double>(), 1e-3);
   EXPECT_NE(read_file(scratch_.path() / "out/ledger.csv").find("viscous_j,plastic_j"), std::string::npos);
+  const json& split = result["events"][0];
+  EXPECT_GT(split["strain_energy_j"].get<double>(), 0.0);
+  EXPECT_GT(split["viscous_energy_j"].get<double>(), 0.0);
+  EXPECT_TRUE(split["fracture_energy_j"].is_null() && split["vibration_energy_j"].is_null());
+  const json& ledger = result["ledger"];
+  EXPECT_GE(ledger["most_strain_j"].get<double>(), split["strain_energy_j"].get<double>() * 0.9);
+  EXPECT_GT(ledger["work_j"].get<double>(), ledger["viscous_j"].get<double>());
+  const std::string page = read_file(scratch_.path() / "out/report.html");
+  for (const char* words :
+       {" viscosity ", "what is held put in ", " J of strain", ">viscosity<", ">work put in<", ">strain<"})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
+  EXPECT_EQ(page.find("plastic flow"), std::string::npos) << "nothing flows";
+  EXPECT_EQ(run.err.find("neither deformed"), std::string::npos);
+  // A run that was cut off after its motion draws the same frames.
+  const std::string frame = bytes("out/frames/000001.vtp"), animation = bytes("out/scene.glb");
+  for (const char* name : {"scene.json", "scene.glb", "frames/000001.vtp", "report.html"})
+    std::filesystem::remove(scratch_.path() / "out" / name);
+  ASSERT_EQ(run_klang("scene run crack.toml -o out --resume", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(bytes("out/frames/000001.vtp"), frame);
+  EXPECT_EQ(bytes("out/scene.glb"), animation);
+  // One that had no frames makes its motion again for them.
+  ASSERT_EQ(run_klang("scene run crack.toml -o out --no-frames", scratch_.path()).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "out/shapes.bin"));
+  std::filesystem::remove(scratch_.path() / "out/scene.json");
+  ASSERT_EQ(run_klang("scene run crack.toml -o out --resume", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(bytes("out/scene.glb"), animation);
   std::string zero = scene;
   zero.replace(zero.find("5e4"), 3, "0.0");
   scratch_.write("zero.toml", zero);

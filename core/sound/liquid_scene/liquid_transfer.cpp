@@ -29,7 +29,7 @@ using Row = bubble::TransferSeries::Row;
 constexpr double kLowestBin_hz = 20.0, kEarStep_s = 0.04, kHalfSpaceStep_s = 0.004;
 constexpr int kAirVertices = 500, kFluidSources = 40, kAirSources = 60, kMostSamples = 8000;
 constexpr std::int64_t kSolvesPerCheck = 64;
-constexpr int kChecksPerAir = 2;
+constexpr int kChecksPerAir = 2, kFirstChecks = 8;
 
 /// Share and the later sample of a time.
 std::pair<std::size_t, double> between(const std::vector<double>& times, double time_s) {
@@ -167,7 +167,7 @@ void TransferFinder::check_cells(std::size_t k, const LiquidBoundary& boundary, 
       result_.errors.push_back(
           {pitch, error(boundary, cells_->air_field(i, boundary), cells_->pressure(i, swinging(i, time)), i, time)});
     }
-    if (++n_checked == kChecksPerAir) return;
+    if (++n_checked == (result_.n_airs == 1 ? kFirstChecks : kChecksPerAir)) return;
   }
 }
 
@@ -383,6 +383,7 @@ LiquidTransfer TransferFinder::find() {
 }  // namespace
 
 std::optional<HeardBubble> heard(const BubblePath& path, const stage::BubbleScene& sound) {
+  if (path.phi_m.front() >= 0.0) return std::nullopt;
   try {
     HeardBubble bubble{path.id, bubble::bubble_radius_m(path.frequency_hz.front(), sound.medium, sound.theory),
                        path.birth_s(), 0.0, 0.0};

@@ -17,7 +17,7 @@ struct HeardBubble {
   double radius_m = 0.0;                               ///< of the free bubble of the path's first pitch
   double birth_s = 0.0, quiet_s = 0.0, faded_s = 0.0;  ///< amplitude at 1/100: no more transfer is asked for; at 1/1000
 };
-/// None: no bubble has this pitch.
+/// None: no bubble has this pitch, or it was born in the air (phi >= 0; not a number: not known).
 std::optional<HeardBubble> heard(const entrainment::BubblePath& path, const stage::BubbleScene& sound);
 
 /// Pitch and place along a path, straight between its samples, held outside.

@@ -1,9 +1,11 @@
 #include "core/sound/liquid_scene/sound_stage.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
+#include "core/sound/audio/nyquist.hpp"
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
 #include "core/sound/liquid_scene/stage_watch.hpp"
@@ -42,7 +44,20 @@ double strength(const BubblePath& path, const std::map<std::int64_t, double>& ra
   return jump > 0.0 ? jump : 1.0;
 }
 
-stage::BubbleScene heard_scene(const StageRun& run) {
+/// Names one of those that are left out.
+std::string first_too_high(const stage::BubbleScene& scene, const stage::BubbleSound& made,
+                           const std::vector<std::int64_t>& ids) {
+  const double limit_hz = audio::highest_rendered_hz(scene.sample_rate_hz);
+  for (std::size_t i = 0; i < made.bubbles.size() && i < ids.size(); ++i) {
+    const double highest_hz = std::max(made.bubbles[i].frequency_start_hz, made.bubbles[i].frequency_end_hz);
+    if (highest_hz >= limit_hz)
+      return " (bubble " + std::to_string(ids[i]) + ": " + std::to_string(std::lround(highest_hz)) + " Hz)";
+  }
+  return {};
+}
+
+/// @param ids  of the scene's bubbles
+stage::BubbleScene heard_scene(const StageRun& run, std::vector<std::int64_t>& ids) {
   stage::BubbleScene sound = run.scene.sound;
   sound.name = run.scene.name;
   sound.pitch = carrier_law();
@@ -73,6 +88,7 @@ stage::BubbleScene heard_scene(const StageRun& run) {
     bubble.motion = bubble::sampled_motion(std::move(motion));
     if (!unit) bubble.transfer = std::make_shared<const bubble::TransferSeries>(rows->second, "transfer.csv");
     sound.bubbles.push_back(std::move(bubble));
+    ids.push_back(path.id);
     path = {};  // gigabytes, all together
   }
   return sound;
@@ -82,7 +98,8 @@ stage::BubbleScene heard_scene(const StageRun& run) {
 
 void run_sound(StageRun& run) {
   const StageWatch watch;
-  const stage::BubbleScene scene = heard_scene(run);
+  std::vector<std::int64_t> ids;
+  const stage::BubbleScene scene = heard_scene(run, ids);
   audio::Signal signal;
   double peak = 0.0, gain = 1.0;
   if (!scene.bubbles.empty()) {
@@ -93,7 +110,8 @@ void run_sound(StageRun& run) {
     signal.samples *= gain;
     if (made.n_too_high > 0)
       run.warn(std::to_string(made.n_too_high) +
-               " bubble(s) are left out: their pitch reaches half of the sample rate");
+               " bubble(s) are left out: their pitch reaches half of the sample rate" +
+               first_too_high(scene, made, ids));
   }
   if (scene.bubbles.empty() || signal.n_frames() == 0) {
     signal.sample_rate_hz = scene.sample_rate_hz;
@@ -102,7 +120,9 @@ void run_sound(StageRun& run) {
         static_cast<Eigen::Index>(scene.listener.n_channels()));
   }
   const auto n_left_out = run.document.n_bubbles - static_cast<std::int64_t>(scene.bubbles.size());
-  if (n_left_out > 0) run.warn(std::to_string(n_left_out) + " bubble(s) are not heard: no free bubble has their pitch");
+  if (n_left_out > 0)
+    run.warn(std::to_string(n_left_out) +
+             " bubble(s) are not heard: born outside the liquid, or of a pitch that no free bubble has");
   audio::write_sound(run.folder.file("sound.wav"), signal);
   HeardLiquidRecord record;
   record.duration_s = signal.duration_s();

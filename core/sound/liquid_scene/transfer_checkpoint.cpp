@@ -150,6 +150,7 @@ void pass_cells(File& file, CellEarState& cells) {
   file.one(cells.made_s);
   file.one(cells.life_s);
   file.one(cells.change);
+  file.one(cells.changed_hz);
   std::uint64_t n_bins = cells.q.size();
   file.one(n_bins);
   if constexpr (File::kReads) {

@@ -52,6 +52,10 @@ class TransferWatch {
   double before_wall_s_ = 0.0, before_cpu_s_ = 0.0;
 };
 
+bool in_domain(const LiquidScene& scene, const Eigen::Vector3d& x_m) {
+  return (x_m.array() > 0.0).all() && (x_m.array() < scene.setup.shape.size_m().array()).all();
+}
+
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -92,6 +96,14 @@ void run_transfer(StageRun& run) {
                        "half_space or unit");
     frames = folder_frames(run.scene, run.folder, static_cast<std::size_t>(run.document.n_frames));
   }
+  if (!solved && !paths.empty() && run.document.n_frames > 0) {
+    const std::unique_ptr<liquid::LiquidFrames> all =
+        folder_frames(run.scene, run.folder, static_cast<std::size_t>(run.document.n_frames));
+    for (const std::size_t k : {std::size_t{0}, all->time_s().size() - 1})
+      if (all->phi_m(k, run.scene.sound.listener.centre_m(all->time_s()[k])) < 0.0 &&
+          in_domain(run.scene, run.scene.sound.listener.centre_m(all->time_s()[k])))
+        throw InputError("listener", "is in the liquid at " + to_text(all->time_s()[k]) + " s");
+  }
   LiquidTransfer found;
   TransferWatch watched(run);
   watched.note(StageStatus::kRunning, found);
@@ -112,8 +124,9 @@ void run_transfer(StageRun& run) {
   constexpr double kDoubtful = 0.2;
   const std::optional<double> off = found.error_estimate();
   if (off && !(*off <= kDoubtful))
-    run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *off)) +
-             " % (median of samples): elements of the air, cells or waves of the liquid are too coarse for its surface "
+    run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *off)) + " % (median of " +
+             std::to_string(found.errors.size()) +
+             " samples): elements of the air, cells or waves of the liquid are too coarse for its surface "
              "or for "
              "pitches this high; method half_space is the one to compare with");
   if (found.n_bad_frames > 0)

@@ -13,8 +13,10 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr double kLowestBin_hz = 20.0;
-constexpr double kFirstLife_s = 0.08, kLongestLife_s = 0.64, kSmallChange = 0.2, kLargeChange = 0.4;
-constexpr double kEnoughElements = 5.0;  // per wavelength, by the mean edge
+constexpr double kFirstLife_s = 0.08, kLongestLife_s = 0.64, kSmallChange = 0.1, kLargeChange = 0.2;
+// Per wavelength, by the mean edge: Pouring is then right to 2 to 4 % against twice as fine an air, with 5 to 8 to 20 %.
+constexpr double kEnoughElements = 10.0;
+constexpr double kOtherElements = 1.5;  // times as many or few tell an error
 constexpr double kTolerance =
     1e-4;  // a resonance of Q 50 is then right to a percent, with 3e-3 by nothing (LiquidCells.*)
 constexpr int kMostIterations = 1000;
@@ -66,7 +68,7 @@ void CellEar::make_elements(const bubble::LiquidBoundary& boundary) {
 
 CellEarState CellEar::state() const {
   KLANG_CHECK(!old_elements_, "the air of this frame has been solved");
-  CellEarState state{made_s_, life_s_, change_, q_, 0, {}, {}};
+  CellEarState state{made_s_, life_s_, change_, changed_hz_, q_, 0, {}, {}};
   if (!waves_.empty()) state.n_cells = waves_.begin()->second.waves.w.size();
   for (std::uint32_t c = 0; c < state.n_cells; ++c)
     if (std::any_of(waves_.begin(), waves_.end(),
@@ -90,6 +92,7 @@ bool CellEar::restore(CellEarState state, const bubble::LiquidBoundary& boundary
   made_s_ = state.made_s;
   life_s_ = state.life_s;
   change_ = state.change;
+  changed_hz_ = state.changed_hz;
   q_ = std::move(state.q);
   waves_.clear();
   const std::size_t n_cells = static_cast<std::size_t>(box_->n[0]) * static_cast<std::size_t>(box_->n[1]) *
@@ -110,9 +113,13 @@ bool CellEar::restore(CellEarState state, const bubble::LiquidBoundary& boundary
 
 void CellEar::enter(std::size_t frame) {
   cells_.emplace(frames_, frame, *box_);
-  for (std::size_t level = 0; level < kLevels; ++level)
-    carriers_[level] = elements_[level]->carrier(cells_->surface_m());
+  for (auto& carrier : carriers_) carrier.reset();
   heard_.clear();
+}
+
+const bubble::EarElements::Carrier& CellEar::carrier(std::size_t level) {
+  if (!carriers_[level]) carriers_[level] = elements_[level]->carrier(cells_->surface_m());
+  return *carriers_[level];
 }
 
 const Eigen::VectorXcd& CellEar::heard_in_bin(int bin) {
@@ -121,7 +128,7 @@ const Eigen::VectorXcd& CellEar::heard_in_bin(int bin) {
   const std::size_t of = level(bin_hz(bin));
   Eigen::MatrixXcd& q = q_[bin];
   if (q.size() == 0) q = field(*elements_[of], bin_hz(bin));
-  return here = carriers_[of](q).col(0);
+  return here = carrier(of)(q).col(0);
 }
 
 Eigen::VectorXcd CellEar::heard(double frequency_hz) {
@@ -155,8 +162,9 @@ void CellEar::note_change() {
   Eigen::MatrixXcd &q = q_[bin], &old_q = old_q_[bin];
   if (q.size() == 0) q = field(*elements_[0], bin_hz(bin));
   if (old_q.size() == 0) old_q = field(*old_elements_, bin_hz(bin));
-  const Eigen::MatrixXcd before = old_elements_->carrier(cells_->surface_m())(old_q), now = carriers_[0](q);
+  const Eigen::MatrixXcd before = old_elements_->carrier(cells_->surface_m())(old_q), now = carrier(0)(q);
   change_ = (now - before).norm() / now.norm();
+  changed_hz_ = bin_hz(bin);
   old_elements_.reset();
   old_q_.clear();
   if (change_ < kSmallChange) life_s_ = std::min(2.0 * life_s_, kLongestLife_s);
@@ -213,16 +221,19 @@ Complex CellEar::pressure(std::size_t bubble, const bubble::SwingingBubble& at) 
   return strength(of, at) * cells_->at(at.position_m, of.waves, of.heard);
 }
 
-std::pair<Eigen::VectorXcd, double> CellEar::coarse_air(double frequency_hz, const bubble::LiquidBoundary& boundary,
-                                                        const Eigen::Matrix3Xd& points_m) const {
+std::pair<Eigen::VectorXcd, double> CellEar::other_air(double frequency_hz, const bubble::LiquidBoundary& boundary,
+                                                       const Eigen::Matrix3Xd& points_m) const {
   const std::size_t of = level(frequency_hz);
-  if (of > 0 && elements_[of - 1]->n_elements() < elements_[of]->n_elements())
-    return {elements_[of - 1]->carrier(points_m)(field(*elements_[of - 1], frequency_hz)).col(0),
-            static_cast<double>(elements_[of]->n_elements()) / elements_[of - 1]->n_elements()};
-  const int n = elements_[of]->n_elements();
-  const bubble::EarElements coarse(boundary, std::max(n / 8, 22));
-  return {coarse.carrier(points_m)(field(coarse, frequency_hz)).col(0),
-          std::max(1.5, static_cast<double>(n) / coarse.n_elements())};
+  const double n = elements_[of]->n_elements();
+  const auto found = [&](const bubble::EarElements& other) {
+    return std::pair(Eigen::VectorXcd(other.carrier(points_m)(field(other, frequency_hz)).col(0)),
+                     1.0 / std::abs(1.0 - n / other.n_elements()));
+  };
+  for (std::size_t finer = of + 1; finer < kLevels; ++finer)
+    if (elements_[finer]->n_elements() >= kOtherElements * n) return found(*elements_[finer]);
+  for (std::size_t coarser = of; coarser-- > 0;)
+    if (n >= kOtherElements * elements_[coarser]->n_elements()) return found(*elements_[coarser]);
+  return found(bubble::EarElements(boundary, std::max(static_cast<int>(n) / 8, 22)));
 }
 
 std::optional<CellEar::Error> CellEar::error(std::size_t bubble, const bubble::SwingingBubble& at,
@@ -232,20 +243,23 @@ std::optional<CellEar::Error> CellEar::error(std::size_t bubble, const bubble::S
   if (!coarse_box) return std::nullopt;
   const Complex here = cells_->at(at.position_m, of.waves, of.heard);
   const std::size_t level_here = level(of.frequency_hz);
-  const auto change_with = [&](const LiquidCells& cells, const Eigen::VectorXcd& q) {
+  const auto value_with = [&](const LiquidCells& cells, const Eigen::VectorXcd& q) {
     const auto waves = cells.solve({question(of.frequency_hz, q, &of.waves.w)}, kTolerance, kMostIterations);
-    return std::abs(cells.at(at.position_m, waves[0], q) - here);
+    return cells.at(at.position_m, waves[0], q);
   };
   const Eigen::MatrixXcd own = field(*elements_[level_here], of.frequency_hz);
-  const double between_bins = change_with(*cells_, carriers_[level_here](own).col(0));
-  const auto [heard, times_fewer] = coarse_air(of.frequency_hz, boundary, cells_->surface_m());
-  const double air = change_with(*cells_, heard) / (times_fewer - 1.0);
+  const Complex at_pitch = value_with(*cells_, carrier(level_here)(own).col(0));
+  const auto [heard, share] = other_air(of.frequency_hz, boundary, cells_->surface_m());
+  const double air = share * std::abs(value_with(*cells_, heard) - at_pitch);
   const LiquidCells coarse(frames_, frame, *coarse_box);
   const double ratio = coarse_box->cell_m / box_->cell_m;
   const double cells =
-      change_with(coarse, elements_[level_here]->carrier(coarse.surface_m())(own).col(0)) / (ratio * ratio - 1.0);
+      std::abs(value_with(coarse, elements_[level_here]->carrier(coarse.surface_m())(own).col(0)) - at_pitch) /
+      (ratio * ratio - 1.0);
   const double size = std::abs(here);
-  return Error{between_bins / size, air / size, cells / size, 0.5 * change_};
+  // What moves shifts phases, by so much more as the pitch is higher.
+  const double age = change_ > 0.0 ? 0.5 * change_ * of.frequency_hz / changed_hz_ : 0.0;
+  return Error{std::abs(at_pitch - here) / size, air / size, cells / size, age};
 }
 
 bubble::EarField CellEar::air_field(std::size_t bubble, const bubble::LiquidBoundary& boundary) const {
@@ -255,8 +269,8 @@ bubble::EarField CellEar::air_field(std::size_t bubble, const bubble::LiquidBoun
   air.frequency_hz = frequency_hz;
   air.q = elements.carrier(boundary)(field(elements, frequency_hz));
   const Eigen::Matrix3Xd points = boundary.surface().vertices_m.transpose();
-  const auto [coarse, times_fewer] = coarse_air(frequency_hz, boundary, points);
-  air.q_coarse = air.q.col(0) + 3.0 / (times_fewer - 1.0) * (coarse - air.q.col(0));  // a third of it counts
+  const auto [other, share] = other_air(frequency_hz, boundary, points);
+  air.q_coarse = air.q.col(0) + 3.0 * share * (other - air.q.col(0));  // a third of it counts
   return air;
 }
 

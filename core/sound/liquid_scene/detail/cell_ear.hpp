@@ -29,8 +29,8 @@ class CellEar {
           Monitor& monitor);
 
   /// Whether the air's elements are too old at a time. They live 0.08 s at first; twice as long, to 0.64 s, where their successors changed
-  /// what the free surface hears by less than 20 %, half as long where by more than 40 % (at the highest frequency with 5 elements per
-  /// wavelength; another mesh of the same surface alone changes it by some 7 % there).
+  /// what the free surface hears by less than 10 %, half as long where by more than 20 % (at the highest frequency at which the coarsest
+  /// elements are enough).
   bool due(double time_s) const;
   /// @return false: the surface has walls that are no sides of its box; the cells do not know them
   bool renew(const bubble::LiquidBoundary& boundary, const CellBody& body, const Eigen::Vector3d& ear_m, double time_s);
@@ -49,8 +49,9 @@ class CellEar {
     double bins = 0.0, air = 0.0, cells = 0.0, age = 0.0;
     double all() const { return bins + air + cells + age; }
   };
-  /// Relative error of a pressure: by coarser elements of the air and, with the same field on the surface, by coarser cells, both taken to err
-  /// as the square of their size; by the air solved at this very pitch; by half of what the air changed when it was last solved anew.
+  /// Relative error of a pressure: by finer elements of the air (coarser ones of the finest) and, with the same field on the surface, by coarser
+  /// cells, both taken to err as the square of their size; by the air solved at this very pitch; by half of what the air changed when it was
+  /// last solved anew, as the pitch.
   /// None: no coarser cells fit between the walls.
   std::optional<Error> error(std::size_t bubble, const bubble::SwingingBubble& at,
                              const bubble::LiquidBoundary& boundary, std::size_t frame);
@@ -66,7 +67,7 @@ class CellEar {
   using Elements = std::unique_ptr<const bubble::EarElements>;
   double bin_hz(int bin) const;
   void make_elements(const bubble::LiquidBoundary& boundary);
-  static constexpr std::size_t kLevels = 3;
+  static constexpr std::size_t kLevels = 4;
   /// 0 where the first elements are enough for the wavelength; each next one has twice as many vertices.
   std::size_t level(double frequency_hz) const;
   Eigen::MatrixXcd field(const bubble::EarElements& elements, double frequency_hz) const;
@@ -78,9 +79,10 @@ class CellEar {
   std::complex<double> strength(const Wave& wave, const bubble::SwingingBubble& at) const;
   LiquidCells::Question question(double frequency_hz, Eigen::VectorXcd q,
                                  const std::vector<std::complex<float>>* start) const;
-  /// q of coarser elements, and how many times fewer they are.
-  std::pair<Eigen::VectorXcd, double> coarse_air(double frequency_hz, const bubble::LiquidBoundary& boundary,
-                                                 const Eigen::Matrix3Xd& points_m) const;
+  const bubble::EarElements::Carrier& carrier(std::size_t level);  ///< to the crossings of this frame
+  /// q of finer elements, or coarser ones where there are none, and the share of the difference that is the error of ours.
+  std::pair<Eigen::VectorXcd, double> other_air(double frequency_hz, const bubble::LiquidBoundary& boundary,
+                                                const Eigen::Matrix3Xd& points_m) const;
 
   const liquid::LiquidFrames& frames_;
   const bubble::ReciprocalOptions& options_;
@@ -92,9 +94,9 @@ class CellEar {
   std::map<int, Eigen::VectorXcd> heard_;      ///< of bins, at the crossings of this frame
   std::optional<CellBox> box_;
   std::optional<LiquidCells> cells_;
-  std::array<bubble::EarElements::Carrier, kLevels> carriers_;
+  std::array<std::optional<bubble::EarElements::Carrier>, kLevels> carriers_;
   Eigen::Vector3d ear_m_ = Eigen::Vector3d::Zero();
-  double made_s_ = -1e300, life_s_ = 0.0, change_ = 0.0;
+  double made_s_ = -1e300, life_s_ = 0.0, change_ = 0.0, changed_hz_ = 0.0;
   std::map<std::size_t, Wave> waves_;
 };
 

@@ -116,13 +116,24 @@ RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& s
   return document;
 }
 
+/// What another program let in and out is not known.
+std::string drift_words(const RunDocument& document) {
+  if (document.imported) return {};
+  char words[40];
+  std::snprintf(words, sizeof words, " (drift %.1e)", document.volume.max_drift_relative);
+  return words;
+}
+
 void say_run(const RunDocument& document, const CommonOptions& common) {
-  say(common, "%s: %.4g s of flow, %lld frames, %lld particles, volume %.6g to %.6g m3 (drift %.1e)\n",
-      document.name.c_str(), document.end_s, static_cast<long long>(document.n_frames),
-      static_cast<long long>(document.n_particles), document.volume.start_m3, document.volume.end_m3,
-      document.volume.max_drift_relative);
-  say(common, "pressure: %lld iterations, largest |div u| dt %.1e\n",
-      static_cast<long long>(document.pressure.iterations), document.pressure.max_divergence);
+  if (document.n_frames == 0)
+    say(common, "%s: bubbles of another program, %.4g s\n", document.name.c_str(), document.end_s);
+  else
+    say(common, "%s: %.4g s of flow, %lld frames, %lld particles, volume %.6g to %.6g m3%s\n", document.name.c_str(),
+        document.end_s, static_cast<long long>(document.n_frames), static_cast<long long>(document.n_particles),
+        document.volume.start_m3, document.volume.end_m3, drift_words(document).c_str());
+  if (!document.imported && document.n_frames > 0)
+    say(common, "pressure: %lld iterations, largest |div u| dt %.1e\n",
+        static_cast<long long>(document.pressure.iterations), document.pressure.max_divergence);
   if (document.stages.bubbles)
     say(common, "%lld bubbles, %.4g births per second\n", static_cast<long long>(document.n_bubbles),
         document.births_per_s);
@@ -198,8 +209,8 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
   document.header.status = "done";
   folder.write_document(document);
   std::string page;
+  if (!options.no_sound && !options.last_stage) liquid_scene::write_run_tables(run);
   if (!options.no_page && !options.no_sound && !options.last_stage) {
-    liquid_scene::write_run_tables(run);
     const auto report = reports::write_report(folder.file("run.json"), {}, monitor);
     for (const std::string& warning : report.warnings) warn(warning);
     page = report.page.string();

@@ -282,11 +282,13 @@ std::string sound_html(const RunDocument& data, const std::vector<BubblePath>& p
   pair.ridges.narrow = true;
   const SoundMedia media = sound_media(pair, 1, folder);
   std::string html = players(media, pair);
-  if (media.spectrogram)
+  const int n_channels = data.sound->n_channels;
+  if (media.spectrogram && data.sound->peak_pressure_pa > 0.0)
     html += figure(sheet(*media.spectrogram),
-                   "Spectrogram of the louder ear. Lines begin at births and follow a bubble's pitch for " +
-                       rounded(1e3 * kRidge_s, 2) + " ms (the " + std::to_string(largest.size()) + " largest of " +
-                       std::to_string(paths.size()) + "). sound.wav has both ears.");
+                   std::string("Spectrogram of ") + (n_channels > 1 ? "the louder ear" : "sound.wav") +
+                       ". Lines begin at births and follow a bubble's pitch for " + rounded(1e3 * kRidge_s, 2) +
+                       " ms (the " + std::to_string(largest.size()) + " largest of " + std::to_string(paths.size()) +
+                       ")." + (n_channels > 1 ? " sound.wav has both ears." : ""));
   return html;
 }
 
@@ -339,16 +341,22 @@ std::string stage_table(const RunDocument& data) {
 
 std::vector<std::string> sentences_of(const RunDocument& data) {
   std::vector<std::string> sentences;
+  if (data.n_frames == 0)
+    sentences.push_back(rounded(data.end_s, 4) + " s of bubbles that another program tracked.");
+  else
+    sentences.push_back(
+        rounded(data.end_s, 4) + " s of a liquid of " + rounded(1e3 * data.volume.start_m3, 3) + " l in " +
+        std::to_string(data.n_cells) + " cells; " +
+        (data.imported ? "its frames are another program's (" + escaped(data.imported->kind) + ")."
+                       : "its volume is off by " + rounded(100.0 * data.volume.max_drift_relative, 2) + " % at most."));
   sentences.push_back(
-      rounded(data.end_s, 4) + " s of a liquid of " + rounded(1e3 * data.volume.start_m3, 3) + " l in " +
-      std::to_string(data.n_cells) + " cells; " +
-      (data.imported ? "its frames are another program's (" + escaped(data.imported->kind) + ")."
-                     : "its volume is off by " + rounded(100.0 * data.volume.max_drift_relative, 2) + " % at most."));
-  sentences.push_back(data.n_bubbles == 0
-                          ? std::string("No bubble was born: it is silent.")
-                          : "<b>" + std::to_string(data.n_bubbles) + " bubbles</b> were born, " +
-                                rounded(data.births_per_s, 3) +
-                                " per second; their number follows the rate of attempts that the scene gives.");
+      data.n_bubbles == 0
+          ? std::string("No bubble was born: it is silent.")
+          : "<b>" + std::to_string(data.n_bubbles) + " bubbles</b> were born, " + rounded(data.births_per_s, 3) +
+                " per second" +
+                (data.entrainment
+                     ? "; the number of those that were entrained follows the rate of attempts that the scene gives."
+                     : "; the scene or its file says where."));
   if (data.transfer)
     sentences.push_back("Transfer by the method " + escaped(data.transfer->method) +
                         (data.transfer->error_estimate
@@ -359,9 +367,10 @@ std::vector<std::string> sentences_of(const RunDocument& data) {
 
 std::string key_figures(const RunDocument& data) {
   KeyFigures keys;
-  keys.add("Liquid", rounded(1e3 * data.volume.end_m3, 3) + "\u202fl", "at the end");
+  if (data.n_frames > 0) keys.add("Liquid", rounded(1e3 * data.volume.end_m3, 3) + "\u202fl", "at the end");
   keys.add("Bubbles", std::to_string(data.n_bubbles), rounded(data.births_per_s, 3) + " per second");
-  keys.add("Volume kept to", rounded(100.0 * data.volume.max_drift_relative, 2) + "\u202f%", "largest drift");
+  if (!data.imported && data.n_frames > 0)
+    keys.add("Volume kept to", rounded(100.0 * data.volume.max_drift_relative, 2) + "\u202f%", "largest drift");
   if (data.transfer && data.transfer->error_estimate)
     keys.add("Transfer off by", rounded(100.0 * *data.transfer->error_estimate, 2) + "\u202f%", "estimate, median");
   if (data.sound)

@@ -18,8 +18,12 @@ void advect_level_set(const GridShape& shape, const MacGrid& u, double step_s, d
 /// fast sweeping (Zhao 2005) out to reach_m, beyond which |phi| = reach_m.
 void redistance(const GridShape& shape, double keep_m, double reach_m, Field& phi_m);
 
-/// Volume of phi < 0 in the open part of the cells: each cell cut by the plane of phi's value and slope at its centre (exact for planes).
+/// Volume of phi < 0 in the open part of the cells: each cell cut by the plane of phi's value and slope at its centre (exact for planes), put
+/// where it halves what the surface bends (drops of 2 cells of radius were 6 % too large without it).
 double liquid_volume_m3(const GridShape& shape, const Field& phi_m, const SolidField& solid, double shift_m = 0.0);
+
+/// Share of a cell that is liquid, by the same cut; solids are left out of account.
+double wet_share(const Field& phi_m, double cell_m, int i, int j, int k);
 
 /// Shifts the surface, by most_m at most, so that the volume is the one asked for. @return the volume then
 double shift_to_volume(const GridShape& shape, const SolidField& solid, double volume_m3, double most_m, Field& phi_m);

@@ -121,6 +121,8 @@ void Liquid::seed_particles() {
       }
   particles_.sort(shape);
   update_carried(shape, phi_, phi_, {}, particles_);
+  MacGrid weight(shape);
+  particles_to_faces(shape, particles_, u_, weight);  // the first frame tells how drops fly
 }
 
 bool Liquid::streams(const Inlet& inlet) const { return time_s_ >= inlet.start_s - 1e-12; }

@@ -72,13 +72,35 @@ std::vector<Birth> entrained(StageRun& run, const liquid::LiquidFrames& frames, 
   return std::move(found.births);
 }
 
-/// The pitch along a path, by the scene's law from phi.
-void give_pitch(BubblePath& path, const stage::BubbleScene& sound) {
+/// The pitch along a path, by the scene's law from phi. Eq. (6) counts from the depth of birth, whose pitch it takes as the free bubble's: one
+/// that the flow drags down would end an octave below it. No depth makes a bubble lower than free. @param floor  false: as printed
+void give_pitch(BubblePath& path, const stage::BubbleScene& sound, bool floor) {
   const double free_hz = bubble::bubble_oscillation(path.radius_m, sound.medium, sound.theory).undamped_frequency_hz;
   const auto below = [](double phi) { return std::min(phi, -1e-6); };  // the law holds below the surface
-  for (const double phi : path.phi_m)
-    path.frequency_hz.push_back(
-        free_hz * bubble::pitch_factor(sound.pitch, path.radius_m, below(phi), below(path.phi_m.front())));
+  for (const double phi : path.phi_m) {
+    const double factor = bubble::pitch_factor(sound.pitch, path.radius_m, below(phi), below(path.phi_m.front()));
+    path.frequency_hz.push_back(free_hz * (floor ? std::max(1.0, factor) : factor));
+  }
+}
+
+void add_scripted(StageRun& run, const liquid::LiquidFrames& frames, std::vector<Birth>& births) {
+  const double end_s = frames.time_s().back();
+  std::size_t number = 0, n_late = 0;
+  for (const ScriptedBubble& scripted : run.scene.bubbles) {
+    ++number;
+    if (scripted.birth_s > end_s) {
+      ++n_late;
+      continue;
+    }
+    for (const liquid::Solid& solid : run.scene.setup.solids)
+      if (!solid.moves() && solid.distance_m(scripted.position_m) < 0.0)
+        throw InputError("[[bubble]] " + std::to_string(number), "position_m is in the solid " + solid.name);
+    births.push_back(
+        {scripted.radius_m, scripted.birth_s, scripted.position_m,
+         liquid::velocity_m_s(frames, scripted.birth_s, scripted.position_m).value_or(Eigen::Vector3d::Zero())});
+  }
+  if (n_late > 0)
+    run.warn(std::to_string(n_late) + " [[bubble]](s) would be born after the run's end (" + to_text(end_s) + " s)");
 }
 
 }  // namespace
@@ -95,13 +117,13 @@ void run_bubbles(StageRun& run) {
   const auto n_frames = static_cast<std::size_t>(std::max<std::int64_t>(run.document.n_frames, 1));
   const std::unique_ptr<liquid::LiquidFrames> frames = folder_frames(run.scene, run.folder, n_frames);
   const EntrainmentOptions options = options_of(run.scene.entrainment);
+  if (options.attempts_per_m2_s > 0.0 && options.patches.empty() && run.document.imported &&
+      !run.document.imported->has_velocity)
+    throw InputError("[entrainment]", "these frames have no velocity, without which no marker moves", "",
+                     "[[entrainment.patch]], [[bubble]], or frames with velocity");
   std::vector<Birth> births = entrained(run, *frames, options);
   const double end_s = frames->time_s().back();
-  for (const ScriptedBubble& scripted : run.scene.bubbles)
-    if (scripted.birth_s <= end_s)
-      births.push_back(
-          {scripted.radius_m, scripted.birth_s, scripted.position_m,
-           liquid::velocity_m_s(*frames, scripted.birth_s, scripted.position_m).value_or(Eigen::Vector3d::Zero())});
+  add_scripted(run, *frames, births);
   std::stable_sort(births.begin(), births.end(), [](const Birth& a, const Birth& b) { return a.time_s < b.time_s; });
   entrainment::RiseSettings rise;
   const std::string& drag = run.scene.entrainment.drag;
@@ -111,7 +133,8 @@ void run_bubbles(StageRun& run) {
   rise.medium = run.scene.sound.medium;
   rise.gravity_m_s2 = run.scene.setup.options.gravity_m_s2;
   std::vector<BubblePath> paths = paths_of(*frames, births, rise, run.monitor);
-  for (BubblePath& path : paths) give_pitch(path, run.scene.sound);
+  const bool paper = options.form == entrainment::EntrainmentForm::kPaper;
+  for (BubblePath& path : paths) give_pitch(path, run.scene.sound, !paper);
   write_file(run.folder.file("bubbles.csv"), entrainment::bubbles_csv(entrainment::bubble_rows(
                                                  paths, rise.medium, run.scene.sound.theory, run.scene.sound.pitch)));
   entrainment::write_tracked_bubbles(run.folder.file("bubbles.trk"), paths);

@@ -177,7 +177,7 @@ struct RunDocument {
     visit({"n_bubbles", "born"}, self.n_bubbles);
     visit({"n_solves", "of the transfer"}, self.n_solves);
     visit({"births_per_s", "n_bubbles over the length"}, self.births_per_s);
-    visit(absent_if_empty({"entrainment", "what became of seeds, where any are asked for"}), self.entrainment);
+    visit({"entrainment", "what became of seeds, where any are asked for"}, self.entrainment);
     visit(null_if_empty({"transfer", "how bubbles are heard; null: not done"}), self.transfer);
     visit(null_if_empty({"sound", "what was heard; null: not done"}), self.sound);
     visit(absent_if_empty({"imported", "from another program's files"}), self.imported);

@@ -25,10 +25,8 @@ EnergyRow energy_of(const FrameFields& fields, double time_s, double density, do
   for (int k = 0; k < s.nz; ++k)
     for (int j = 0; j < s.ny; ++j)
       for (int i = 0; i < s.nx; ++i) {
-        const double value = fields.phi_m(i, j, k) / h;
-        if (value > 1.0) continue;
-        const double share =
-            value < -1.0 ? 1.0 : liquid::plane_fraction(value, liquid::slope_at(fields.phi_m, h, i, j, k));
+        const double share = liquid::wet_share(fields.phi_m, h, i, j, k);
+        if (!(share > 0.0)) continue;
         row.volume_m3 += share * cell;
         row.potential_j += share * cell * density * gravity * (k + 0.5) * h;
         if (!fields.u) continue;

@@ -98,7 +98,7 @@ const TomlField kSchema[] = {
     {"entrainment", "criterion", kText, "`slope`", -kInf, kInf,
      "`slope` of the depth, or `velocity`: and the liquid itself sinks into the surface"},
     {"entrainment", "literature", kText, "`mended`", -kInf, kInf,
-     "`mended`, or `paper`: rates and refusals as HF prints them"},
+     "`mended`, or `paper`: rates, refusals and pitches as HF prints them"},
     {"entrainment", "drag", kText, "`contaminated`", -kInf, kInf,
      "of bubbles: `contaminated` (slightly) or `clean` water (Tomiyama 1998), or `paper`"},
     {"entrainment", "radii", kTable, "deane_stokes", -kInf, kInf, "of new bubbles"},
@@ -367,7 +367,7 @@ void read_radii(const TomlTable& table, const std::filesystem::path& base, Entra
                      "below " + to_text(e.largest_m));
   e.mean_m = table.optional_number("mean_m");
   e.std_m = table.optional_number("std_m");
-  if ((kind == "gaussian") != (e.mean_m.has_value() && e.std_m.has_value()))
+  if (int{e.mean_m.has_value()} + int{e.std_m.has_value()} != (kind == "gaussian" ? 2 : 0))
     throw InputError(table.place("kind"), "mean_m and std_m belong to a gaussian", kind);
   if (kind == "recording") {
     e.recording = existing_file(table.text("file"), table.place("file"), base);

@@ -60,6 +60,34 @@ TEST(Redistance, FindsTheDistanceOfABallFromABadFunctionToItsFullDepth) {
   EXPECT_LE(before, 0.02);
 }
 
+TEST(Volume, OfDropsHollowsAndFilmsIsWhatTheyHold) {
+  const double h = 0.005;
+  const GridShape shape{32, 32, 32, h};
+  const SolidField open = solid_field(shape, {});
+  const auto volume_of = [&](const auto& phi_at) {
+    Field phi(32, 32, 32);
+    for (int k = 0; k < 32; ++k)
+      for (int j = 0; j < 32; ++j)
+        for (int i = 0; i < 32; ++i) phi(i, j, k) = phi_at(shape.centre_m(i, j, k));
+    return liquid_volume_m3(shape, phi, open);
+  };
+  const Vector3d middle(0.081, 0.0793, 0.0782);
+  for (const double cells : {1.5, 2.0, 3.0, 4.0, 6.0, 10.0}) {
+    const double r = cells * h, exact = 4.0 / 3.0 * std::numbers::pi * r * r * r;
+    EXPECT_LE(std::abs(volume_of([&](const Vector3d& x) { return (x - middle).norm() - r; }) / exact - 1.0),
+              cells < 2.0 ? 0.05 : 0.02 * 4.0 / (cells * cells))
+        << cells << " cells: 0.25 / cells^2 too large by planes alone";
+    const double hollow = 0.16 * 0.16 * 0.16 - exact;
+    EXPECT_LE(std::abs(volume_of([&](const Vector3d& x) { return r - (x - middle).norm(); }) - hollow) / exact,
+              cells < 2.0 ? 0.05 : 0.02 * 4.0 / (cells * cells))
+        << cells;
+  }
+  double mean = 0.0;
+  for (int place = 0; place < 8; ++place)  // a film of 0.6 cells, where centres see it as they happen to stand
+    mean += volume_of([&](const Vector3d& x) { return std::abs(x.z() - 0.08 - h * place / 8.0) - 0.3 * h; }) / 8.0;
+  EXPECT_LE(std::abs(mean / (0.6 * h * 0.16 * 0.16) - 1.0), 0.25);
+}
+
 TEST(Advection, CarriesAPlaneExactlyAwayFromTheWalls) {
   const GridShape shape{20, 6, 20, 0.05};
   Field phi(20, 6, 20);

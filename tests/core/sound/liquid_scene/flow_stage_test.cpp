@@ -4,8 +4,11 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/sound/dual_domain/boundary_file.hpp"
 #include "core/sound/liquid_scene/bubbles_stage.hpp"
+#include "core/sound/liquid_scene/liquid_transfer.hpp"
+#include "core/sound/liquid_scene/transfer_stage.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -129,6 +132,69 @@ TEST(BubblesStage, AWindowWithoutThreeFramesIsSaidWhereItFindsNoSeeds) {
     else
       EXPECT_EQ(said, "");
   }
+}
+
+TEST(BubblesStage, NoBubbleRingsBelowItsFreePitchUnlessAsPrinted) {
+  for (const char* const literature : {"mended", "paper"}) {
+    const Folder folder("klang-bubbles-pitch");
+    write_file(folder.path / "scene.toml",
+               kScene + "[entrainment]\nattempts_per_m2_s = 0.0\nliterature = \"" + literature +
+                   "\"\n[[bubble]]\nradius_m = 0.001\nposition_m = [0.02, 0.02, 0.038]\nbirth_s = 0.0\n"
+                   "[[bubble]]\nradius_m = 0.001\nposition_m = [0.02, 0.02, 0.075]\nbirth_s = 0.0\n"
+                   "[[bubble]]\nradius_m = 0.001\nposition_m = [0.02, 0.02, 0.02]\nbirth_s = 9.0\n");
+    const LiquidScene scene = read_liquid_scene(folder.path / "scene.toml");
+    const RunFolder run(folder.path);
+    RunDocument document;
+    std::string said;
+    StageRun stage{scene,
+                   run,
+                   document,
+                   1,
+                   0.05,
+                   60.0,
+                   false,
+                   silent_monitor(),
+                   [&](const std::string& text) {
+                     said += text + "\n"; }};
+    ASSERT_EQ(run_flow(stage), FlowResult::kDone);
+    run_bubbles(stage);
+    EXPECT_EQ(said, "1 [[bubble]](s) would be born after the run's end (0.05 s)\n");
+    const auto paths = entrainment::read_tracked_bubbles(run.file("bubbles.trk")).paths;
+    ASSERT_EQ(paths.size(), 2U);
+    EXPECT_TRUE(heard(paths[0], scene.sound).has_value());
+    EXPECT_FALSE(heard(paths[1], scene.sound).has_value()) << "born in the air";
+    for (const double f : paths[0].frequency_hz)
+      if (std::string(literature) == "mended") EXPECT_GE(f, paths[0].frequency_hz.front() * (1.0 - 1e-12));
+  }
+  const Folder folder("klang-bubbles-solid");
+  write_file(folder.path / "scene.toml",
+             kScene + "[[bubble]]\nradius_m = 0.001\nposition_m = [0.045, 0.03, 0.035]\nbirth_s = 0.0\n");
+  const LiquidScene scene = read_liquid_scene(folder.path / "scene.toml");
+  const RunFolder run(folder.path);
+  RunDocument document;
+  StageRun stage{scene, run, document, 1, 0.05, 60.0, false, silent_monitor(), [](const std::string&) {}};
+  ASSERT_EQ(run_flow(stage), FlowResult::kDone);
+  EXPECT_THROW(run_bubbles(stage), InputError) << "in a solid";
+}
+
+TEST(BubblesStage, RefusesToEntrainFromFramesWithoutVelocityAndListenersInTheLiquid) {
+  const Folder folder("klang-bubbles-import");
+  write_file(folder.path / "scene.toml",
+             kScene +
+                 "[entrainment]\nattempts_per_m2_s = 1e5\n[transfer]\nmethod = \"half_space\"\n"
+                 "[[bubble]]\nradius_m = 0.001\nposition_m = [0.02, 0.02, 0.02]\nbirth_s = 0.0\n"
+                 "[listener]\nmode = \"mono\"\nposition_m = [0.02, 0.02, 0.03]\n");
+  const LiquidScene scene = read_liquid_scene(folder.path / "scene.toml");
+  const RunFolder run(folder.path);
+  RunDocument document;
+  StageRun stage{scene, run, document, 1, 0.05, 60.0, false, silent_monitor(), [](const std::string&) {}};
+  ASSERT_EQ(run_flow(stage), FlowResult::kDone);
+  document.imported = ImportRecord{"vtp", false, {}};
+  EXPECT_THROW(run_bubbles(stage), InputError);
+  document.imported->has_velocity = true;
+  run_bubbles(stage);
+  ASSERT_GE(document.n_bubbles, 1);
+  EXPECT_THROW(run_transfer(stage), InputError) << "the listener is in the pool";
 }
 
 TEST(FlowStage, FieldsThatAreCutOffAreRefused) {

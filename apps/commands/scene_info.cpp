@@ -48,6 +48,11 @@ int run_scene_info(const std::string& source, const std::string& csv, const Comm
       "by friction\n",
       impulses.n_impacts, impulses.n_lasting, document.ledger.residual_relative, document.ledger.energy_scale_j,
       document.ledger.contact_j, document.ledger.friction_j);
+  if (const scene::LedgerRecord& ledger = document.ledger;
+      ledger.most_strain_j > 0.0 || ledger.viscous_j > 0.0 || ledger.plastic_j > 0.0)
+    say(common,
+        "%.4g J put in by what is held, %.4g J of strain at most, %.4g J lost to viscosity, %.4g J to plastic flow\n",
+        ledger.work_j, ledger.most_strain_j, ledger.viscous_j, ledger.plastic_j);
   for (const scene::SceneEventRecord& event : document.events)
     say(common, "%.6f s: %s of %s into %d pieces\n", event.time_s, event.kind.c_str(), event.body.c_str(),
         event.pieces);

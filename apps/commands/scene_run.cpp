@@ -47,10 +47,8 @@ struct Moved {
 
 Moved moved(const RunOptions& options, const CommonOptions& common, const scene::Scene& scene,
             const SceneFolder& folder, const scene::SceneNotes& notes, Monitor& monitor) {
-  const bool shows_shapes =
-      scene.frames.wanted() && std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const scene::SceneBody& body) {
-        return body.model == scene::BodyModel::kCracking;
-      });
+  const bool shows_shapes = scene.frames.wanted() && std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                                                 [](const auto& body) { return body.deforms(); });
   if (options.resume && folder.has("motion.json") && (!shows_shapes || folder.has("shapes.bin"))) {
     note(common, "the motion is there already");
     return {read_fields<scene::SceneDocument>(read_result_json(folder.file("motion.json")), "motion.json"),

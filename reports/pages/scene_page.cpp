@@ -172,8 +172,10 @@ std::string key_figures(const SceneDocument& data) {
 /// Where the energy went: contacts and friction always, of the rest what is more than nothing.
 std::string energy_sentence(const scene::LedgerRecord& ledger) {
   const double scale_j = ledger.energy_scale_j;
-  const auto percent = [&](double energy_j) { return rounded(100.0 * energy_j / scale_j, 3) + " %"; };
   const auto matters = [&](double energy_j) { return std::abs(energy_j) > kMatters * scale_j; };
+  const auto percent = [&](double energy_j) {
+    return (matters(energy_j) ? rounded(100.0 * energy_j / scale_j, 3) : "0") + " %";
+  };
   std::vector<std::string> parts = {"contacts took " + percent(ledger.contact_j),
                                     "friction " + percent(ledger.friction_j)};
   for (const auto& [energy_j, words] :

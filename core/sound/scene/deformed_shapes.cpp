@@ -11,7 +11,7 @@
 namespace klang::scene {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x3150414853474e4cULL;  // "LNGSHAP1"
+constexpr std::uint64_t kMagic = 0x3250414853474e4cULL;  // "LNGSHAP2"
 
 template <class T>
 void put(std::ostream& out, const T& value) {
@@ -54,7 +54,7 @@ class Shelf {
   std::ifstream in_;
 };
 
-void require_whole(const DeformedBody& body, int n_rows, int stride, const Shelf& shelf) {
+void require_whole(const DeformedBody& body, int n_rows, const Shelf& shelf) {
   std::vector<std::int32_t> highest;
   for (const DeformedSurface& surface : body.surfaces) {
     shelf.require(surface.triangles.size() == surface.rows.size());
@@ -67,13 +67,14 @@ void require_whole(const DeformedBody& body, int n_rows, int stride, const Shelf
     for (const std::int32_t row : surface.rows) shelf.require(row >= 0 && row < n_rows);
     highest.push_back(corner);
   }
-  std::int32_t before = -stride;
+  shelf.require(body.stride >= 1);
+  std::int32_t before = -1;
   for (const DeformedFrame& frame : body.frames) {
     shelf.require(frame.surface >= 0 && static_cast<std::size_t>(frame.surface) < highest.size());
     shelf.require(frame.places_m.size() % 3 == 0 &&
                   frame.places_m.size() / 3 >
                       static_cast<std::size_t>(highest[static_cast<std::size_t>(frame.surface)]));
-    shelf.require(frame.number % stride == 0 && frame.number > before);
+    shelf.require(frame.number % body.stride == 0 && frame.number > before);
     before = frame.number;
   }
   shelf.require(!body.frames.empty() && body.frames.front().number == 0 && body.row >= 0 && body.row < n_rows);
@@ -86,10 +87,10 @@ void write_shapes(const std::filesystem::path& path, const DeformedShapes& shape
     {
       std::ofstream out(temporary, std::ios::binary);
       put(out, kMagic);
-      put(out, static_cast<std::int32_t>(shapes.stride));
       put(out, static_cast<std::uint64_t>(shapes.bodies.size()));
       for (const DeformedBody& body : shapes.bodies) {
         put(out, body.row);
+        put(out, body.stride);
         put(out, static_cast<std::uint64_t>(body.surfaces.size()));
         for (const DeformedSurface& surface : body.surfaces) {
           put_list(out, surface.triangles);
@@ -113,11 +114,10 @@ DeformedShapes read_shapes(const std::filesystem::path& path, int n_rows) {
   if (!is_sealed(path)) shelf.fail();
   shelf.require(shelf.take<std::uint64_t>() == kMagic);
   DeformedShapes shapes;
-  shapes.stride = shelf.take<std::int32_t>();
-  shelf.require(shapes.stride >= 1);
   shapes.bodies.resize(shelf.count(20));
   for (DeformedBody& body : shapes.bodies) {
     body.row = shelf.take<std::int32_t>();
+    body.stride = shelf.take<std::int32_t>();
     body.surfaces.resize(shelf.count(16));
     for (DeformedSurface& surface : body.surfaces) {
       shelf.take_list(surface.triangles);
@@ -129,7 +129,7 @@ DeformedShapes read_shapes(const std::filesystem::path& path, int n_rows) {
       frame.surface = shelf.take<std::int32_t>();
       shelf.take_list(frame.places_m);
     }
-    require_whole(body, n_rows, shapes.stride, shelf);
+    require_whole(body, n_rows, shelf);
   }
   return shapes;
 }

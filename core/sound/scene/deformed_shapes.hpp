@@ -6,14 +6,14 @@
 
 namespace klang::scene {
 
-/// The surface of a cracking body between two changes of its mesh.
+/// The surface of a cracking or modal body between two changes of its mesh.
 struct DeformedSurface {
   std::vector<std::array<std::int32_t, 3>> triangles;
   /// Of each triangle: row of the log's bodies that has it once the body has broken (the body's own where it never does).
   std::vector<std::int32_t> rows;
 };
 
-/// What a cracking body looked like at the time number / rate_hz.
+/// What it looked like at the time number / rate_hz.
 struct DeformedFrame {
   std::int32_t number = 0;      ///< of the frame
   std::int32_t surface = 0;     ///< of the body's
@@ -21,14 +21,14 @@ struct DeformedFrame {
 };
 
 struct DeformedBody {
-  std::int32_t row = 0;  ///< of the log's bodies
+  std::int32_t row = 0;     ///< of the log's bodies
+  std::int32_t stride = 1;  ///< of so many frames one is kept
   std::vector<DeformedSurface> surfaces;
-  std::vector<DeformedFrame> frames;  ///< rising numbers from 0 on, each a multiple of DeformedShapes::stride
+  std::vector<DeformedFrame> frames;  ///< rising numbers from 0 on, each a multiple of stride
 };
 
-/// The shapes of a scene's cracking bodies at the times of its frames.
+/// The shapes of a scene's bodies that deform at the times of its frames.
 struct DeformedShapes {
-  int stride = 1;  ///< of so many frames one is kept
   std::vector<DeformedBody> bodies;
 };
 

@@ -136,6 +136,8 @@ struct SceneBody {
   double max_edge_m = 0.0;            ///< of the mesh for modes; 0: the default of `klang modes`
   std::optional<double> modes_to_hz;  ///< highest of its own modes that is computed, below the sound's band's end
   BodySound sound = BodySound::kAuto;
+  /// Its frames show it deformed.
+  bool deforms() const { return model == BodyModel::kCracking || (model == BodyModel::kModal && modal.n_modes > 0); }
   bool sounds() const { return sound != BodySound::kNone && (sound != BodySound::kAuto || !fixed); }
 };
 
@@ -174,7 +176,7 @@ struct FloorSound {
 struct SceneFrames {
   double rate_hz = 60.0;
   bool glb = true, vtp = true;
-  /// No key of a file: of what all cracking bodies look like; where it is reached, one of two pictures goes.
+  /// No key of a file: of what all cracking bodies look like, and of modal ones; where it is reached, one of two pictures goes.
   std::size_t most_shape_bytes = std::size_t{256} << 20;
   bool wanted() const { return glb || vtp; }
 };

@@ -4,9 +4,8 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/geometry/mesh/hanging_nodes.hpp"
 #include "core/sound/scene/detail/deforming_body.hpp"
-#include "core/sound/scene/detail/held_nodes.hpp"
+#include "core/sound/scene/scene_modal.hpp"
 #include "core/sound/scene/scene_proxies.hpp"
 #include "core/sound/scene/scene_sound.hpp"
 
@@ -14,30 +13,25 @@ namespace klang::scene {
 
 namespace {
 
-/// What a run would refuse of bodies that deform: their meshes, and what holds them. Modes are not computed.
-void check_deforming(const Scene& scene, const rigid::RigidWorld& world, std::uint64_t seed, const SceneNotes& notes,
-                     Monitor& monitor) {
-  for (int row = 0; row < world.n_bodies(); ++row) {
-    const SceneBody& body = scene.bodies[static_cast<std::size_t>(row)];
-    if (body.model == BodyModel::kCracking) {
-      const detail::DeformingBody built(scene, row, world.spec(row), seed, notes, monitor);
-    } else if (body.model == BodyModel::kModal) {
-      const mesh::TetMesh mesh = mesh_of(body, notes, monitor);
-      located(body.place, [&] {
-        if (!body.shape) mesh::refuse_hanging_nodes(mesh);
-        return 0;
-      });
-      detail::held_nodes_of(scene, row, mesh);
-    }
+/// What a run would refuse of bodies that deform: their meshes, and what holds and joins them. Modes are not computed.
+void check_deforming(const Scene& scene, rigid::RigidWorld& world, std::uint64_t seed, Monitor& monitor) {
+  for (int row = 0; row < world.n_bodies(); ++row)
+    if (scene.bodies[static_cast<std::size_t>(row)].model == BodyModel::kCracking)
+      const detail::DeformingBody built(scene, row, world.spec(row), seed, {}, monitor);
+  Scene stiff = scene;
+  for (SceneBody& body : stiff.bodies) {
+    body.modal.n_modes = 0;
+    body.modal.residual_flexibility = false;
   }
+  const SceneNotes silent;
+  const ModalBodies modal(stiff, world, silent, monitor);
 }
 
 }  // namespace
 
 SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor) {
   const SceneProxies proxies(scene);
-  const rigid::RigidWorld world = world_of(scene, notes, monitor);
-  check_deforming(scene, world, seed, notes, monitor);
+  rigid::RigidWorld world = world_of(scene, notes, monitor);
   warn_of_assumed_damping(scene, notes);
   SceneCheckDocument document;
   document.name = scene.name;
@@ -71,6 +65,7 @@ SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const Sce
                                          " m in a step, more than half of its smallest width, " + to_text(reach_m) +
                                          " m; the run is then refused");
   }
+  check_deforming(scene, world, seed, monitor);
   if (scene.duration_s) document.n_steps = static_cast<int>(std::ceil(*scene.duration_s * scene.solver.rate_hz - 1e-9));
   return document;
 }

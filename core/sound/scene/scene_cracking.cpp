@@ -47,14 +47,9 @@ void CrackingBodies::State::add_row(double time_s) {
 }
 
 void CrackingBodies::State::bound_shapes() {
-  const auto n_bytes = [&] {
-    std::size_t sum = 0;
-    for (const auto& body : bodies) sum += body->shapes().n_bytes();
-    return sum;
-  };
-  // The shapes at the start alone may be too many: no less than those is kept.
-  while (n_bytes() > scene.frames.most_shape_bytes && bodies.front()->shapes().n_frames() > 1)
-    for (const auto& body : bodies) body->shapes().thin();
+  std::vector<detail::ShapeKeeper*> keepers;
+  for (const auto& body : bodies) keepers.push_back(&body->shapes());
+  detail::thin_to(scene.frames.most_shape_bytes, keepers);
 }
 
 namespace {
@@ -162,12 +157,8 @@ void CrackingBodies::add_to(SceneMotion& motion) const {
   if (const double gamma2 = 2.0 * summary.max_strain; gamma2 > fracture::kDoubtfulGamma2)
     summary.warnings.push_back("plastic strain of norm " + std::to_string(summary.max_strain) +
                                ": its rest shape has lost some volume (erratum 68)");
-  motion.shapes.stride = state_->bodies.front()->shapes().stride();
-  if (motion.shapes.stride > 1)
-    summary.warnings.push_back("frames of cracking bodies change at every " + std::to_string(motion.shapes.stride) +
-                               "th of them only: all would need more than " +
-                               std::to_string(state_->scene.frames.most_shape_bytes >> 20) +
-                               " MiB; a lower frames.rate_hz shows each");
+  if (const int stride = state_->bodies.front()->shapes().stride(); stride > 1)
+    summary.warnings.push_back(detail::words_of_thinning("cracking", stride, state_->scene.frames.most_shape_bytes));
   motion.log.sort();
   motion.cracks = std::move(summary);
 }

@@ -109,7 +109,7 @@ std::vector<FrameBody> frame_bodies(const Scene& scene, Monitor& monitor) {
   for (const SceneBody& body : scene.bodies) {
     monitor.throw_if_stopped();
     auto& surface = known[look_of(body)];
-    const bool deforms = body.model == BodyModel::kCracking;
+    const bool deforms = body.deforms();
     if (!surface && !deforms)
       surface = std::make_shared<const mesh::SurfaceMesh>(
           coarse_enough(mesh::boundary_surface(mesh_of(body, {}, monitor)), most));

@@ -7,6 +7,7 @@
 #include "core/sound/scene/detail/modal_body.hpp"
 #include "core/sound/scene/detail/modal_contacts.hpp"
 #include "core/sound/scene/detail/rigid_push.hpp"
+#include "core/sound/scene/detail/shape_keeper.hpp"
 
 namespace klang::scene {
 
@@ -60,6 +61,7 @@ struct ModalBodies::State {
   std::vector<rigid::EnergyLedger> rows;
   std::unique_ptr<detail::ModalContacts> contacts;
   std::vector<PressedBody> others;
+  std::vector<detail::ShapeKeeper> shapes;  ///< of bodies
 
   void add_row(double time_s) {
     rigid::EnergyLedger row;
@@ -82,7 +84,7 @@ struct ModalBodies::State {
 };
 
 ModalBodies::ModalBodies(const Scene& scene, rigid::RigidWorld& world, const SceneNotes& notes, Monitor& monitor)
-    : state_(std::make_unique<State>(State{scene, notes, {}, {}, {}, {}})) {
+    : state_(std::make_unique<State>(State{scene, notes, {}, {}, {}, {}, {}})) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     if (scene.bodies[i].model != BodyModel::kModal) continue;
     const int row = static_cast<int>(i);
@@ -104,6 +106,10 @@ ModalBodies::ModalBodies(const Scene& scene, rigid::RigidWorld& world, const Sce
     if (world.is_there(i)) state_->others.emplace_back(world, i, PressedBody::Way::kStruck);
   state_->contacts = std::make_unique<detail::ModalContacts>(scene, state_->bodies, joints_of(scene, state_->bodies));
   state_->add_row(world.time_s());
+  for (const ModalBody& body : state_->bodies) {
+    const bool kept = scene.frames.wanted() && body.modes.z.size() > 0;
+    state_->shapes.emplace_back(body.row, kept ? scene.frames.rate_hz : 0.0).keep(body, world.time_s());
+  }
 }
 ModalBodies::~ModalBodies() = default;
 
@@ -134,6 +140,7 @@ void ModalBodies::after_step(rigid::RigidWorld& world) {
     for (PressedBody& other : others) other.advance(dt_s);
     s.contacts->press_balls(others, 0.5 * dt_s, true);
     s.contacts->solve(others, dt_s);
+    for (std::size_t i = 0; i < s.bodies.size(); ++i) s.shapes[i].keep(s.bodies[i], s.bodies[i].time_s);
   }
   for (PressedBody& other : others)
     if (const double got_j = other.end(world); got_j != 0.0) world.book(&rigid::EnergyLedger::contact_j, -got_j);
@@ -143,6 +150,9 @@ void ModalBodies::after_step(rigid::RigidWorld& world) {
         world.time_s() >= body.poses.back().time_s + 1.0 / s.scene.pose_rate_hz - 1e-12)
       body.keep_pose();
   }
+  std::vector<detail::ShapeKeeper*> keepers;
+  for (detail::ShapeKeeper& keeper : s.shapes) keepers.push_back(&keeper);
+  detail::thin_to(s.scene.frames.most_shape_bytes, keepers);
   s.add_row(world.time_s());
 }
 
@@ -160,6 +170,10 @@ void ModalBodies::add_to(SceneMotion& motion) const {
   motion.contact_residual = 0.0;
   motion.joint_error_m = state_->contacts->joint_error_m();
   warn_of_gain();
+  for (const detail::ShapeKeeper& keeper : state_->shapes)
+    if (keeper.n_frames() > 0) motion.shapes.bodies.push_back(keeper.shapes({keeper.row()}));
+  if (const int stride = state_->shapes.front().stride(); stride > 1 && state_->notes.warning)
+    state_->notes.warning(detail::words_of_thinning("modal", stride, state_->scene.frames.most_shape_bytes));
   for (const ModalBody& body : state_->bodies) {
     motion.contact_residual = std::max(*motion.contact_residual, body.residual);
     FinalState& end = motion.final[static_cast<std::size_t>(body.row)];

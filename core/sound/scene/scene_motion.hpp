@@ -52,7 +52,7 @@ struct SceneMotion {
   int n_steps = 0;
   std::vector<BreakEvent> breaks;
   std::vector<ScenePiece> pieces;
-  DeformedShapes shapes;  ///< of cracking bodies, where frames are wanted
+  DeformedShapes shapes;  ///< of bodies that deform, where frames are wanted
   std::int64_t n_stress_solves = 0;
   std::optional<CrackSummary> cracks;  ///< of a scene with cracking bodies
   std::optional<double>

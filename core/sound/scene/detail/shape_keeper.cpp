@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/geometry/mesh/tet_mesh.hpp"
+#include "core/sound/scene/detail/modal_body.hpp"
 
 namespace klang::scene::detail {
 namespace {
@@ -55,26 +56,64 @@ ShapeKeeper::Surface ShapeKeeper::surface_of(const fracture::CrackMesh& mesh) {
   return surface;
 }
 
-void ShapeKeeper::keep(const fracture::CrackMesh& mesh, double time_s) {
-  if (!(rate_hz_ > 0.0)) return;
-  for (; next_ / rate_hz_ <= time_s + kSlackS; next_ += stride_) {
-    if (mesh.n_changes() != changes_seen_) {
-      changes_seen_ = mesh.n_changes();
-      surfaces_.push_back(surface_of(mesh));
-      n_bytes_ += surfaces_.back().n_bytes();
-    }
-    const double late_s = time_s - next_ / rate_hz_;
+ShapeKeeper::Surface ShapeKeeper::surface_of(const ModalBody& body) {
+  Surface surface;
+  std::vector<std::int32_t> number(slot(static_cast<int>(body.surface.vertices_m.rows())), -1);
+  for (std::size_t i = 0; i < body.places.size(); ++i) {
+    number[slot(body.places[i].nodes.front().first)] = static_cast<std::int32_t>(i);
+    surface.nodes.push_back(static_cast<std::int32_t>(i));
+  }
+  for (Eigen::Index t = 0; t < body.surface.triangles.rows(); ++t) {
+    std::array<std::int32_t, 3> triangle{};
+    for (std::size_t k = 0; k < 3; ++k)
+      triangle[k] = number[slot(body.surface.triangles(t, static_cast<Eigen::Index>(k)))];
+    surface.triangles.push_back(triangle);
+    surface.elements.push_back(0);
+  }
+  return surface;
+}
+
+bool ShapeKeeper::is_due(double time_s) const { return rate_hz_ > 0.0 && next_ / rate_hz_ <= time_s + kSlackS; }
+
+void ShapeKeeper::add(Surface surface) {
+  n_bytes_ += surface.n_bytes();
+  surfaces_.push_back(std::move(surface));
+}
+
+template <class PlaceAt>
+void ShapeKeeper::add_frames(double time_s, const PlaceAt& place_at) {
+  for (; is_due(time_s); next_ += stride_) {
     DeformedFrame frame;
     frame.number = next_;
     frame.surface = static_cast<std::int32_t>(surfaces_.size()) - 1;
     frame.places_m.reserve(3 * surfaces_.back().nodes.size());
     for (const std::int32_t node : surfaces_.back().nodes) {
-      const Eigen::Vector3d place = mesh.place_m[slot(node)] - late_s * mesh.velocity_m_s[slot(node)];
+      const Eigen::Vector3d place = place_at(node, time_s - next_ / rate_hz_);
       for (int axis = 0; axis < 3; ++axis) frame.places_m.push_back(static_cast<float>(place[axis]));
     }
     n_bytes_ += sizeof(float) * frame.places_m.size();
     frames_.push_back(std::move(frame));
   }
+}
+
+void ShapeKeeper::keep(const fracture::CrackMesh& mesh, double time_s) {
+  if (!is_due(time_s)) return;
+  if (mesh.n_changes() != changes_seen_) {
+    changes_seen_ = mesh.n_changes();
+    add(surface_of(mesh));
+  }
+  add_frames(time_s, [&](std::int32_t node, double before_s) -> Eigen::Vector3d {
+    return mesh.place_m[slot(node)] - before_s * mesh.velocity_m_s[slot(node)];
+  });
+}
+
+void ShapeKeeper::keep(const ModalBody& body, double time_s) {
+  if (!is_due(time_s)) return;
+  if (surfaces_.empty()) add(surface_of(body));
+  add_frames(time_s, [&](std::int32_t node, double before_s) -> Eigen::Vector3d {
+    const ModalPlace& place = body.places[slot(node)];
+    return body.centre_m + body.arm(place) - before_s * body.velocity_at(place);
+  });
 }
 
 void ShapeKeeper::thin() {
@@ -104,9 +143,27 @@ void ShapeKeeper::thin() {
   }
 }
 
+void thin_to(std::size_t most_bytes, const std::vector<ShapeKeeper*>& keepers) {
+  const auto n_bytes = [&] {
+    std::size_t sum = 0;
+    for (const ShapeKeeper* keeper : keepers) sum += keeper->n_bytes();
+    return sum;
+  };
+  const auto may_go = [](const ShapeKeeper* keeper) { return keeper->n_frames() > 1; };
+  while (n_bytes() > most_bytes && std::any_of(keepers.begin(), keepers.end(), may_go))
+    for (ShapeKeeper* keeper : keepers) keeper->thin();
+}
+
+std::string words_of_thinning(const char* whose, int stride, std::size_t most_bytes) {
+  return "frames of " + std::string(whose) + " bodies change at every " + std::to_string(stride) +
+         "th of them only: all would need more than " + std::to_string(most_bytes >> 20) +
+         " MiB; a lower frames.rate_hz shows each";
+}
+
 DeformedBody ShapeKeeper::shapes(const std::vector<int>& row_of_element) const {
   DeformedBody body;
   body.row = row_;
+  body.stride = stride_;
   body.frames = frames_;
   for (const Surface& surface : surfaces_) {
     DeformedSurface made;

@@ -362,6 +362,10 @@ std::vector<std::string> sentences_of(const RunDocument& data) {
                         (data.transfer->error_estimate
                              ? ", off by an estimated " + rounded(100.0 * *data.transfer->error_estimate, 2) + " %."
                              : ", without an estimate of its error."));
+  if (data.transfer && data.transfer->n_airs > 0)
+    sentences.push_back("The air was solved " + std::to_string(data.transfer->n_airs) +
+                        " times, around the liquid's body and the solids as they stood then; walls that rise above the "
+                        "liquid are not in it.");
   return sentences;
 }
 

@@ -126,7 +126,10 @@ void CrackingBodies::after_step(rigid::RigidWorld& world) {
     state_->bodies[i]->advance(end_s, pressed);
   }
   for (detail::PressedBody& other : pressed)
-    if (const double got_j = other.end(world); got_j != 0.0) world.book(&rigid::EnergyLedger::contact_j, -got_j);
+    if (const double got_j = other.end(world); got_j != 0.0) {
+      world.book(&rigid::EnergyLedger::contact_j, other.rubbed_j() - got_j);
+      world.book(&rigid::EnergyLedger::friction_j, -other.rubbed_j());
+    }
   for (const auto& body : state_->bodies) body->keep_frames(state_->scene.pose_rate_hz);
   state_->bound_shapes();
   state_->add_row(end_s);

@@ -10,6 +10,8 @@
 namespace klang::scene {
 namespace {
 
+constexpr double kMadeByContacts = 0.005;  ///< of the scene's energy
+
 void judge_ledger(SceneMotion& motion) {
   double lowest_j = HUGE_VAL, worst_j = 0.0;
   for (const rigid::EnergyLedger& row : motion.ledger) {
@@ -26,6 +28,16 @@ void judge_ledger(SceneMotion& motion) {
   }
   if (motion.cracks && worst_j <= motion.cracks->round_off_j) worst_j = 0.0;  // bodies at rest
   motion.residual_relative = worst_j > 0.0 ? worst_j / motion.energy_scale_j : 0.0;
+}
+
+/// Says where pushes between rigid and cracking bodies gave more than they took: they store and give back, and make nothing but by their steps.
+void warn_of_made_energy(SceneMotion& motion) {
+  double least_j = 0.0;
+  for (const rigid::EnergyLedger& row : motion.ledger) least_j = std::min(least_j, row.contact_j);
+  if (motion.cracks && -least_j > kMadeByContacts * motion.energy_scale_j)
+    motion.cracks->warnings.push_back("contacts of cracking bodies made " + to_text(-least_j) + " J of " +
+                                      to_text(motion.energy_scale_j) +
+                                      " J: steps of the motion are long for what touches; a higher solver.rate_hz");
 }
 
 FinalState final_of(const rigid::RigidWorld& world, int body) {
@@ -96,6 +108,7 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_
   if (cracking.any()) cracking.add_to(motion);
   if (modal.any()) modal.add_to(motion);
   judge_ledger(motion);
+  warn_of_made_energy(motion);
   motion.status = MotionStatus::kDone;
   return motion;
 }

@@ -184,7 +184,12 @@ void DeformingBody::note_pushes(double dt_s) {
     const fracture::NodePush& push = solid_->pushes()[k];
     const int target = pressing_->targets[k];
     const Vector3d impulse = dt_s * (push.normal_n + push.friction_n);
-    if (target >= 0) (*pressing_on_)[at(target)].push(solid_->mesh().place_m[at(push.node)], -impulse);
+    if (target >= 0) {
+      PressedBody& other = (*pressing_on_)[at(target)];
+      const Vector3d& place = solid_->mesh().place_m[at(push.node)];
+      other.push(place, -dt_s * push.normal_n);
+      if (!push.friction_n.isZero(0.0)) other.rub(place, -dt_s * push.friction_n);
+    }
     pushes_.try_emplace({push.node, target < 0 ? -1 : (*pressing_on_)[at(target)].body()}, Vector3d::Zero())
         .first->second += impulse;
   }

@@ -40,6 +40,7 @@ void PressedBody::begin(const rigid::RigidWorld& world, double dt_s, const Vecto
   gravity_ = fixed_ ? Vector3d::Zero() : gravity_m_s2;
   gained_ = gained_spin_ = shift_ = Vector3d::Zero();
   left_s_ = dt_s;
+  rubbed_j_ = 0.0;
   inverse_inertia_ = fixed_ ? Eigen::Matrix3d::Zero() : Eigen::Matrix3d(turn_ * inertia_.inverse() * turn_.transpose());
   if (way_ == Way::kStruck) {
     velocity_ = world.velocity_m_s(body_) - dt_s * gravity_;
@@ -108,6 +109,13 @@ void PressedBody::push(const Vector3d& x, const Vector3d& impulse_n_s) {
   gained_ += along;
   spin_ += turning;
   gained_spin_ += turning;
+}
+
+void PressedBody::rub(const Vector3d& x, const Vector3d& impulse_n_s) {
+  if (fixed_) return;
+  const Vector3d before = velocity_at(x);
+  push(x, impulse_n_s);
+  rubbed_j_ += 0.5 * impulse_n_s.dot(before + velocity_at(x));
 }
 
 double PressedBody::end(rigid::RigidWorld& world) {

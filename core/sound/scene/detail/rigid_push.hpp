@@ -26,6 +26,9 @@ class PressedBody {
   std::optional<Depth> depth_of(const Eigen::Vector3d& x) const;
   Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const { return velocity_ + spin_.cross(x - centre_); }
   void push(const Eigen::Vector3d& x, const Eigen::Vector3d& impulse_n_s);
+  /// The same by friction, whose share of the energy is told apart.
+  void rub(const Eigen::Vector3d& x, const Eigen::Vector3d& impulse_n_s);
+  double rubbed_j() const { return rubbed_j_; }  ///< of what it got in this step, by friction
   void advance(double dt_s);
   void rewind();  ///< to the place where the step began, with what was gained so far
   /// Energy that it got in this step [J].
@@ -55,6 +58,7 @@ class PressedBody {
   int body_ = 0;
   Way way_ = Way::kPressed;
   bool fixed_ = false;
+  double rubbed_j_ = 0.0;
   double left_s_ = 0.0;                              ///< of the step
   Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();  ///< that what was gained makes until the step's end
   std::vector<Eigen::Vector3d> own_corners_;

@@ -163,6 +163,35 @@ TEST_F(SceneCracking, BlocksThatBreakOnEachOtherKeepTheirMomentumAndEveryJoule) 
   EXPECT_NO_THROW(motion.log.validate());
 }
 
+TEST_F(SceneCracking, FrictionOfABallOnAPlateOnlyTakesAndSpringsGiveBackWhatTheyStore) {
+  const auto struck = [&](const char* rate_hz) {
+    return move(
+        scene("duration_s = 0.01\n[solver]\nrate_hz = " + std::string(rate_hz) +
+              "\n[world]\ngravity_m_s2 = [0, 0, 0]\n" + material() +
+              "friction = 0.3\n[[material]]\nname = \"hard\"\nyoungs_modulus_pa = 2e11\npoissons_ratio = 0.3\nfriction "
+              "= 0.3\n"
+              "density_kg_m3 = 7800\n[[body]]\nname = \"plate\"\nmaterial = \"soft\"\nmodel = \"cracking\"\nsound = "
+              "\"none\"\n"
+              "max_edge_m = 0.02\nshape = { kind = \"box\", length_m = 0.1, width_m = 0.1, height_m = 0.02 }\n"
+              "[[body]]\nname = \"ball\"\nmaterial = \"hard\"\nsound = \"none\"\nposition_m = [0.012, 0.005, 0.03]\n"
+              "velocity_m_s = [0.5, 0, -2]\nshape = { kind = \"sphere\", radius_m = 0.015 }\n"
+              "[crack]\nstrength_pa = 1e9\nviscosity_mu_pa_s = 20\n"));
+  };
+  const SceneMotion motion = struck("20000");
+  const double all_j = motion.ledger.front().kinetic_j;
+  for (std::size_t i = 1; i < motion.ledger.size(); ++i)
+    EXPECT_GE(motion.ledger[i].friction_j, motion.ledger[i - 1].friction_j - 1e-6 * all_j) << motion.ledger[i].time_s;
+  EXPECT_GE(motion.ledger.back().friction_j,
+            0.02 * all_j);  // Coulomb's 0.3 of a normal impulse while it slips at 0.5 m/s
+  EXPECT_LE(std::abs(motion.ledger.back().contact_j), 1e-3 * all_j);
+  EXPECT_TRUE(motion.cracks->warnings.empty());
+  // A step of the motion that is as long as the touch makes energy, and the run says so.
+  const SceneMotion coarse = struck("1000");
+  ASSERT_EQ(coarse.cracks->warnings.size(), 1u);
+  EXPECT_NE(coarse.cracks->warnings[0].find("a higher solver.rate_hz"), std::string::npos)
+      << coarse.cracks->warnings[0];
+}
+
 TEST_F(SceneCracking, PiecesPushOneAnotherEquallyAndStandInTheLogOnBoth) {
   const auto smashed = [&](const char* self_contact) {
     return move(scene(

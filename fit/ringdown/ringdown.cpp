@@ -275,10 +275,23 @@ void warn_of_tones(RingdownResult& result, const std::string& one, const std::st
   result.warnings.push_back((n == 1 ? one : several) + " at " + names + " ignored");
 }
 
+constexpr double kRepeated = 1.2;  ///< TailNoise::repeats above which it is said
+
 void warn_about(RingdownResult& result, const RingData& data, const JudgedPartials& found) {
   for (const std::string& warning : data.warnings()) result.warnings.push_back(warning);
   if (data.n_clipped() > 0) {
     result.warnings.push_back("clipped: " + std::to_string(data.n_clipped()) + " samples left out");
+  }
+  if (found.repeats > kRepeated) {
+    result.warnings.push_back(
+        "the noise of several strikes is the same: one take pasted again, whose copies add nothing (the "
+        "deviations are those of one)");
+  }
+  if (data.n_cut_off() > 0) {
+    const auto n = data.segments().size();
+    result.warnings.push_back((n == 1 ? std::string("the ring ends")
+                                      : std::to_string(data.n_cut_off()) + " of " + std::to_string(n) + " rings end") +
+                              " suddenly (a hand, a gate or a fade): what follows is left out");
   }
   for (const FittedPartial& tone : found.steady) {
     Partial row = table_row(data, tone, loudest_channel(tone));

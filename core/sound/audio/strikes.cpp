@@ -9,6 +9,7 @@
 #include "core/foundation/config/fields.hpp"
 #include "core/sound/audio/fft.hpp"
 #include "core/sound/audio/resample.hpp"
+#include "core/sound/audio/sudden_end.hpp"
 
 namespace klang::audio {
 namespace {
@@ -218,6 +219,26 @@ double last_push_s(const Signal& signal, double strike_s, double end_s) {
   return last;
 }
 
+/// The kink where a ring is cut off (a fade, a gate, a hand) splashes over the bands and would be a strike of its own, though
+/// nothing is louder after it.
+void drop_sudden_ends(const Signal& signal, std::vector<Strike>& strikes) {
+  constexpr double kNearS = 0.05;
+  const double rate = signal.sample_rate_hz;
+  for (std::size_t s = 0; s + 1 < strikes.size();) {
+    const auto begin =
+        std::min(signal.n_frames(), static_cast<Eigen::Index>(std::llround(strikes[s].settled_s * rate)));
+    const double end_s = s + 2 < strikes.size() ? strikes[s + 2].time_s - 0.002 : signal.duration_s();
+    const auto end = std::min(signal.n_frames(), static_cast<Eigen::Index>(std::llround(end_s * rate)));
+    const auto cut = end > begin ? sudden_end(signal.samples.middleRows(begin, end - begin), rate) : std::nullopt;
+    const bool is_end = cut && std::abs(static_cast<double>(begin + *cut) / rate - strikes[s + 1].time_s) <= kNearS;
+    if (is_end) {
+      strikes.erase(strikes.begin() + static_cast<std::ptrdiff_t>(s) + 1);
+    } else {
+      ++s;
+    }
+  }
+}
+
 }  // namespace
 
 void StrikeOptions::validate() const {
@@ -270,6 +291,7 @@ std::vector<Strike> detect_strikes(const Signal& signal, const StrikeOptions& op
     }
     strikes.push_back(strike);
   }
+  drop_sudden_ends(signal, strikes);
   for (std::size_t s = 0; s < strikes.size(); ++s) {
     const double end_s = s + 1 < strikes.size() ? strikes[s + 1].time_s - 0.002 : signal.duration_s();
     strikes[s].settled_s =

@@ -266,6 +266,7 @@ JudgedPartials find_partials(const RingData& data, const SearchOptions& options,
   prune(data, options, noise, all);
   widen_close(all);
   JudgedPartials result;
+  result.repeats = noise.repeats();
   result.n_images = drop_images(data, all);
   for (FittedPartial& partial : all) {
     switch (judged(data, partial, options)) {

@@ -24,7 +24,8 @@ struct JudgedPartials {
   std::vector<FittedPartial> partials;   ///< decaying
   std::vector<FittedPartial> too_short;  ///< Verdict::kTooShort
   std::vector<FittedPartial> steady;
-  int n_images = 0;  ///< of a coder, left out
+  int n_images = 0;      ///< of a coder, left out
+  double repeats = 1.0;  ///< TailNoise::repeats
   bool empty() const { return partials.empty() && too_short.empty(); }
 };
 

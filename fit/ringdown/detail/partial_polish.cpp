@@ -276,7 +276,8 @@ void polish_group(const RingData& data, const std::vector<FittedPartial>& all, s
     if (how.noise != nullptr)
       partial.disturbance = level[g] * (early.ok ? early.variance : best.variance) / (how.noise->at(centre) + 1e-300);
     // A bias that comes from misfit far away leaves nothing near the line: less rest makes it only half as much surer.
-    const double spread = level[g] < 1 ? std::sqrt(level[g]) : level[g];
+    const double own = level[g] < 1 ? std::sqrt(level[g]) : level[g];
+    const double spread = own * (how.noise != nullptr ? how.noise->repeats() : 1.0);
     const auto at = static_cast<Eigen::Index>(2 * g);
     partial.pole_covariance = spread * best.spread.poles.block<2, 2>(at, at);
     const std::size_t n_blocks = data.segments().size() * n_channels;

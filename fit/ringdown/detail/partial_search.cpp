@@ -36,7 +36,7 @@ struct PeakSpectrum {
 
 /// Peaks of the residual's spectrum in windows of about window_s from the beginning of each segment.
 PeakSpectrum find_peaks(const RingData& data, double window_s, const std::vector<RingPartial>& found,
-                        const std::vector<double>& tried_hz, const SearchOptions& options) {
+                        const std::vector<double>& tried_hz, const SearchOptions& options, double repeats) {
   PeakSpectrum result;
   const auto wanted = static_cast<Eigen::Index>(window_s * data.sample_rate_hz() + 0.5);
   std::vector<Eigen::Index> usable;
@@ -63,8 +63,8 @@ PeakSpectrum find_peaks(const RingData& data, double window_s, const std::vector
   for (const Eigen::VectorXd& power : powers) {
     excess += power.cwiseQuotient((noise_floor(power, 1).array() + 1e-30).matrix());
   }
-  const auto count = static_cast<double>(powers.size());
-  excess /= count;
+  const double count = std::max(1.0, static_cast<double>(powers.size()) / repeats);  // that are independent
+  excess /= static_cast<double>(powers.size());
   const double per_bin = data.sample_rate_hz() / static_cast<double>(n);
   result.window_s = static_cast<double>(n) / data.sample_rate_hz();
   const double log_p = std::log(static_cast<double>(n)) + 5;
@@ -137,8 +137,9 @@ bool sensible(const RefinedFit& fit, const SubBand& band, double low_hz, double 
   return true;
 }
 
-double significance_bound(const SubBand& band) {
-  const double added = 2 + 2 * static_cast<double>(band.blocks.size());
+/// @param repeats blocks that say the same (TailNoise::repeats)
+double significance_bound(const SubBand& band, double repeats) {
+  const double added = 2 + 2 * static_cast<double>(band.blocks.size()) / repeats;
   return chi_square_bound(added, kLogFalseAlarm);
 }
 
@@ -208,7 +209,8 @@ std::vector<Cluster> clusters_of(const PeakSpectrum& spectrum) {
 
 /// New partials of one cluster; known ones of similar decay near it are fitted along and dropped afterwards.
 std::vector<FittedPartial> explore(const RingData& data, const Cluster& cluster, double window_s,
-                                   const std::vector<FittedPartial>& known, double noise) {
+                                   const std::vector<FittedPartial>& known, const TailNoise& tail) {
+  const double noise = tail.at(0.5 * (cluster.low_hz + cluster.high_hz));
   const double cell = 1 / window_s;
   const double low = cluster.low_hz - kHalfBandCells * cell;
   const double high = cluster.high_hz + kHalfBandCells * cell;
@@ -231,7 +233,7 @@ std::vector<FittedPartial> explore(const RingData& data, const Cluster& cluster,
   if (!current.ok) return {};
   const EspritSubspace subspace(band);
   const double inner_low = low + 2 * cell, inner_high = high - 2 * cell;
-  const double bound = significance_bound(band);
+  const double bound = tail.repeats() * significance_bound(band, tail.repeats());
   const auto most = std::min<Eigen::Index>(static_cast<Eigen::Index>(n_known) + cluster.n_peaks + 6, kMaxOrder);
   // Two orders are tried beyond the last success: a pair may only pay off together.
   for (Eigen::Index order = static_cast<Eigen::Index>(n_known) + 1, failures = 0; order <= most && failures < 2;
@@ -308,13 +310,10 @@ void search_partials(const RingData& data, const SearchOptions& options, const T
   for (double w = data.longest_segment_s(); w >= shortest || windows.empty(); w /= 3) windows.push_back(w);
   for (std::size_t scale = 0; scale < windows.size(); ++scale) {
     monitor.throw_if_stopped();
-    const PeakSpectrum spectrum = find_peaks(data, windows[scale], rings_of(found), tried_hz, options);
+    const PeakSpectrum spectrum = find_peaks(data, windows[scale], rings_of(found), tried_hz, options, noise.repeats());
     const auto clusters = clusters_of(spectrum);
     std::vector<std::vector<FittedPartial>> fresh(clusters.size());
-    const auto job = [&](std::size_t c) {
-      const double centre = 0.5 * (clusters[c].low_hz + clusters[c].high_hz);
-      fresh[c] = explore(data, clusters[c], spectrum.window_s, found, noise.at(centre));
-    };
+    const auto job = [&](std::size_t c) { fresh[c] = explore(data, clusters[c], spectrum.window_s, found, noise); };
     for_each_job(clusters.size(), job, "partials", monitor);
     std::vector<double> fresh_hz;
     for (auto& list : fresh) {

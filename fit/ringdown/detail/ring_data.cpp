@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/sound/audio/fft.hpp"
+#include "core/sound/audio/sudden_end.hpp"
 
 namespace klang::fit::detail {
 namespace {
@@ -128,6 +129,14 @@ void RingData::cut_segments(const std::vector<audio::Strike>& strikes, Eigen::In
     if (next != clipped.begin() && *(next - 1) >= segment.begin) segment.begin = *(next - 1) + 2;
     segment.begin = std::max<Eigen::Index>(segment.begin, 0);
     segment.end = std::min(segment.end, segment.begin + kMaxWindow / static_cast<Eigen::Index>(channels_.size()));
+    Eigen::MatrixXd stretch(std::max<Eigen::Index>(0, segment.end - segment.begin),
+                            static_cast<Eigen::Index>(channels_.size()));
+    for (std::size_t c = 0; c < channels_.size(); ++c)
+      stretch.col(static_cast<Eigen::Index>(c)) = channels_[c].segment(segment.begin, stretch.rows());
+    if (const auto cut = audio::sudden_end(stretch, rate_)) {
+      segment.end = segment.begin + *cut;
+      ++n_cut_off_;
+    }
     segment.delay_s = static_cast<double>(segment.begin) / rate_ - segment.strike_s;
     const auto shortest = std::max<Eigen::Index>(16, std::llround(kMinSegmentS * rate_));
     if (segment.end - segment.begin >= shortest) segments_.push_back(segment);

@@ -44,6 +44,8 @@ class RingData {
   const std::vector<Eigen::VectorXd>& channels() const { return channels_; }
   const std::vector<Eigen::Index>& channel_numbers() const { return channel_numbers_; }
   Eigen::Index n_clipped() const { return n_clipped_; }
+  /// Rings that end suddenly (sudden_end): their segments end there.
+  Eigen::Index n_cut_off() const { return n_cut_off_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
   /// Largest magnitude of a channel within a segment.
   double peak(Eigen::Index segment, Eigen::Index channel) const { return peaks_(segment, channel); }
@@ -72,7 +74,7 @@ class RingData {
   std::vector<Eigen::VectorXd> channels_;
   std::vector<Eigen::Index> channel_numbers_;
   Eigen::MatrixXd peaks_;  ///< n_segments x n_channels
-  Eigen::Index n_clipped_ = 0;
+  Eigen::Index n_clipped_ = 0, n_cut_off_ = 0;
   std::vector<std::string> warnings_;
   mutable std::mutex mutex_;
   mutable std::map<std::array<Eigen::Index, 4>, Eigen::VectorXcd> spectra_;

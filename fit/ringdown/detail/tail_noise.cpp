@@ -1,5 +1,7 @@
 #include "fit/ringdown/detail/tail_noise.hpp"
 
+#include <algorithm>
+#include <complex>
 #include <vector>
 
 #include "core/foundation/base/conventions.hpp"
@@ -50,7 +52,49 @@ Eigen::VectorXd noise_floor(const Eigen::VectorXd& power, Eigen::Index n_average
   return floor;
 }
 
-TailNoise::TailNoise(const RingData& data) {
+namespace {
+
+/// Largest magnitude of the phase correlation of two spectra over all shifts: 1 for copies of any loudness and delay, about
+/// sqrt(ln n / n) for what shares nothing. Every bin weighs the same, so that a few lines of the same body say little.
+double likeness(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b, Eigen::Index n) {
+  Eigen::VectorXcd phase(a.size());
+  for (Eigen::Index k = 0; k < a.size(); ++k) {
+    const std::complex<double> both = a[k] * std::conj(b[k]);
+    phase[k] = both / (std::abs(both) + 1e-300);
+  }
+  return audio::real_from_spectrum(phase, n).cwiseAbs().maxCoeff();
+}
+
+/// TailNoise::repeats, by the likeness of each segment's late part to the first one's and to the one's before it.
+double repeats_of(const RingData& data) {
+  constexpr double kAlike = 0.5;
+  const auto& segments = data.segments();
+  if (segments.size() < 2) return 1;
+  Eigen::Index shortest = segments.front().end - segments.front().begin;
+  for (const Segment& segment : segments) shortest = std::min(shortest, segment.end - segment.begin);
+  const Eigen::Index n = audio::good_fft_size_below(
+      std::clamp<Eigen::Index>(shortest / 2, 8, static_cast<Eigen::Index>(data.sample_rate_hz())));
+  const Eigen::VectorXd window = blackman_harris(n);
+  std::vector<Eigen::VectorXcd> spectra;
+  for (const Segment& segment : segments) {
+    const Eigen::Index begin = segment.begin + std::max<Eigen::Index>(0, shortest - n);
+    spectra.push_back(audio::real_spectrum(data.channels().front().segment(begin, n).cwiseProduct(window), n));
+  }
+  double sum = 0, pairs = 0;
+  for (std::size_t s = 1; s < spectra.size(); ++s) {
+    for (const std::size_t other : {std::size_t{0}, s - 1}) {
+      if (other == 0 && s == 1 && pairs > 0) continue;
+      const double alike = likeness(spectra[s], spectra[other], n);
+      sum += alike >= kAlike ? alike * alike : 0.0;
+      ++pairs;
+    }
+  }
+  return 1 + (static_cast<double>(segments.size()) - 1) * sum / pairs;
+}
+
+}  // namespace
+
+TailNoise::TailNoise(const RingData& data) : repeats_(repeats_of(data)) {
   const Segment& segment = data.segments()[static_cast<std::size_t>(data.longest_segment())];
   const Eigen::Index length = segment.end - segment.begin;
   const Eigen::Index n = audio::good_fft_size_below(

@@ -23,9 +23,12 @@ class TailNoise {
     const auto k = static_cast<Eigen::Index>(std::llround(frequency_hz / per_bin_hz_));
     return floor_[std::clamp<Eigen::Index>(k, 0, floor_.size() - 1)];
   }
+  /// How many of the segments say the same: 1 where each has noise of its own; their number where the noise of all is the same
+  /// (one take pasted again and again). Their mean is no surer than that of n / repeats segments.
+  double repeats() const { return repeats_; }
 
  private:
-  double per_bin_hz_ = 1.0;
+  double per_bin_hz_ = 1.0, repeats_ = 1.0;
   Eigen::VectorXd floor_;
 };
 

@@ -187,6 +187,15 @@ void say_scene(const scene::SceneDocument& document, const CommonOptions& common
         document.sound->peak_pressure_pa);
 }
 
+/// Whether an earlier run left all that is asked for now: one without sound or frames may be asked for them later.
+bool is_made(const RunOptions& options, const scene::Scene& scene, const SceneFolder& folder) {
+  if (!folder.has("scene.json")) return false;
+  const auto document = read_fields<scene::SceneDocument>(read_result_json(folder.file("scene.json")), "scene.json");
+  const bool wants_frames = !options.no_frames && (scene.frames.glb || scene.frames.vtp);
+  return (options.no_sound || document.sound) && (!wants_frames || document.frames) &&
+         (!options.draws || document.draws);
+}
+
 int run_scene(const RunOptions& options, const CommonOptions& common) {
   const Stopwatch watch;
   TerminalMonitor monitor(common.quiet);
@@ -221,7 +230,10 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   const SceneFolder folder(options.output);
   if (options.resume) {
     folder.require(scene_run_key(scene, options.that_matter(), common.seed));
-    if (folder.has("scene.json")) {
+    if (is_made(options, scene, folder)) {
+      if (!folder.has("report.html"))
+        for (const std::string& warning : reports::write_report(folder.file("scene.json"), {}, monitor).warnings)
+          warn(warning);
       say(common, "%s is complete\n", options.output.c_str());
       return kDone;
     }

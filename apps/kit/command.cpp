@@ -40,6 +40,9 @@ void add_common_options(CLI::App& app, CommonOptions& common) {
       ->capture_default_str()
       ->group("Common options");
   app.add_option("--seed", common.seed, "Seed of everything that is random")
+      ->check([](const std::string& text) {
+        return text.starts_with('-') ? text + " is negative (allowed: whole numbers from 0)" : std::string();
+      })
       ->capture_default_str()
       ->group("Common options");
 }

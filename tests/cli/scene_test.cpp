@@ -109,6 +109,42 @@ TEST_F(KlangScene, ResumeOfAFinishedRunChangesNothingAndOfAnotherSceneIsRefused)
   EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "nowhere"));
 }
 
+TEST_F(KlangScene, ResumeMakesSoundFramesAndPageThatAreAskedForAndMissing) {
+  ASSERT_EQ(run_klang("scene run scene.toml -o whole -q", scratch_.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("scene run scene.toml -o out -q --no-sound --no-frames", scratch_.path()).exit_code, 0);
+  ASSERT_FALSE(std::filesystem::exists(scratch_.path() / "out/sound.wav"));
+  ASSERT_EQ(run_klang("scene run scene.toml -o out -q --resume", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(bytes("out/sound.wav"), bytes("whole/sound.wav"));
+  EXPECT_EQ(bytes("out/scene.glb"), bytes("whole/scene.glb"));
+  std::filesystem::remove(scratch_.path() / "out/report.html");
+  ASSERT_EQ(run_klang("scene run scene.toml -o out -q --resume", scratch_.path()).exit_code, 0);
+  EXPECT_NE(bytes("out/report.html").find("<audio"), std::string::npos);
+}
+
+TEST_F(KlangScene, ABodyAtRestIsAccountedFor) {
+  std::string rest = kScene;
+  rest.replace(rest.find("position_m = [0, 0, 0.1]\nrotation_deg = [8, 5, 0]"), 49, "position_m = [0, 0, 0.005]");
+  scratch_.write("rest.toml", rest);
+  const RunResult run = run_klang("scene run rest.toml -o rest -q --no-sound --no-frames", scratch_.path());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_LE(read_json(scratch_.path() / "rest/scene.json")["ledger"]["residual_relative"].get<double>(), 1e-9);
+}
+
+TEST_F(KlangScene, ABodyThatSpinsTooFastForTheStepIsRefusedByCheckAndRun) {
+  scratch_.write(
+      "spin.toml",
+      kScene +
+          "\n[[body]]\nname = \"top\"\nshape = { kind = \"box\", length_m = 0.2, width_m = 0.02, height_m "
+          "= 0.01 }\nmaterial = \"steel\"\nposition_m = [0, 0, 1]\nangular_velocity_rad_s = [0, 4e4, 4e3]\n");
+  for (const char* command : {"scene check spin.toml", "scene run spin.toml -o spin --no-sound"}) {
+    const RunResult run = run_klang(command, scratch_.path());
+    EXPECT_EQ(run.exit_code, 2) << command;
+    EXPECT_EQ(run.err_lines(), 1) << run.err;
+    EXPECT_NE(run.err.find("top"), std::string::npos) << run.err;
+    EXPECT_NE(run.err.find("turns too far"), std::string::npos) << run.err;
+  }
+}
+
 TEST_F(KlangScene, SoundAgainIsTheSameSoundAndAnotherListenerHearsAnother) {
   ASSERT_EQ(run_klang("scene run scene.toml -o out -q", scratch_.path()).exit_code, 0);
   ASSERT_EQ(run_klang("scene sound out -o again.wav -q", scratch_.path()).exit_code, 0);

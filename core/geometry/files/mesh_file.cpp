@@ -179,9 +179,9 @@ std::vector<std::string> body_warnings(const TetMesh& mesh, double unit_m, const
   if (size_m < kShortBody_m) warn_of_unit("the body is only ", "larger", 1e3);
   const int n_bodies = n_separate_bodies(mesh);
   if (n_bodies > 1)
-    warnings.push_back(
-        "the mesh holds " + std::to_string(n_bodies) +
-        " bodies that do not hang together: each moves and rings by itself (6 rigid modes each when free)");
+    warnings.push_back("the mesh holds " + std::to_string(n_bodies) +
+                       " bodies that do not hang together: each rings by itself (6 rigid modes each when free); a "
+                       "scene moves them as one");
   return warnings;
 }
 

@@ -120,6 +120,10 @@ std::vector<BodyState> RigidWorld::State::flown() const {
   for (std::size_t i = 0; i < there.size(); ++i) {
     BodyState& b = there[i];
     if (!b.there || b.fixed()) continue;
+    const double turned = bodies[i].spin.norm() * dt();
+    if (!(turned <= kMostTurnPerStep))
+      throw InputError("body " + specs[i].name, "turns too far in one step: rate_hz is too low",
+                       to_text(turned) + " rad", "at most " + to_text(kMostTurnPerStep) + " rad");
     detail::fly_to(b, dt(), options.gravity_m_s2);
     detail::rotate_freely(b, dt());
     const double way = (b.centre - bodies[i].centre).norm();

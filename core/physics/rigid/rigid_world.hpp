@@ -11,6 +11,9 @@
 
 namespace klang::rigid {
 
+/// A body that turns farther in a step [rad] is refused: its rotation is not resolved.
+inline constexpr double kMostTurnPerStep = 2.0;
+
 /// How impacts that happen in one step are solved.
 enum class CollisionOrder {
   kPairwise,  ///< one pair after the other, in the order of their touch, at most five rounds: what is seen in a cradle

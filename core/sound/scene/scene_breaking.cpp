@@ -331,6 +331,10 @@ std::optional<fracture::FractureResult> Breaking::State::broken_by(int body, con
       fracture::fracture_body(breakable.parent(), {field.energy_density_j_m3, field.stress_pa}, scene.fracture,
                               spendable_j, seed + static_cast<std::uint64_t>(body), kept);
   if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) return {};
+  if (result.limit == fracture::PatternLimit::kCells)
+    warnings.push_back("body " + breakable.parent().name + " broke at " + to_text(request.time_s) + " s into " +
+                       std::to_string(result.n_cells) +
+                       " cells, as many as fracture.most_pieces allows: there was energy for more");
   if (n_unknown > 0)
     warnings.push_back("body " + breakable.parent().name + " broke at " + to_text(request.time_s) + " s: what strain " +
                        std::to_string(n_unknown) +

@@ -58,6 +58,15 @@ SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const Sce
     if (!(start * step_s <= reach_m))
       throw InputError(body.place, body.name + " moves too far in a step", to_text(start * step_s) + " m",
                        "up to half of its smallest width, " + to_text(reach_m) + " m: a higher solver.rate_hz");
+    const double tip_m = (start + rigid.angular_velocity_rad_s.norm() * 0.5 * rigid.size_m()) * step_s;
+    if (!(tip_m <= reach_m))
+      document.header.warnings.push_back("body " + body.name + ": its ends move " + to_text(tip_m) +
+                                         " m in a step as it spins, more than half of its smallest width, " +
+                                         to_text(reach_m) + " m: thin things may pass through them");
+    const double turned = rigid.angular_velocity_rad_s.norm() * step_s;
+    if (!(turned <= rigid::kMostTurnPerStep))
+      throw InputError(body.place, body.name + " turns too far in a step", to_text(turned) + " rad",
+                       "up to " + to_text(rigid::kMostTurnPerStep) + " rad: a higher solver.rate_hz");
     const double fall_m = std::max(0.0, world.centre_m(i).z());
     const double fastest = std::sqrt(start * start + 2.0 * scene.solver.gravity_m_s2.norm() * fall_m);
     if (scene.floor_material && !(fastest * step_s <= reach_m))

@@ -111,11 +111,11 @@ struct LedgerRecord {
     visit({"residual_relative", "largest part of the energy that does not close, over energy_scale_j"},
           self.residual_relative);
     visit({"limit", "above which the run does not pass"}, self.limit);
-    visit(
-        {"energy_scale_j",
-         "kinetic energy at the start, and potential energy there above its lowest value in the run; with cracking or "
-         "modal bodies also the larger of most strain and most work"},
-        self.energy_scale_j);
+    visit({"energy_scale_j",
+           "kinetic energy at the start, and potential energy there above its lowest value in the run, at least what "
+           "lifts every movable body by half its smallest width; with cracking or modal bodies also the larger of most "
+           "strain and most work"},
+          self.energy_scale_j);
     visit({"contact_j", "lost along the normals of contacts"}, self.contact_j);
     visit({"friction_j", "lost across them"}, self.friction_j);
     visit({"fracture_j", "in new surfaces"}, self.fracture_j);

@@ -12,14 +12,24 @@ namespace {
 
 constexpr double kMadeByContacts = 0.005;  ///< of the scene's energy
 
-void judge_ledger(SceneMotion& motion) {
+/// What lifts every movable body by half its smallest width: the least that the ledger of bodies at rest is measured by.
+double lift_j(const rigid::RigidWorld& world, const Eigen::Vector3d& gravity_m_s2) {
+  double sum = 0.0;
+  for (int i = 0; i < world.n_bodies(); ++i) {
+    const rigid::RigidBodySpec& body = world.spec(i);
+    if (!body.fixed) sum += body.mass_kg * gravity_m_s2.norm() * body.smallest_half_width_m();
+  }
+  return sum;
+}
+
+void judge_ledger(SceneMotion& motion, double least_j) {
   double lowest_j = HUGE_VAL, worst_j = 0.0;
   for (const rigid::EnergyLedger& row : motion.ledger) {
     lowest_j = std::min(lowest_j, row.potential_j);
     worst_j = std::max(worst_j, std::abs(row.residual_j));
   }
   const rigid::EnergyLedger& start = motion.ledger.front();
-  motion.energy_scale_j = start.kinetic_j + start.potential_j - lowest_j;
+  motion.energy_scale_j = std::max(start.kinetic_j + start.potential_j - lowest_j, least_j);
   if (motion.cracks || motion.contact_residual) {  // also what holds put in, and what was in the bodies
     double most_j = 0.0;
     for (const rigid::EnergyLedger& row : motion.ledger)
@@ -107,7 +117,7 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_
   motion.n_stress_solves = breaking.n_stress_solves();
   if (cracking.any()) cracking.add_to(motion);
   if (modal.any()) modal.add_to(motion);
-  judge_ledger(motion);
+  judge_ledger(motion, lift_j(world, scene.solver.gravity_m_s2));
   warn_of_made_energy(motion);
   motion.status = MotionStatus::kDone;
   return motion;

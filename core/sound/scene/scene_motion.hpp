@@ -46,8 +46,9 @@ struct SceneMotion {
   std::vector<FinalState> final;            ///< of each body
   double end_s = 0.0;
   double residual_relative = 0.0;  ///< largest |residual| over the energy at the start (energy_scale_j)
-  double energy_scale_j =
-      0.0;  ///< kinetic energy at the start, and what potential energy lay above its lowest value in the run
+  /// Kinetic energy at the start, and what potential energy lay above its lowest value in the run; at least what lifts every movable
+  /// body by half its smallest width.
+  double energy_scale_j = 0.0;
   double solver_residual_m_s = 0.0, deepest_m = 0.0;  ///< worst of all steps (rigid::StepRecord)
   int n_steps = 0;
   std::vector<BreakEvent> breaks;

@@ -98,6 +98,21 @@ TEST(Judge, SixMillimetresTypedForEightIsNoSteelAndTheHeightIsNamed) {
   EXPECT_NE(reason->text.find("is no steel"), std::string::npos) << reason->text;
 }
 
+TEST(Judge, AGuessOfSteelAndItsDensityWithAllDimensionsFivePerCentOffIsDoubtful) {
+  JudgeInput own = steel_bar(1.05 * 1.05 * 208e9);  // E goes with length squared where all dimensions scale
+  own.start = solid::from_youngs_modulus(205e9, 0.29, 7850.0);
+  const Judgement judgement = judge_fit(own);
+  EXPECT_EQ(judgement.verdict, Verdict::kDoubtful);
+  const Reason* reason = reason_of(judgement, ReasonKind::kMaterialRange);
+  ASSERT_NE(reason, nullptr);
+  EXPECT_NE(reason->text.find("no known material"), std::string::npos) << reason->text;
+  EXPECT_NE(reason->text.find("dimensions"), std::string::npos) << reason->text;
+
+  JudgeInput right = steel_bar(208e9);
+  right.start = own.start;
+  EXPECT_EQ(judge_fit(right).verdict, Verdict::kTrusted);
+}
+
 TEST(Judge, StiffnessOfABarOfGivenMassGoesWithItsThicknessToMinusThree) {
   const std::vector<double> powers = stiffness_powers(flat_bending());
   ASSERT_EQ(powers.size(), 3u);

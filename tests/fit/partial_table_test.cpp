@@ -67,13 +67,14 @@ TEST(PartialCsv, ErrorsNameFileLineColumnAndValue) {
 }
 
 TEST(PartialCsv, TablesOfOtherProgramsAreRead) {
-  for (const char* text : {"frequency_hz,decay_per_s,Q\n1279.3,0.4,10000\n3522.8,0.55,20000\n",
-                           "\xef\xbb\xbf\"\",\"frequency_hz\",\"decay_per_s\",\"remark\"\r\n"
-                           "\"0\",\"1279.3\",\"0.4\",\"loud, 5\"\" away\"\r\n1,3522.8,0.55,\r\n",
-                           "# 24.12.2025\nfrequency_hz;decay_per_s\n1279,3;0,4\n3522,8;0,55\n",
-                           "frequency_hz\tdecay_per_s\tnote\n1279.3\t0.4\t\n3522.8\t0.55\t\n",
-                           "frequency_hz\tdecay_per_s\r\n1279,3\t0,4\r\n3522,8\t0,55\r\n",
-                           "frequency_hz;decay_per_s\n1279.3;0.4\n3522.8;0.55\n"}) {
+  for (const char* text :
+       {"frequency_hz,decay_per_s,Q\n1279.3,0.4,10000\n3522.8,0.55,20000\n",
+        "\xef\xbb\xbf\"\",\"frequency_hz\",\"decay_per_s\",\"remark\"\r\n"
+        "\"0\",\"1279.3\",\"0.4\",\"loud, 5\"\" away\"\r\n1,3522.8,0.55,\r\n",
+        "# 24.12.2025\nfrequency_hz;decay_per_s\n1279,3;0,4\n3522,8;0,55\n",
+        "frequency_hz\tdecay_per_s\tnote\n1279.3\t0.4\t\n3522.8\t0.55\t\n",
+        "frequency_hz\tdecay_per_s\r\n1279,3\t0,4\r\n3522,8\t0,55\r\n",
+        "frequency_hz,decay_per_s\r1279.3,0.4\r3522.8,0.55\r", "frequency_hz;decay_per_s\n1279.3;0.4\n3522.8;0.55\n"}) {
     const PartialTable table = parse_partial_csv(text, "t.csv");
     ASSERT_EQ(table.partials.size(), 2u) << text;
     EXPECT_EQ(table.partials[0].frequency_hz, 1279.3) << text;
@@ -83,6 +84,7 @@ TEST(PartialCsv, TablesOfOtherProgramsAreRead) {
   }
   EXPECT_EQ(parse_partial_csv("Q,frequency_hz,pitch\n1,440,2\n", "t.csv").left_out_columns,
             (std::vector<std::string>{"Q", "pitch"}));
+  EXPECT_NE(csv_message(std::string("frequency_hz,d\0ecay_per_s\n440,2\n", 33)).find("zero byte"), std::string::npos);
   EXPECT_NE(csv_message(std::string("\xff\xfe"
                                     "f\0",
                                     4))

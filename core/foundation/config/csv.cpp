@@ -44,6 +44,9 @@ CsvFile::CsvFile(std::string bytes, std::string name) : name_(std::move(name)), 
   if (bytes_.starts_with("\xEF\xBB\xBF")) at_ = 3;
   if (bytes_.starts_with("\xFF\xFE") || bytes_.starts_with("\xFE\xFF"))
     throw InputError(name_, "is text of 16-bit characters", {}, "UTF-8 (save it as CSV UTF-8)");
+  if (bytes_.find('\0') != std::string::npos) throw InputError(name_, "holds a zero byte", {}, "a table as text");
+  // Lines of old Macs, and of some spreadsheets, end with a carriage return alone.
+  if (bytes_.find('\n') == std::string::npos) std::replace(bytes_.begin(), bytes_.end(), '\r', '\n');
 }
 
 bool CsvFile::next() {

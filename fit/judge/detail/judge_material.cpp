@@ -139,9 +139,11 @@ void hold_against_guess(const JudgeInput& input, std::vector<Reason>& reasons) {
   }
 }
 
-/// Density by mass, where the guess's own E and no density was given: some known material has both.
+/// A guess that is a known material's: some known material has what was found and the density, which was given, or follows from
+/// the mass (and is then as unsure as the dimensions).
 void hold_against_all(const JudgeInput& input, std::vector<Reason>& reasons) {
-  if (input.start.density_kg_m3 > 0.0) return;
+  const bool given = input.start.density_kg_m3 > 0.0;
+  const double slack = given ? 0.03 : 0.08;
   const double poisson = input.start.poissons_ratio(), young = input.found.youngs_modulus_pa();
   for (const JudgedSpecimen& specimen : input.specimens) {
     if (!specimen.density_kg_m3) continue;
@@ -155,20 +157,21 @@ void hold_against_all(const JudgeInput& input, std::vector<Reason>& reasons) {
         return value >= r[0] / (1.0 + slack) && value <= r[1] * (1.0 + slack);
       };
       if (in(input.start.youngs_modulus_pa(), range->youngs_modulus_pa, 0.05) &&
-          in(poisson, range->poissons_ratio, 0.08)) {
+          in(poisson, range->poissons_ratio, 0.08) && (!given || in(density, range->density_kg_m3, 0.02))) {
         guess_is_known = true;
         nearest += (nearest.empty() ? "" : ", ") + name;
       }
       found_is_known =
-          found_is_known || (in(young, range->youngs_modulus_pa, 0.08) && in(density, range->density_kg_m3, 0.02));
+          found_is_known || (in(young, range->youngs_modulus_pa, slack) && in(density, range->density_kg_m3, 0.02));
     }
     if (!guess_is_known || found_is_known) continue;
     reasons.push_back({ReasonKind::kMaterialRange,
                        Verdict::kDoubtful,
                        specimen.name,
                        "density_kg_m3",
-                       "E = " + shown("%.4g", young / 1e9) + " GPa at " + shown("%.4g", density) +
-                           " kg/m3 (by mass and dimensions) is no known material; the guess is that of " + nearest,
+                       "E = " + shown("%.4g", young / 1e9) + " GPa at " + shown("%.4g", density) + " kg/m3 " +
+                           (given ? "" : "(by mass and dimensions) ") + "is no known material; the guess is that of " +
+                           nearest + (given ? ": are all dimensions too large or too small?" : ""),
                        density,
                        {},
                        {}});

@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/tet_geometry.hpp"
@@ -108,6 +110,51 @@ PatternRules rules_of(const ParentBody& parent, const FractureOptions& options, 
   return rules;
 }
 
+struct TriedPattern {
+  FracturePattern pattern;
+  std::vector<FragmentBody> pieces;  ///< without what collides
+  double kept_j = 0.0;
+};
+
+/// The pattern of most cells whose cracks, with the strain that loaded pieces keep, cost no more than there is: one fewer at a time from what the
+/// cracks alone allow, as it is near by when anything pays; after four, in strides that double, and then between the last two.
+/// Nothing where not even the fewest pay.
+std::optional<TriedPattern> most_that_pays(PatternMaker& maker, int fewest, double energy_j,
+                                           const std::function<TriedPattern(const FracturePattern&)>& tried) {
+  constexpr int kOneByOne = 4;
+  const auto pays = [&](const TriedPattern& t) { return t.pattern.fracture_energy_j + t.kept_j <= energy_j; };
+  FracturePattern first = maker.affordable();
+  if (first.n_cells == 0) return {};
+  int too_many = first.n_cells, stride = 1;
+  TriedPattern best = tried(first);
+  if (pays(best)) return best;
+  int good = 0;
+  const auto try_with = [&](int n) {
+    FracturePattern pattern = maker.with_cells(n);
+    if (pattern.fragments.n_fragments < 2) return false;
+    pattern.limit = PatternLimit::kEnergy;
+    TriedPattern now = tried(pattern);
+    if (!pays(now)) return false;
+    best = std::move(now);
+    good = n;
+    return true;
+  };
+  for (int k = 1; too_many > fewest; ++k) {
+    const int n = std::max(fewest, too_many - stride);
+    if (try_with(n)) break;
+    too_many = n;
+    if (k >= kOneByOne) stride *= 2;
+  }
+  if (good == 0) return {};
+  bool is_last = true;  // what `tried` notes besides is that of the last call
+  while (too_many - good > 1) {
+    const int n = (good + too_many) / 2;
+    is_last = try_with(n);
+    if (!is_last) too_many = n;
+  }
+  return is_last ? best : tried(best.pattern);
+}
+
 /// The push, and where each joule went.
 void share_energy(FractureResult& result, const FractureOptions& options) {
   std::vector<PieceMass> masses;
@@ -172,22 +219,17 @@ FractureResult fracture_body(const ParentBody& parent, const StressInput& stress
   result.status = FractureStatus::kTooLittleEnergy;
   if (!(load.energy_j > 0.0)) return result;
   PatternMaker maker(mesh, load.density, rules_of(parent, options, load), seed);
-  FracturePattern pattern = maker.affordable();
-  const int fewest = parent.score ? 1 : 2;
-  double kept_j = 0.0;
-  while (pattern.n_cells > 0) {
-    result.pieces = fragment_bodies(pattern, parent.parts, parent.density_kg_m3);
-    kept_j = residual ? residual(result.pieces, load.factor) : 0.0;
-    if (pattern.fracture_energy_j + kept_j <= load.energy_j) break;
-    const int fewer = pattern.n_cells - 1;
-    pattern = fewer >= fewest ? maker.with_cells(fewer) : FracturePattern{};
-    pattern.limit = PatternLimit::kEnergy;
-    if (pattern.fragments.n_fragments < 2) pattern.n_cells = 0;
-  }
-  if (pattern.n_cells == 0) {
-    result.pieces.clear();
-    return result;
-  }
+  std::optional<TriedPattern> found =
+      most_that_pays(maker, parent.score ? 1 : 2, load.energy_j, [&](const FracturePattern& pattern) {
+        TriedPattern tried{pattern, fragment_bodies(pattern, parent.density_kg_m3), 0.0};
+        tried.kept_j = residual ? residual(tried.pieces, load.factor) : 0.0;
+        return tried;
+      });
+  if (!found) return result;
+  const FracturePattern& pattern = found->pattern;
+  const double kept_j = found->kept_j;
+  result.pieces = std::move(found->pieces);
+  give_parts(pattern, parent.parts, result.pieces);
   result.status = FractureStatus::kBroken;
   result.cracks = crack_faces(pattern.fragments, load);
   result.crack_area_m2 = pattern.fragments.crack_area_m2;

@@ -83,8 +83,7 @@ void clip_parts(const FracturePattern& pattern, const std::vector<rigid::ConvexP
 
 }  // namespace
 
-std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, const std::vector<rigid::ConvexPart>& parts,
-                                          double density_kg_m3) {
+std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, double density_kg_m3) {
   std::vector<FragmentBody> bodies(static_cast<std::size_t>(pattern.fragments.n_fragments));
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     FragmentBody& body = bodies[i];
@@ -96,6 +95,11 @@ std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, const 
     body.centre_m = mass.centre_m;
     body.inertia_kg_m2 = density_kg_m3 * mass.inertia_m5;
   }
+  return bodies;
+}
+
+void give_parts(const FracturePattern& pattern, const std::vector<rigid::ConvexPart>& parts,
+                std::vector<FragmentBody>& bodies) {
   const bool planes = std::any_of(pattern.half_spaces.begin(), pattern.half_spaces.end(),
                                   [](const auto& list) { return !list.empty(); });
   if (planes && !parts.empty()) clip_parts(pattern, parts, bodies);
@@ -106,6 +110,12 @@ std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, const 
     rigid::set_mass_from_parts(hulls, 1.0);
     body.concavity = std::max(0.0, 1.0 - body.volume_m3 / hulls.mass_kg);
   }
+}
+
+std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, const std::vector<rigid::ConvexPart>& parts,
+                                          double density_kg_m3) {
+  std::vector<FragmentBody> bodies = fragment_bodies(pattern, density_kg_m3);
+  give_parts(pattern, parts, bodies);
   return bodies;
 }
 

@@ -27,6 +27,10 @@ struct FragmentBody {
 /// @param parts  convex parts of the body; empty: of each piece the hull
 std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, const std::vector<rigid::ConvexPart>& parts,
                                           double density_kg_m3);
+/// The same without what collides, for patterns that are only tried: parts of round bodies take far longer than all the rest.
+std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, double density_kg_m3);
+void give_parts(const FracturePattern& pattern, const std::vector<rigid::ConvexPart>& parts,
+                std::vector<FragmentBody>& bodies);
 
 /// A closed surface of the piece for a mesher (mesh::mesh_surface): thin triangles beside cracks are collapsed into ones of about
 /// edge_m as long as no vertex leaves the planes that it stands for by more than 1e-6 of the piece's size. Where a piece touches

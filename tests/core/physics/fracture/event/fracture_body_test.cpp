@@ -164,6 +164,29 @@ TEST(FractureBody, StrainThatPiecesKeepIsNotSpentAgain) {
   EXPECT_LE(std::abs(sum(kept.energies) - strain), 1e-15 * strain);
 }
 
+TEST(FractureBody, ABodyOfManyCellsThatDoNotPayIsGivenUpAfterAFewTries) {
+  ParentBody body = plate({0.3, 0.3, 0.012}, 10, 10, 1);
+  body.toughness_j_m2 *= 2.0;
+  const StressInput in = even_tension(body, 80e6);
+  int n_tries = 0;
+  const FractureResult none = fracture_body(body, in, {}, 1e9, 1, [&](const auto&, double) {
+    ++n_tries;
+    return 1e12;
+  });
+  EXPECT_EQ(none.status, FractureStatus::kTooLittleEnergy);
+  const FractureResult free = fracture_body(body, in, {}, 1e9, 1);
+  ASSERT_GT(free.n_cells, 40);
+  EXPECT_LE(n_tries, 14);  // four by one, then strides that double down to two of at most 400
+  // What pays up to some number of pieces breaks into that many.
+  const auto pays_up_to_thirty = [&](const std::vector<FragmentBody>& pieces, double) {
+    return pieces.size() <= 30 ? 0.0 : 1e12;
+  };
+  const FractureResult thirty = fracture_body(body, in, {}, 1e9, 1, pays_up_to_thirty);
+  ASSERT_EQ(thirty.status, FractureStatus::kBroken);
+  EXPECT_LE(thirty.pieces.size(), 30u);
+  EXPECT_GE(thirty.pieces.size(), 27u);  // merging takes some
+}
+
 TEST(FractureBody, TheSameSeedGivesTheSameBitsAndAnotherSeedOthers) {
   const ParentBody body = plate({0.3, 0.3, 0.012}, 10, 10, 1);
   const StressInput in = bending(body, 120e6);

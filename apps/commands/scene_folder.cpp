@@ -195,7 +195,7 @@ ModelPointer kept_model(const SceneFolder* folder, const std::string& stem) {
   const auto [modes, transfer] = files_of(stem, false);
   if (folder == nullptr || !folder->has(modes) || !folder->has(transfer)) return {};
   return std::make_shared<const scene::SoundModel>(scene::SoundModel{
-      modal::read_modal_model(folder->file(modes)), acoustics::read_transfer_model(folder->file(transfer)), false});
+      modal::read_modal_model(folder->file(modes)), acoustics::read_transfer_model(folder->file(transfer)), false, {}});
 }
 
 ModelPointer keep_model(const SceneFolder* folder, const std::string& stem, scene::SoundModel model) {
@@ -296,6 +296,8 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
                                            const scene::SceneNotes& notes, Monitor& monitor) {
   std::vector<scene::HeardBody> heard;
   std::map<std::size_t, int> n_pieces, n_heard;  // by body of the scene
+  int n_coarse = 0;
+  double coarsest = 0.0;
   for (std::size_t row = scene.bodies.size(); row < log.bodies.size(); ++row) {
     const int number = static_cast<int>(row);
     std::size_t ancestor = row;
@@ -329,6 +331,10 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
         write_file(folder.file(silent), "");
         continue;
       }
+      if (made->mesh_error.value_or(0.0) > scene::kOpenMeshError) {
+        ++n_coarse;
+        coarsest = std::max(coarsest, *made->mesh_error);
+      }
       model = keep_model(&folder, stem, std::move(*made));
     }
     heard.push_back({number, model, scene.material_of(parent).damping_heard()});
@@ -339,6 +345,10 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
       notes.warning("none of the " + std::to_string(n) + " pieces of " + scene.bodies[body].name +
                     " is heard: they have no mode between " + to_text(scene.sound.low_hz) + " and " +
                     to_text(scene.sound.high_hz) + " Hz (sound.band_hz), or no mesh");
+  if (n_coarse > 0)
+    notes.warning(std::to_string(n_coarse) + " pieces: their highest modes are lowered by up to " +
+                  to_text(std::round(1000.0 * coarsest) / 10.0) +
+                  " % for their meshes' stiffness, an estimate of which a tenth is open");
   return heard;
 }
 

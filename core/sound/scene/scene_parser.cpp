@@ -284,14 +284,25 @@ void read_fracture(const TomlTable& table, fracture::FractureOptions& options) {
   });
 }
 
+/// Pieces are called PARENT/NUMBER, and their pieces PARENT/NUMBER/NUMBER.
+bool is_name_of_piece(const std::string& name, const std::string& parent) {
+  return name.size() > parent.size() + 1 && name.starts_with(parent) && name[parent.size()] == '/' &&
+         name.find_first_not_of("0123456789/", parent.size()) == std::string::npos;
+}
+
 SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder, const Scene& scene) {
   SceneBody body;
   body.place = table.place();
   body.name = table.text("name");
   if (body.name.empty() || body.name == "floor")
     throw InputError(table.place("name"), "is no name of a body", body.name, "a text other than floor");
-  for (const SceneBody& other : scene.bodies)
+  for (const SceneBody& other : scene.bodies) {
     if (other.name == body.name) throw InputError(table.place("name"), "is given twice", body.name);
+    const std::string &one = body.name, &two = other.name;
+    if (is_name_of_piece(one, two) || is_name_of_piece(two, one))
+      throw InputError(table.place("name"), "is what a piece may be called, or the body it comes from",
+                       one + ", " + two, "no body's name with / and a number behind it");
+  }
   if (table.has("shape") == table.has("mesh"))
     throw InputError(table.place(), table.has("mesh") ? "has a shape and a mesh" : "has no shape", body.name,
                      "shape = { kind = ... } or mesh = FILE");

@@ -13,11 +13,16 @@
 
 namespace klang::scene {
 
+/// A mesh's error of frequencies above which what is left of it after its estimate is taken off (about a tenth) is said.
+inline constexpr double kOpenMeshError = 0.04;
+
 /// The modes of a body and how they radiate.
 struct SoundModel {
   modal::ModalModel modes;
   acoustics::TransferModel transfer;
   bool proxy = false;  ///< an ellipsoid's (scene_proxies.hpp)
+  /// Largest relative error of the frequencies for the mesh, by its estimate, which was taken off; not known of a model that was read.
+  std::optional<double> mesh_error;
 };
 
 /// Modes of the free body within the scene's band, and their radiation. Nothing where it has no mode there: a steel ball of

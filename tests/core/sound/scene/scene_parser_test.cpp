@@ -71,6 +71,8 @@ TEST(SceneParser, ComplainsInOneLineThatNamesThePlace) {
       {kScene + "fixed = true\nvelocity_m_s = [0, 0, -5]\n", "a fixed body does not move"},
       {kScene + "[[body]]\nname = \"tile\"\nshape = { kind = \"sphere\", radius_m = 0.1 }\nmaterial = \"glass\"\n",
        "given twice"},
+      {kScene + "[[body]]\nname = \"tile/12\"\nshape = { kind = \"sphere\", radius_m = 0.1 }\nmaterial = \"glass\"\n",
+       "what a piece may be called"},
       {kScene + "[[body]]\nname = \"b\"\nmaterial = \"glass\"\n", "has no shape"},
       {kScene + "mesh = \"x.stl\"\n", "has a shape and a mesh"},
       {kScene + "[sound]\nband_hz = [500, 20]\n", "is no band"},

@@ -150,6 +150,26 @@ TEST(SceneSound, ABodyWithoutAModeInTheBandIsSilentAndSaidUnlessItsModesWereAske
   EXPECT_THROW(sound_model_of(asked, asked.bodies[0]), InputError);
 }
 
+// A piece is known by its surface alone, and a coarse mesh of it is stiffer than it is (its fifth mode by more than 1 %).
+TEST(SceneSound, APieceRingsWithinAThousandthOfTheExactBox) {
+  Scene scene = parse_scene(
+      kMaterials +
+          "[[body]]\nname = \"half\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.1, width_m = 0.05, "
+          "height_m = 0.008 }\nposition_m = [0, 0, 0.1]\n",
+      "half.toml");
+  scene.sound.high_hz = 16000.0;
+  const auto exact = sound_model_of(scene, scene.bodies[0]);
+  const auto piece = sound_model_of(scene, scene.bodies[0], "half/1",
+                                    mesh::boundary_surface(test::lattice({1, 1, 1}, {0.1, 0.05, 0.008})));
+  ASSERT_TRUE(exact && piece);
+  ASSERT_GE(exact->modes.n_modes(), 3);
+  ASSERT_EQ(exact->modes.n_modes(), piece->modes.n_modes());
+  for (Eigen::Index m = 0; m < exact->modes.n_modes(); ++m)
+    EXPECT_LE(std::abs(piece->modes.frequency_hz()[m] / exact->modes.frequency_hz()[m] - 1.0), 1e-3) << m;
+  ASSERT_TRUE(piece->mesh_error.has_value());
+  EXPECT_GT(*piece->mesh_error, 1e-3);  // it was no fine mesh
+}
+
 // A bar that is slit along half its length is a fork: its prongs swing against each other at some less than a clamped bar of their size
 // does (the root gives), which the whole bar does not. What is pushed apart at the slit's lips rings so, what is pushed along does not.
 TEST(SceneSound, APieceWithASlitRingsAsAFork) {

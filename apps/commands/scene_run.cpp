@@ -189,11 +189,25 @@ void say_scene(const scene::SceneDocument& document, const CommonOptions& common
 
 /// Whether an earlier run left all that is asked for now: one without sound or frames may be asked for them later.
 bool is_made(const RunOptions& options, const scene::Scene& scene, const SceneFolder& folder) {
-  if (!folder.has("scene.json")) return false;
-  const auto document = read_fields<scene::SceneDocument>(read_result_json(folder.file("scene.json")), "scene.json");
-  const bool wants_frames = !options.no_frames && (scene.frames.glb || scene.frames.vtp);
-  return (options.no_sound || document.sound) && (!wants_frames || document.frames) &&
-         (!options.draws || document.draws);
+  if (!folder.has("scene.json") || !folder.has("motion.json") || !folder.has("events.h5") || !folder.has("ledger.csv"))
+    return false;
+  scene::SceneDocument document;
+  try {
+    document = read_fields<scene::SceneDocument>(read_result_json(folder.file("scene.json")), "scene.json");
+  } catch (const InputError&) {
+    return false;
+  }
+  if (!options.no_sound) {
+    if (!document.sound || !folder.has(document.sound->file)) return false;
+    for (const scene::BodyRecord& body : document.bodies)
+      if (body.sound && (!folder.has(body.sound->modes) || !folder.has(body.sound->transfer))) return false;
+  }
+  if (!options.no_frames && (scene.frames.glb || scene.frames.vtp)) {
+    if (!document.frames) return false;
+    for (const auto& file : {document.frames->animation, document.frames->series})
+      if (file && !folder.has(*file)) return false;
+  }
+  return !options.draws || document.draws.has_value();
 }
 
 int run_scene(const RunOptions& options, const CommonOptions& common) {
@@ -240,6 +254,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   }
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
+  scene::warn_of_contradicted_fits(scene, notes);
   Moved result = moved(options, common, scene, folder, notes, monitor);
   if (!options.no_sound) add_sound(options, common, {scene, proxies, folder, notes}, result, monitor);
   add_frames(scene, folder, result, monitor);

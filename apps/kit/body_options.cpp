@@ -4,6 +4,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "apps/kit/command.hpp"
 #include "apps/kit/field_options.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/nearest_word.hpp"
@@ -50,7 +51,11 @@ std::string given_for(const std::string& name, const std::map<std::string, doubl
 }  // namespace
 
 solid::Material parse_material(const std::string& text) {
-  if (is_fit_file(text)) return solid::fitted_material(solid::read_fit_json(text), text);
+  if (is_fit_file(text)) {
+    const nlohmann::json fit = solid::read_fit_json(text);
+    if (const auto contradiction = solid::contradiction_of(fit, text)) warn(*contradiction);
+    return solid::fitted_material(fit, text);
+  }
   if (text.find('=') == std::string::npos) return solid::material_preset(text);
   auto values = parse_assignments("--material", text);
   const auto take = [&](const std::string& name) {

@@ -201,7 +201,8 @@ Eigen::Index loudest_channel(const FittedPartial& partial) {
   return channel;
 }
 
-double loudness(const FittedPartial& partial) { return partial.ring.amplitude.row(0).norm(); }
+/// At the strike that excites it most.
+double loudness(const FittedPartial& partial) { return partial.ring.amplitude.rowwise().norm().maxCoeff(); }
 
 void fill_table(RingdownResult& result, const RingData& data, const JudgedPartials& found,
                 const RingdownOptions& options) {
@@ -216,7 +217,8 @@ void fill_table(RingdownResult& result, const RingData& data, const JudgedPartia
     std::stable_sort(listed.begin(), listed.end(),
                      [](const Listed& a, const Listed& b) { return loudness(*a.partial) > loudness(*b.partial); });
     result.warnings.push_back("the strongest " + std::to_string(options.max_partials) + " of " +
-                              std::to_string(listed.size()) + " partials kept (by amplitude at the first strike)");
+                              std::to_string(listed.size()) +
+                              " partials kept (by amplitude at the strike that excites each most)");
     listed.resize(static_cast<std::size_t>(options.max_partials));
   }
   std::stable_sort(listed.begin(), listed.end(), [](const Listed& a, const Listed& b) {
@@ -228,6 +230,7 @@ void fill_table(RingdownResult& result, const RingData& data, const JudgedPartia
     result.strike_phases_rad.resize(static_cast<std::size_t>(n_segments));
   }
   double loudest = 0;
+  std::vector<double> largest;  // of each, at the strike that excites it most
   for (const auto& [partial, kind] : listed) {
     const Eigen::Index channel = loudest_channel(*partial);
     Partial out = table_row(data, *partial, channel);
@@ -236,18 +239,20 @@ void fill_table(RingdownResult& result, const RingData& data, const JudgedPartia
       out.decay_per_s = partial->ring.pole.decay_per_s;
       out.decay_std_per_s = std::sqrt(partial->pole_covariance(1, 1));
     }
+    largest.push_back(*out.amplitude);
     for (Eigen::Index s = 0; n_segments > 1 && s < n_segments; ++s) {
       const double delay = data.segments()[static_cast<std::size_t>(s)].delay_s;
       const Complex struck = advanced(*partial, partial->ring.amplitude(s, channel), -delay);
       result.strike_amplitudes[static_cast<std::size_t>(s)].push_back(std::abs(struck));
+      largest.back() = std::max(largest.back(), std::abs(struck));
       result.strike_phases_rad[static_cast<std::size_t>(s)].push_back(std::arg(struck));
     }
-    loudest = std::max(loudest, *out.amplitude);
+    loudest = std::max(loudest, largest.back());
     result.partials.partials.push_back(out);
   }
-  for (Partial& partial : result.partials.partials) {
-    if (partial.kind == PartialKind::kDecaying && *partial.amplitude < kWeakPart * loudest)
-      partial.kind = PartialKind::kWeak;
+  for (std::size_t i = 0; i < largest.size(); ++i) {
+    Partial& partial = result.partials.partials[i];
+    if (partial.kind == PartialKind::kDecaying && largest[i] < kWeakPart * loudest) partial.kind = PartialKind::kWeak;
   }
 }
 

@@ -91,6 +91,17 @@ TEST(RingdownEnds, RingsThatDieBeatOrEndWithTheFileAreLeftWhole) {
   EXPECT_TRUE(whole({{700, 3, 0.1, 0}}, 1.0, 0.0));
 }
 
+TEST(RingdownEnds, WhatTheSecondStrikeAloneExcitesIsNotWeak) {
+  audio::Signal recording = tests::ringing({{600, 3, 0.3, 0}}, 44100, 1.6, 1e-5, 5, 0.0);
+  const audio::Signal second = tests::ringing({{600, 3, 1.0, 0}, {1500, 5, 0.6, 1}}, 44100, 1.6, 0, 6, 0.6);
+  recording.samples = 0.5 * (recording.samples + second.samples);
+  const RingdownResult result = identify_ringdown(recording, {});
+  const Partial* found = tests::nearest(result.partials.partials, 1500);
+  ASSERT_NE(found, nullptr);
+  EXPECT_NEAR(found->frequency_hz, 1500, 0.1);
+  EXPECT_EQ(found->kind, PartialKind::kDecaying);
+}
+
 TEST(RingdownEnds, ATakePastedAgainIsNoSurerThanOne) {
   const audio::Signal one = taps(1, 1e-3, [](double) { return 1.0; });
   audio::Signal pasted = one;

@@ -24,6 +24,18 @@ nlohmann::json read_fit_json(const std::filesystem::path& path) {
   return fit;
 }
 
+std::optional<std::string> contradiction_of(const nlohmann::json& fit, const std::filesystem::path& path) {
+  const auto judgement = fit.find("judgement");
+  if (judgement == fit.end() || !judgement->is_object() || text_under(*judgement, "verdict") != "contradicted")
+    return {};
+  std::string why;
+  if (const auto reasons = judgement->find("reasons"); reasons != judgement->end() && reasons->is_array())
+    for (const nlohmann::json& reason : *reasons)
+      if (why.empty() && reason.is_object() && text_under(reason, "weight") == "contradicted")
+        why = ": " + text_under(reason, "text");
+  return path.string() + ": the fit's verdict is contradicted, its material is not to be believed" + why;
+}
+
 Material fitted_material(const nlohmann::json& fit, const std::filesystem::path& path, double density_kg_m3) {
   const nlohmann::json& found = fit.at("material");
   const auto number = [&](const std::string& key) {

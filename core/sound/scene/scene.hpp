@@ -32,6 +32,7 @@ struct SceneMaterial {
   std::optional<double> tensile_strength_pa, fracture_energy_j_m2;
   std::vector<std::filesystem::path> inputs;  ///< files that it was read from
   std::optional<FitSpread> spread;            ///< of a fit that says how sure it is
+  std::optional<std::string> contradiction;   ///< of a fit that contradicts itself: what to say
   double roughness = 0.0;                     ///< rough_contacts.hpp; 0: smooth
   double roughness_length_m = 5e-4;
 

@@ -32,6 +32,7 @@ void check_deforming(const Scene& scene, rigid::RigidWorld& world, std::uint64_t
 SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor) {
   const SceneProxies proxies(scene);
   rigid::RigidWorld world = world_of(scene, notes, monitor);
+  warn_of_contradicted_fits(scene, notes);
   warn_of_assumed_damping(scene, notes);
   SceneCheckDocument document;
   document.name = scene.name;

@@ -92,7 +92,8 @@ struct SceneEventRecord {
         self.vibration_energy_j);
     visit({"crack_area_m2", "of one side"}, self.crack_area_m2);
     visit({"largest_stress_pa",
-           "principal, when it broke; split: what parted the worst node, by the criterion; null with toughness_n"},
+           "principal, of an element's mean tensor, when it broke; split: what parted the worst node, by the "
+           "criterion; null with toughness_n"},
           self.largest_stress_pa);
     visit({"viscous_energy_j", "split: that the body lost to viscous stress until then; null of a fracture"},
           self.viscous_energy_j);

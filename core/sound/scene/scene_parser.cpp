@@ -206,6 +206,7 @@ SceneMaterial read_scene_material(const TomlTable& table, const std::filesystem:
     FitSpread spread;
     for (const std::filesystem::path& file : input.files) {
       const nlohmann::json fit = solid::read_fit_json(file);
+      if (!material.contradiction) material.contradiction = solid::contradiction_of(fit, file);
       located(file.string(), [&] {
         try {
           read_fitted_damping(fit, material, spread);

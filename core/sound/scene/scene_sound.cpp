@@ -55,6 +55,12 @@ void warn_of_assumed_damping(const Scene& scene, const SceneNotes& notes) {
       notes.warning(damping::assumed_damping_words("material " + material.name));
 }
 
+void warn_of_contradicted_fits(const Scene& scene, const SceneNotes& notes) {
+  if (!notes.warning) return;
+  for (const SceneMaterial& material : scene.materials)
+    if (material.contradiction) notes.warning("material " + material.name + ": " + *material.contradiction);
+}
+
 namespace {
 
 struct Meshed {

@@ -51,6 +51,8 @@ std::vector<std::optional<int>> sound_model_numbers(const Scene& scene);
 
 /// Warns of each material without damping that a sounding body or floor is of.
 void warn_of_assumed_damping(const Scene& scene, const SceneNotes& notes);
+/// Says which materials come from fits whose own verdict is contradicted.
+void warn_of_contradicted_fits(const Scene& scene, const SceneNotes& notes);
 
 /// A body of a log that is heard.
 struct HeardBody {

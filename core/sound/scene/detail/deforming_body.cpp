@@ -157,6 +157,7 @@ DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBody
     solid_->refresh();
     cracker_ = std::make_unique<fracture::Cracker>(*solid_, body.crack.crack);
     strength_ = body.crack.crack.strength_pa;
+    heard_ = body.sounds();
     touched_.assign(at(solid_->mesh().n_nodes()), 0);
     return 0;
   });
@@ -272,6 +273,7 @@ void DeformingBody::note_pieces(double until_s) {
     for (const int node : solid_->mesh().nodes_of(e)) version.piece_of_node[at(node)] = piece[at(e)];
   n_pieces_ = version.n_pieces;
   if (n_pieces_ > 1 && !broken_s_) broken_s_ = until_s;
+  if (!splits_.empty() && !cracked_s_) cracked_s_ = until_s;
   if (!splits_.empty()) splits_.back().pieces = n_pieces_;
   versions_.push_back(std::move(version));
 }

@@ -86,6 +86,8 @@ class DeformingBody {
   /// Pulls through faces that parted, on the pieces at either side: each rises over some steps before and ends with the face.
   void add_pulls(const std::vector<int>& row_of_piece, const std::vector<int>& piece_of_element,
                  SceneMotion& motion) const;
+  /// When it parted; of one that is heard and that cracks stay in, when the first of them came: it rings by its slit mesh then.
+  std::optional<double> broken_s() const { return broken_s_ || !heard_ ? broken_s_ : cracked_s_; }
   const Kept* frame_at(double time_s, int node) const;
   void note_splits(int n, double area_before_m2);
   void note_pieces(double until_s);
@@ -96,7 +98,7 @@ class DeformingBody {
   int row_ = 0, n_elements_start_ = 0, n_pieces_ = 1, changes_seen_ = -1;
   std::string name_;
   ShapeKeeper shapes_;
-  std::optional<double> broken_s_;
+  std::optional<double> broken_s_, cracked_s_;  ///< ends of steps: in pieces; first split
   std::optional<double> strength_;
   double next_pose_s_ = 0.0;
   std::unique_ptr<Pressing> pressing_;
@@ -108,7 +110,8 @@ class DeformingBody {
   std::map<std::pair<int, int>, Eigen::Vector3d> pushes_;     ///< impulses in this step, by node and other body
   std::map<std::array<int, 2>, Eigen::Vector3d> own_pushes_;  ///< of pairs of its elements
   std::vector<std::array<double, 2>> steps_s_;                ///< of the world: begin and end
-  bool pressed_ = false;                                      ///< by others, since frames were kept
+  bool heard_ = false;
+  bool pressed_ = false;  ///< by others, since frames were kept
   std::vector<char> touched_;
   std::vector<Version> versions_;
   std::vector<Kept> frames_;

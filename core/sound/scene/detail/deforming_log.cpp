@@ -37,7 +37,8 @@ std::vector<int> DeformingBody::add_to(const Scene& scene, SceneMotion& motion) 
   std::vector<int> row_of_element(index(mesh.n_elements()), row_);
   std::vector<std::vector<int>> nodes(index(n_pieces_));
   std::vector<int> rows = {row_};
-  if (n_pieces_ > 1) {
+  const std::optional<double> broken = broken_s();
+  if (broken) {
     rows.clear();
     const std::vector<int>& piece_of = versions_.back().piece_of_node;
     for (int i = 0; i < mesh.n_nodes(); ++i) nodes[index(piece_of[index(i)])].push_back(i);
@@ -53,16 +54,16 @@ std::vector<int> DeformingBody::add_to(const Scene& scene, SceneMotion& motion) 
       motion.pieces.push_back({rows.back(), row_, mesh::boundary_surface(parts[index(p)]), std::move(parts[index(p)])});
     }
     for (std::size_t e = 0; e < row_of_element.size(); ++e) row_of_element[e] = rows[index(piece_of_element[e])];
-    motion.log.fractures.push_back({*broken_s_, row_});
+    motion.log.fractures.push_back({*broken, row_});
     if (scene.bodies[index(row_)].sounds() && scene.fracture.impulses) add_pulls(rows, piece_of_element, motion);
   }
   if (shapes_.n_bytes() > 0) motion.shapes.bodies.push_back(shapes_.shapes(row_of_element));
   // A piece's frames are those of the piece of then that held its oldest node.
-  const auto is_broken = [&](double time_s) { return broken_s_ && time_s >= *broken_s_; };
+  const auto is_broken = [&](double time_s) { return broken && time_s >= *broken; };
   for (const Kept& kept : frames_) {
     events::Pose pose = kept.pose;
     pose.body = row_;
-    if (!is_broken(pose.time_s) || pose.time_s == *broken_s_) {
+    if (!is_broken(pose.time_s) || pose.time_s == *broken) {
       if (kept.piece == 0) motion.log.poses.push_back(pose);
     }
     if (!is_broken(pose.time_s)) continue;
@@ -111,7 +112,8 @@ std::optional<events::Impulse> DeformingBody::impulse_of(const Contact& contact,
   impulse.duration_s = contact.duration_s;
   impulse.shape = events::PulseShape::kHeld;
   impulse.kind = contact.is_new ? events::ImpulseKind::kImpact : events::ImpulseKind::kLasting;
-  const bool is_broken = broken_s_ && contact.time_s >= *broken_s_;
+  const std::optional<double> broken = broken_s();
+  const bool is_broken = broken && contact.time_s >= *broken;
   impulse.body = is_broken ? rows[index(piece_of(contact.node))] : row_;
   impulse.other = contact.other;
   impulse.point_m = solid_->mesh().rest_m[index(contact.node)];

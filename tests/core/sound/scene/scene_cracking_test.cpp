@@ -227,6 +227,41 @@ TEST_F(SceneCracking, PiecesPushOneAnotherEquallyAndStandInTheLogOnBoth) {
     EXPECT_TRUE(row.body < 2 || row.other < 2 || row.kind == events::ImpulseKind::kFracture);
 }
 
+TEST_F(SceneCracking, ABodyThatCracksAndStaysWholeGoesOnWithItsSlitMeshAndItsCracksPushIt) {
+  const auto struck = [&](const char* sound) {
+    return move(scene(
+        "duration_s = 0.02\n[world]\ngravity_m_s2 = [0, 0, 0]\n" + material() +
+        "[[body]]\nname = \"block\"\nmaterial = \"soft\"\nmodel = \"cracking\"\nmax_edge_m = 0.04\nsound = \"" + sound +
+        "\"\nshape = { kind = \"box\", length_m = 0.1, width_m = 0.1, height_m = 0.1 }\n"
+        "[[body]]\nname = \"ball\"\nmaterial = \"soft\"\nsound = \"none\"\nposition_m = [-0.105, 0.003, 0.002]\n"
+        "velocity_m_s = [2, 0, 0]\nshape = { kind = \"sphere\", radius_m = 0.05 }\n[crack]\nstrength_pa = 3e4\n"
+        "viscosity_mu_pa_s = 200\n"));
+  };
+  const SceneMotion silent = struck("none");
+  ASSERT_GE(silent.cracks->n_splits, 3);
+  ASSERT_EQ(silent.mass_kg.size(), 2u) << "still in one piece, and not heard: nothing changes";
+  const SceneMotion heard = struck("modes");
+  ASSERT_EQ(heard.mass_kg.size(), 3u);
+  EXPECT_EQ(heard.log.bodies[2].parent, 0);
+  EXPECT_LE(std::abs(heard.mass_kg[2] / heard.mass_kg[0] - 1.0), 1e-12);
+  ASSERT_EQ(heard.pieces.size(), 1u);
+  ASSERT_TRUE(heard.pieces[0].mesh.has_value());
+  EXPECT_EQ(heard.pieces[0].mesh->n_elements(), heard.cracks->n_elements_end);
+  ASSERT_EQ(heard.log.fractures.size(), 1u);
+  EXPECT_LE(std::abs(heard.log.fractures[0].time_s - heard.cracks->splits.front().time_s), 2e-4);
+  double pulls = 0.0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const events::Impulse& row : heard.log.impulses)
+    if (row.kind == events::ImpulseKind::kFracture) {
+      EXPECT_EQ(row.body, 2);
+      pulls += row.impulse_n_s.norm();
+      sum += row.impulse_n_s;
+    }
+  EXPECT_GT(pulls, 0.0);
+  EXPECT_LE(sum.norm(), 1e-9 * pulls) << "both lips of a slit, one pull";
+  EXPECT_NO_THROW(heard.log.validate());
+}
+
 TEST_F(SceneCracking, AWallThatIsStruckGrowsAsThatOfFigureNineDoes) {  // B99: 1109 elements with 8275
   const auto path = std::filesystem::path(klang::test::source_dir()) / "datasets-synthetic/scenes/b99/wall_1_fine.toml";
   std::ifstream file(path);

@@ -37,6 +37,33 @@ void above_the_floor(benchmark::State& bench) {
   bench.counters["looked_at"] = static_cast<double>(bodies[0].looked_at.size());
 }
 
+/// A rigid box touches its side: what is asked is which corners are in it; nothing pushes.
+void beside_a_box(benchmark::State& bench) {
+  scene::Scene scene;
+  rigid::RigidWorld world({});
+  rigid::RigidBodySpec box;
+  box.name = "box";
+  Eigen::Matrix3Xd corners(3, 8);
+  for (int i = 0; i < 8; ++i)
+    corners.col(i) = Eigen::Vector3d((i & 1) ? 0.05 : -0.05, (i & 2) ? 0.04 : -0.04, (i & 4) ? 0.03 : -0.03);
+  box.parts.push_back({corners});
+  box.mass_kg = 1.0;
+  box.inertia_kg_m2 = 1e-3 * Eigen::Matrix3d::Identity();
+  box.position_m = {0.146, 0.0, 0.09};
+  world.add(box);
+  std::vector<scene::detail::PressedBody> others;
+  others.emplace_back(world, 0, scene::detail::PressedBody::Way::kStruck);
+  others[0].begin(world, 1e-4, Eigen::Vector3d::Zero());
+  std::vector<scene::detail::ModalBody> bodies = {test::ball_of_corners(static_cast<int>(bench.range(0)), kModes)};
+  scene::detail::ModalContacts contacts(scene, bodies, {});
+  for (auto _ : bench) {
+    bodies[0].fly(bodies[0].dt_s, Eigen::Vector3d::Zero());
+    contacts.solve(others, bodies[0].dt_s);
+  }
+  bench.counters["looked_at"] = static_cast<double>(bodies[0].looked_at.size());
+}
+
+BENCHMARK(beside_a_box)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
 BENCHMARK(state)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
 BENCHMARK(state_and_all_corners)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
 BENCHMARK(above_the_floor)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);

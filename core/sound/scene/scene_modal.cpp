@@ -1,5 +1,7 @@
 #include "core/sound/scene/scene_modal.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -16,6 +18,7 @@ using detail::PressedBody;
 
 namespace {
 
+constexpr double kFarOff = 3.0;      ///< of a body's reach
 constexpr double kMostGiven = 1e-9;  ///< of the energy: what touches may give unsaid
 
 /// Joints of the scene between places of its modal bodies: of the first its nearest corner, of the other what lies there.
@@ -42,7 +45,7 @@ std::vector<detail::JointPlace> joints_of(const Scene& scene, const std::vector<
       const ModalBody& other = bodies[static_cast<std::size_t>(made.other)];
       const Eigen::Vector3d own = other.turn.conjugate() * (made.world_m - other.centre_m);
       Eigen::Vector3d normal;
-      made.other_place = other.nearest(own, other.surface, normal);
+      made.other_place = other.nearest(own, normal);
       if (const double far = (made.other_place.rest_m - own).norm(); !(far <= 0.1 * other.reach_m))
         throw InputError(joint.place, "is away from the other body", to_text(far) + " m", "a place where both are");
       made.other_place.rest_m = own;
@@ -50,6 +53,43 @@ std::vector<detail::JointPlace> joints_of(const Scene& scene, const std::vector<
     joints.push_back(std::move(made));
   }
   return joints;
+}
+
+/// Says where holds keep more than a fifth of a body's elastic motions still: what is left is stiffer than the body.
+void warn_of_stiff_holds(const ModalBody& body, const std::string& name, const SceneNotes& notes) {
+  const Eigen::Index n_modes = body.modes.z.size();
+  if (body.held.size() < 2 || n_modes == 0 || !notes.warning) return;
+  Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(body.held.size()), 6 + n_modes);
+  const Eigen::Matrix3d turning = body.inertia.inverse().llt().matrixL();
+  for (std::size_t i = 0; i < body.held.size(); ++i) {
+    const detail::ModalPlace& place = body.held[i].place;
+    Eigen::Matrix3d across;  // spin x arm
+    across << 0.0, place.rest_m.z(), -place.rest_m.y(), -place.rest_m.z(), 0.0, place.rest_m.x(), place.rest_m.y(),
+        -place.rest_m.x(), 0.0;
+    rows.middleRows(3 * static_cast<Eigen::Index>(i), 3) << Eigen::Matrix3d::Identity() / std::sqrt(body.mass_kg),
+        across * turning, place.shape;
+  }
+  const Eigen::VectorXd mobility =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(rows.transpose() * rows, Eigen::EigenvaluesOnly).eigenvalues();
+  const auto kept_still = (mobility.array() > detail::kDependentHolds * mobility.maxCoeff()).count() - 6;
+  if (5 * kept_still > n_modes)
+    notes.warning("body " + name + ": its " + std::to_string(body.held.size()) + " held places keep " +
+                  std::to_string(kept_still) + " of the motions of its " + std::to_string(n_modes) +
+                  " modes still, so that it is stiffer than it should be: hold fewer places, or keep more modes");
+}
+
+/// @throws NumericalError where what was computed is no motion of that body any more
+void check_sane(const ModalBody& body, const Scene& scene) {
+  double held_m = 0.0;
+  for (const detail::HeldPlace& held : body.held)
+    held_m = std::max(held_m, (held.origin_m + held.path->displacement_m(body.time_s) - body.centre_m).norm());
+  const double bent_m = body.bent_m();
+  if (held_m <= kFarOff * body.reach_m && bent_m <= kFarOff * body.reach_m && body.centre_m.allFinite()) return;
+  throw NumericalError("body " + scene.bodies[static_cast<std::size_t>(body.row)].name + " at " + to_text(body.time_s) +
+                       " s: it is " + to_text(held_m) + " m from where it is held and its modes bend it by up to " +
+                       to_text(bent_m) + " m, with " + to_text(body.reach_m) +
+                       " m from its middle to its farthest corner: linear modes do not bend so far, or holds ask of "
+                       "them what they cannot do");
 }
 
 }  // namespace
@@ -67,7 +107,9 @@ struct ModalBodies::State {
     rigid::EnergyLedger row;
     row.time_s = time_s;
     for (const ModalBody& body : bodies) {
-      row.kinetic_j += body.moving_j();
+      const double ahead_j = body.ahead_j();
+      row.kinetic_j += body.moving_j() - ahead_j;
+      (body.held.empty() ? row.correction_j : row.work_j) += body.held.empty() ? ahead_j : -ahead_j;
       row.strain_j += body.strain_j();
       row.potential_j -= body.mass_kg * scene.solver.gravity_m_s2.dot(body.centre_m);
       row.viscous_j += body.ledger.viscous_j;
@@ -76,7 +118,11 @@ struct ModalBodies::State {
       row.correction_j += body.ledger.correction_j;
       row.work_j += body.ledger.work_j;
     }
-    if (contacts) row.strain_j += contacts->ball_springs_j();
+    if (contacts) {
+      row.strain_j += contacts->ball_springs_j();
+      row.kinetic_j -= contacts->ahead_rigid_j();
+      row.correction_j += contacts->ahead_rigid_j();
+    }
     row.work_j += rows.empty() ? row.sum_j() : rows.front().work_j;
     row.residual_j = row.sum_j();
     rows.push_back(row);
@@ -101,6 +147,7 @@ ModalBodies::ModalBodies(const Scene& scene, rigid::RigidWorld& world, const Sce
   for (ModalBody& body : state_->bodies) {
     body.dt_s = least_s;
     body.modes.set_step(least_s);
+    warn_of_stiff_holds(body, scene.bodies[static_cast<std::size_t>(body.row)].name, notes);
   }
   for (int i = 0; i < world.n_bodies(); ++i)
     if (world.is_there(i)) state_->others.emplace_back(world, i, PressedBody::Way::kStruck);
@@ -153,6 +200,7 @@ void ModalBodies::after_step(rigid::RigidWorld& world) {
   std::vector<detail::ShapeKeeper*> keepers;
   for (detail::ShapeKeeper& keeper : s.shapes) keepers.push_back(&keeper);
   detail::thin_to(s.scene.frames.most_shape_bytes, keepers);
+  for (const ModalBody& body : s.bodies) check_sane(body, s.scene);
   s.add_row(world.time_s());
 }
 
@@ -179,8 +227,8 @@ void ModalBodies::add_to(SceneMotion& motion) const {
     FinalState& end = motion.final[static_cast<std::size_t>(body.row)];
     end.position_m = body.centre_m;
     end.orientation_wxyz = body.poses.back().orientation_wxyz;
-    end.velocity_m_s = body.velocity_m_s;
-    end.angular_velocity_rad_s = body.spin();
+    end.velocity_m_s = body.velocity_m_s - body.ahead_m_s;
+    end.angular_velocity_rad_s = body.inverse_inertia() * (body.angular_momentum - body.ahead_momentum);
     motion.log.poses.insert(motion.log.poses.end(), body.poses.begin(), body.poses.end());
     for (const detail::ModalTouch& touch : body.touches) {
       events::Impulse impulse;

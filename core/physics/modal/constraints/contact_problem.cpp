@@ -114,11 +114,11 @@ ContactForces solve_contact_lp(const Eigen::MatrixXd& a, const Eigen::VectorXd& 
 }
 
 ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, const Eigen::VectorXd& friction,
-                             int most_sweeps, double tolerance) {
+                             const FrictionSweeps& sweeps) {
   const Eigen::Index n = friction.size();
   KLANG_CHECK(b.size() == 3 * n, "three rows per contact");
   ContactForces result;
-  result.forces = Eigen::VectorXd::Zero(3 * n);
+  result.forces = sweeps.start.size() == 3 * n ? sweeps.start : Eigen::VectorXd(Eigen::VectorXd::Zero(3 * n));
   const double scale_w = std::max(b.size() > 0 ? b.cwiseAbs().maxCoeff() : 0.0, 1e-300);
   const auto projected = [&](Eigen::Index i, Eigen::Vector3d f) {
     f[0] = std::max(0.0, f[0]);
@@ -126,7 +126,7 @@ ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
     if (slip > most) f.tail<2>() *= slip > 0.0 ? most / slip : 0.0;
     return f;
   };
-  for (; result.iterations < most_sweeps; ++result.iterations) {
+  for (; result.iterations < sweeps.most; ++result.iterations) {
     for (Eigen::Index i = 0; i < n; ++i) {
       // Local problem with fixed forces elsewhere: fixed point of projections, normal first, then tangents.
       const Eigen::Vector3d rest = b.segment<3>(3 * i) + a.middleRows(3 * i, 3) * result.forces -
@@ -139,7 +139,7 @@ ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
         f[0] = std::max(0.0, f[0] - normal_step * (rest + own * f)[0]);
         f.tail<2>() -= along_step * (rest + own * f).tail<2>();
         f = projected(i, f);
-        if ((f - before).norm() <= 1e-16 * (f.norm() + 1e-300)) break;
+        if ((f - before).norm() <= 1e-14 * (f.norm() + 1e-300)) break;
       }
       result.forces.segment<3>(3 * i) = f;
     }
@@ -156,7 +156,7 @@ ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
       if (slip > most) next.tail<2>() *= slip > 0.0 ? most / slip : 0.0;
       result.residual = std::max(result.residual, (next - f).norm() / scale_f);
     }
-    if (result.residual <= tolerance) break;
+    if (result.residual <= (result.iterations < sweeps.fine ? sweeps.tolerance : sweeps.enough)) break;
   }
   return result;
 }

@@ -19,10 +19,17 @@ ContactForces solve_lcp(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 /// (erratum 71). @throws NumericalError where nothing satisfies it
 ContactForces solve_contact_lp(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
+/// When sweeps end: at the tolerance; after as many as are for it, at what is enough.
+struct FrictionSweeps {
+  int most = 10000, fine = 10000;
+  double tolerance = 1e-10, enough = 1e-10;
+  Eigen::VectorXd start;  ///< forces to start from, such as those of the step before; empty: none
+};
+
 /// Coulomb's friction: three rows per contact (normal, two tangents), |f_t| <= mu f_n, normal complementarity, and tangential forces against the
 /// sliding (De Saxce's associated form at velocity level): block Gauss-Seidel with the exact projection on the cone.
 /// @param friction  per contact
 ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, const Eigen::VectorXd& friction,
-                             int most_sweeps = 10000, double tolerance = 1e-10);
+                             const FrictionSweeps& sweeps = {});
 
 }  // namespace klang::modal

@@ -53,7 +53,7 @@ void ModalContacts::press_ball(std::size_t a, PressedBody& ball, Ball& state, do
   const double margin = 0.25 * radius;
   if (!((own - state.looked_from_m).norm() <= margin)) {
     state.looked_from_m = own;
-    state.near = triangles_near(body.surface, own, radius + body.swell_m + 2.0 * margin);
+    state.near = triangles_near(body.surface, body.surface_groups, own, radius + body.swell_m + 2.0 * margin);
   }
   if (state.near.triangles.rows() == 0) return;
   Vector3d normal;
@@ -100,9 +100,10 @@ void ModalContacts::press_ball(std::size_t a, PressedBody& ball, Ball& state, do
   state.place = std::move(place);
 }
 
-mesh::SurfaceMesh triangles_near(const mesh::SurfaceMesh& surface, const Vector3d& x, double distance_m) {
+mesh::SurfaceMesh triangles_near(const mesh::SurfaceMesh& surface, const SurfaceGroups& groups, const Vector3d& x,
+                                 double distance_m) {
   std::vector<Eigen::Index> kept;
-  for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t) {
+  for (const Eigen::Index t : groups.near(x, distance_m)) {
     const auto corner = [&](int c) -> Vector3d { return surface.vertices_m.row(surface.triangles(t, c)).transpose(); };
     const Vector3d centre = (corner(0) + corner(1) + corner(2)) / 3.0;
     double reach = 0.0;

@@ -68,6 +68,7 @@ void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::R
     made.reach_m = std::max(made.reach_m, made.places[i].rest_m.norm());
   }
   made.groups = corner_groups(made.places);
+  made.surface_groups = SurfaceGroups(made.surface);
   for (const rigid::ConvexPart& part : spec.parts) {
     const mesh::SurfaceMesh hull = rigid::hull_of(part);
     std::vector<Eigen::Vector4d> planes;
@@ -146,7 +147,7 @@ void ModalBody::refresh() {
   std::iota(looked_at.begin(), looked_at.end(), 0);
 }
 
-void ModalBody::refresh_low() {
+void ModalBody::refresh_where(const MayTouch& may_touch) {
   corners_m.resize(3, static_cast<Eigen::Index>(places.size()));
   looked_at.clear();
   swell_m = 0.0;
@@ -156,7 +157,7 @@ void ModalBody::refresh_low() {
   for (const CornerGroup& group : groups) {
     const double swell = size.size() > 0 ? group.most.dot(size) : 0.0;
     swell_m = std::max(swell_m, swell);
-    if (centre_m.z() + r.row(2).dot(group.centre_m) > group.reach_m + swell + slack_m) continue;
+    if (!may_touch(centre_m + r * group.centre_m, group.reach_m + swell + slack_m)) continue;
     looked_at.insert(looked_at.end(), group.corners.begin(), group.corners.end());
   }
   std::sort(looked_at.begin(), looked_at.end());
@@ -166,6 +167,33 @@ void ModalBody::refresh_low() {
     if (size.size() > 0) own += place.shape * modes.z;
     corners_m.col(i) = centre_m + r * own;
   }
+}
+
+bool ModalBody::may_hold(const Vector3d& centre, double radius_m) const {
+  const Vector3d own = turn.conjugate() * (centre - centre_m);
+  const double within = radius_m + swell_m;
+  if (!(((own - high_m).array() <= within).all() && ((low_m - own).array() <= within).all())) return false;
+  if (ball_radius_m > 0.0) return own.norm() <= ball_radius_m + within;
+  return parts.empty() || std::any_of(parts.begin(), parts.end(), [&](const std::vector<Eigen::Vector4d>& planes) {
+           return std::all_of(planes.begin(), planes.end(), [&](const Eigen::Vector4d& plane) {
+             return plane.head<3>().dot(own) - plane[3] <= within;
+           });
+         });
+}
+
+double ModalBody::ahead_j() const {
+  if (ahead_modes.size() != modes.v.size()) return 0.0;
+  const Vector3d momentum = angular_momentum - ahead_momentum;
+  return moving_j() - 0.5 * mass_kg * (velocity_m_s - ahead_m_s).squaredNorm() -
+         0.5 * momentum.dot(inverse_inertia() * momentum) - 0.5 * (modes.v - ahead_modes).squaredNorm();
+}
+
+double ModalBody::bent_m() const {
+  double most_m = 0.0;
+  if (modes.z.size() == 0) return most_m;
+  const Eigen::VectorXd size = modes.z.cwiseAbs();
+  for (const CornerGroup& group : groups) most_m = std::max(most_m, group.most.dot(size));
+  return most_m;
 }
 
 void ModalBody::push(const ModalPlace& place, const Vector3d& impulse_n_s) {
@@ -179,8 +207,15 @@ void ModalBody::note(const ModalPlace& place, int other, bool is_new, const Vect
   touches.push_back({time_s, dt_s, other, is_new, rest_centre_m + place.rest_m, turn.conjugate() * impulse_n_s});
 }
 
+ModalPlace ModalBody::nearest(const Vector3d& own, Vector3d& normal) const {
+  return place_at(surface_groups.nearest(own), normal);
+}
+
 ModalPlace ModalBody::nearest(const Vector3d& own, const mesh::SurfaceMesh& among, Vector3d& normal) const {
-  const mesh::SurfacePoint found = mesh::nearest_surface_point(among, own);
+  return place_at(mesh::nearest_surface_point(among, own), normal);
+}
+
+ModalPlace ModalBody::place_at(const mesh::SurfacePoint& found, Vector3d& normal) const {
   ModalPlace place;
   place.shape = Eigen::Matrix3Xd::Zero(3, modes.z.size());
   std::array<Vector3d, 3> corner;
@@ -213,7 +248,7 @@ std::optional<ModalDepth> ModalBody::depth_of(const Vector3d& x) const {
   if (!inside) return {};
   ModalDepth depth;
   Vector3d normal;
-  depth.place = nearest(own, surface, normal);
+  depth.place = nearest(own, normal);
   depth.depth_m = (depth.place.rest_m + depth.place.shape * modes.z - own).dot(normal);
   if (!(depth.depth_m > 0.0)) return {};
   depth.out = turn * normal;

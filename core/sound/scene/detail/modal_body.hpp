@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "core/geometry/mesh/tet_mesh.hpp"
 #include "core/physics/modal/constraints/modal_step.hpp"
 #include "core/sound/scene/detail/residual_flexibility.hpp"
+#include "core/sound/scene/detail/surface_groups.hpp"
 #include "core/sound/scene/scene_bodies.hpp"
 
 namespace klang::scene::detail {
@@ -63,8 +65,12 @@ struct ModalBody {
   std::vector<CornerGroup> groups;                 ///< of all places
   std::shared_ptr<ResidualFlexibility> discarded;  ///< null: discarded modes are stiff
   double spring_j = 0.0;                           ///< in the discarded modes at the floor and other bodies
+  /// Half of what touches that last gave at the end of the last small step, for the next one: without it the speeds are those of that moment.
+  Eigen::Vector3d ahead_m_s = Eigen::Vector3d::Zero(), ahead_momentum = Eigen::Vector3d::Zero();
+  Eigen::VectorXd ahead_modes;  ///< none: empty
   std::vector<HeldPlace> held;
   mesh::SurfaceMesh surface;                        ///< at rest, about the centre of mass
+  SurfaceGroups surface_groups;                     ///< of it
   Eigen::MatrixXd surface_shapes;                   ///< of its vertices, three rows each
   std::vector<std::vector<Eigen::Vector4d>> parts;  ///< convex ones: outward planes n, offset, about the centre of mass
   Eigen::Vector3d low_m, high_m;                    ///< box at rest, about the centre of mass
@@ -87,6 +93,7 @@ struct ModalBody {
     return 0.5 * mass_kg * velocity_m_s.squaredNorm() + 0.5 * angular_momentum.dot(spin()) +
            0.5 * modes.v.squaredNorm();
   }
+  double ahead_j() const;  ///< of moving_j(): by what is ahead
   double strain_j() const { return 0.5 * modes.z.dot(modes.lambda().cwiseProduct(modes.z)) + spring_j; }
   Eigen::Vector3d arm(const ModalPlace& p) const { return turn * (p.rest_m + p.shape * modes.z); }
   Eigen::Vector3d velocity_at(const ModalPlace& p) const {
@@ -96,18 +103,26 @@ struct ModalBody {
   /// Where a place will be after fly(dt), to round-off.
   Eigen::Vector3d place_after(const ModalPlace& place, double dt, const Eigen::Vector3d& gravity) const;
   void refresh();
-  /// The same where only the floor is near, of those groups of corners alone that may be below it: H03's refitted tree, of one level.
-  void refresh_low();
+  /// The same of those groups of corners alone that may touch something, of which a ball (centre in the world, radius) holds all: H03's refitted
+  /// tree, of one level.
+  using MayTouch = std::function<bool(const Eigen::Vector3d&, double)>;
+  void refresh_where(const MayTouch& may_touch);
+  /// Whether a ball may reach into it, by its shape at rest and how far it swells.
+  bool may_hold(const Eigen::Vector3d& centre, double radius_m) const;
   /// An impulse at a place, without what it costs.
   void push(const ModalPlace& place, const Eigen::Vector3d& impulse_n_s);
   void note(const ModalPlace& place, int other, bool is_new, const Eigen::Vector3d& impulse_n_s);
   /// The place of the surface nearest to a point about the centre of mass at rest, and its outward normal.
+  ModalPlace nearest(const Eigen::Vector3d& own, Eigen::Vector3d& normal) const;
+  /// The same among some of its triangles.
   ModalPlace nearest(const Eigen::Vector3d& own, const mesh::SurfaceMesh& among, Eigen::Vector3d& normal) const;
+  ModalPlace place_at(const mesh::SurfacePoint& found, Eigen::Vector3d& normal) const;
   std::optional<ModalDepth> depth_of(const Eigen::Vector3d& x) const;
   bool is_near(const Eigen::Vector3d& x, double distance_m) const;
   /// Static compliance of the discarded modes: displacement at a along u of a unit force at b along w, both in the world.
   double discarded_m_per_n(const ModalPlace& a, const Eigen::Vector3d& u, const ModalPlace& b,
                            const Eigen::Vector3d& w) const;
+  double bent_m() const;  ///< no corner is displaced by more
   void keep_pose();
 };
 

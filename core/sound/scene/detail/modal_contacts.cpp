@@ -19,25 +19,28 @@ ModalContacts::ModalContacts(const Scene& scene, std::vector<ModalBody>& bodies,
     : scene_(scene), bodies_(bodies), joints_(std::move(joints)) {}
 
 std::vector<ModalTouching> ModalContacts::find(std::vector<PressedBody>& others) {
-  const auto is_near_others = [&](std::size_t a) {
-    const ModalBody& body = bodies_[a];
-    const double reach = kNear * body.reach_m;
-    for (std::size_t b = 0; b < bodies_.size(); ++b)
-      if (b != a && (bodies_[b].centre_m - body.centre_m).norm() < reach + kNear * bodies_[b].reach_m) return true;
-    const Vector3d ones = Vector3d::Constant(reach);
-    return std::any_of(others.begin(), others.end(), [&](const PressedBody& other) {
-      return other.is_near(body.centre_m - ones, body.centre_m + ones);
-    });
-  };
+  for (ModalBody& body : bodies_) body.swell_m = body.bent_m();
   for (std::size_t a = 0; a < bodies_.size(); ++a) {
     ModalBody& body = bodies_[a];
-    if (is_near_others(a)) {
-      body.refresh();
-    } else if (scene_.solver.floor && body.centre_m.z() - kNear * body.reach_m <= 0.0) {
-      body.refresh_low();
-    } else {
+    const double reach = kNear * body.reach_m;
+    const Vector3d ones = Vector3d::Constant(reach);
+    const bool floor = scene_.solver.floor && body.centre_m.z() - reach <= 0.0;
+    std::vector<const ModalBody*> modal;
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (b != a && (bodies_[b].centre_m - body.centre_m).norm() < reach + kNear * bodies_[b].reach_m)
+        modal.push_back(&bodies_[b]);
+    std::vector<const PressedBody*> rigid;
+    for (const PressedBody& other : others)
+      if (other.is_near(body.centre_m - ones, body.centre_m + ones)) rigid.push_back(&other);
+    if (!floor && modal.empty() && rigid.empty()) {
       body.corners_m.resize(3, 0);
+      continue;
     }
+    body.refresh_where([&](const Vector3d& x, double radius_m) {
+      const auto holds = [&](const auto* other) { return other->may_hold(x, radius_m); };
+      return (floor && x.z() <= radius_m) || std::any_of(modal.begin(), modal.end(), holds) ||
+             std::any_of(rigid.begin(), rigid.end(), holds);
+    });
   }
   std::vector<ModalTouching> found;
   std::set<Key> now;
@@ -55,6 +58,8 @@ void ModalContacts::find_corners(std::size_t a, std::vector<PressedBody>& others
     touch.friction = rigid::pair_friction(body.skin, skin);
     touch.a_row = body.row;
     touch.is_new = was_down_.count(key) == 0;
+    touch.key = key;
+    if (const auto last = last_n_s_.find(key); last != last_n_s_.end()) touch.last_n_s = last->second;
     now.insert(key);
     found.push_back(std::move(touch));
   };
@@ -104,7 +109,9 @@ void ModalContacts::find_corners(std::size_t a, std::vector<PressedBody>& others
 }
 
 void ModalContacts::solve(std::vector<PressedBody>& others, double dt_s) {
+  ahead_rigid_j_ = 0.0;
   const std::vector<ModalTouching> touches = find(others);
+  last_n_s_.clear();
   const std::size_t n_all = bodies_.size() + others.size();
   std::vector<int> root(n_all);
   std::iota(root.begin(), root.end(), 0);
@@ -136,7 +143,10 @@ void ModalContacts::solve(std::vector<PressedBody>& others, double dt_s) {
     island.solve();
     island.note_held();
     given_j_ += island.given_j();
+    ahead_rigid_j_ += island.ahead_rigid_j();
     joint_error_m_ = std::max(joint_error_m_, island.missed_m());
+    for (std::size_t k = 0; k < island.impulses_n_s().size(); ++k)
+      last_n_s_[island.touches()[k].key] = island.impulses_n_s()[k];
     for (std::size_t k = 0; k < island.impulses_n_s().size(); ++k)
       if (island.impulses_n_s()[k].squaredNorm() > 0.0) apply(island.touches()[k], island.impulses_n_s()[k], others);
   }

@@ -1,7 +1,6 @@
 #pragma once
 #include <map>
 #include <set>
-#include <tuple>
 #include <vector>
 
 #include "core/sound/scene/detail/modal_island.hpp"
@@ -23,14 +22,14 @@ class ModalContacts {
   double ball_springs_j() const;
   double joint_error_m() const { return joint_error_m_; }  ///< farthest that held places and joints were off
   double given_j() const { return given_j_; }              ///< by touches, of which none should
+  double ahead_rigid_j() const { return ahead_rigid_j_; }  ///< of the last small step (ModalIsland)
   const std::vector<events::Impulse>& on_rigid() const { return on_rigid_; }
   /// Impulses of everything else, at the end of a small step.
   void solve(std::vector<PressedBody>& others, double dt_s);
 
  private:
-  using Key = std::tuple<
-      int, int,
-      int>;  ///< modal body, corner, and what it touches: modal bodies, -1 (floor), then -2 - number of a rigid one
+  /// Modal body, corner, and what it touches: modal bodies, -1 (floor), then -2 - number of a rigid one.
+  using Key = std::array<int, 3>;
   struct Ball {
     mesh::SurfaceMesh near;
     Eigen::Vector3d looked_from_m = Eigen::Vector3d::Constant(HUGE_VAL);
@@ -53,12 +52,14 @@ class ModalContacts {
   std::vector<ModalBody>& bodies_;
   std::vector<JointPlace> joints_;
   std::set<Key> was_down_;
-  double joint_error_m_ = 0.0, given_j_ = 0.0;
+  std::map<Key, Eigen::Vector3d> last_n_s_;  ///< what touches exerted in the last small step
+  double joint_error_m_ = 0.0, given_j_ = 0.0, ahead_rigid_j_ = 0.0;
   std::vector<events::Impulse> on_rigid_;  ///< rows of rigid bodies that were pushed
   std::map<std::pair<std::size_t, int>, Ball> balls_;
 };
 
 /// Those of a surface that may be within a distance of a point.
-mesh::SurfaceMesh triangles_near(const mesh::SurfaceMesh& surface, const Eigen::Vector3d& x, double distance_m);
+mesh::SurfaceMesh triangles_near(const mesh::SurfaceMesh& surface, const SurfaceGroups& groups,
+                                 const Eigen::Vector3d& x, double distance_m);
 
 }  // namespace klang::scene::detail

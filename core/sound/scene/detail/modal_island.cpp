@@ -1,6 +1,7 @@
 #include "core/sound/scene/detail/modal_island.hpp"
 
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -14,8 +15,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kMostCorrections = 20, kMostSweeps = 20000;
-constexpr double kSweepTolerance = 1e-9;
+constexpr int kMostCorrections = 20, kMostSweeps = 20000, kFineSweeps = 1000;
+constexpr double kFineTolerance = 1e-9, kSweepTolerance = 1e-7;
 constexpr double kHeldShare = 1e-6;  ///< of its mobility: less is left to a touch that is held
 
 std::size_t number(int i) { return static_cast<std::size_t>(i); }
@@ -100,6 +101,8 @@ void ModalIsland::set_rows() {
 
 void ModalIsland::set_mobile() {
   mobile_ = rows_.transpose();
+  MatrixXd way = rows_;
+  held_root_ = rows_.topRows(n_held_);
   VectorXd speed(n_unknowns_);
   for (const int member : members_) {
     const Index from = offset_[member];
@@ -107,15 +110,25 @@ void ModalIsland::set_mobile() {
       const ModalBody& body = world_.bodies[number(member)];
       mobile_.middleRows(from, 3) /= body.mass_kg;
       mobile_.middleRows(from + 3, 3) = body.inverse_inertia() * mobile_.middleRows(from + 3, 3).eval();
-      speed.segment(from, 6 + body.modes.z.size()) << body.velocity_m_s, body.spin(), body.modes.v;
+      const Index n_modes = body.modes.z.size();
+      speed.segment(from, 6 + n_modes) << body.velocity_m_s, body.spin(), body.modes.v;
+      if (n_modes > 0) way.middleCols(from + 6, n_modes) *= (body.modes.h() / world_.dt_s).asDiagonal();
+      if (n_held_ == 0) continue;
+      held_root_.middleCols(from, 3) /= std::sqrt(body.mass_kg);
+      const Eigen::Matrix3d turning = body.inverse_inertia().llt().matrixL();
+      held_root_.middleCols(from + 3, 3) *= turning;
+      if (n_modes > 0)
+        held_root_.middleCols(from + 6, n_modes) *= (body.modes.h() / world_.dt_s).cwiseSqrt().asDiagonal();
     } else {
       const PressedBody& body = world_.others[number(member) - world_.bodies.size()];
       mobile_.middleRows(from, 3) *= body.inverse_mass_per_kg();
       mobile_.middleRows(from + 3, 3) = body.inverse_inertia() * mobile_.middleRows(from + 3, 3).eval();
+      held_root_.middleCols(from, 6).setZero();  // neither held nor joined
       speed.segment<6>(from) << body.velocity_m_s(), body.spin_rad_s();
     }
   }
   a_ = rows_ * mobile_;
+  over_step_ = way * mobile_;
   before_m_s_ = rows_ * speed;
 }
 
@@ -156,28 +169,60 @@ VectorXd ModalIsland::missed_m_s() const {
   return by / world_.dt_s;
 }
 
-/// The inverse of what held places do to one another, where they may depend on one another.
+/// Of a side of a touch over the next small step, without what is to come.
+Vector3d ModalIsland::moves_by_m(const TouchSide& side) const {
+  if (side.member < 0) return Vector3d::Zero();
+  if (is_modal(side.member)) {
+    const ModalBody& body = world_.bodies[number(side.member)];
+    return body.place_after(side.place, world_.dt_s, world_.gravity_m_s2) - body.centre_m - body.arm(side.place);
+  }
+  const PressedBody& body = world_.others[number(side.member) - world_.bodies.size()];
+  if (body.inverse_mass_per_kg() == 0.0) return Vector3d::Zero();
+  return world_.dt_s * (body.velocity_at(side.x) + 0.5 * world_.dt_s * world_.gravity_m_s2);
+}
+
+/// The inverse of what held places do to one another, where they may depend on one another: of the matrix B B^T, by B^T B, which is as small as
+/// what can move.
 struct ModalIsland::Met {
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> of;
-  explicit Met(const MatrixXd& matrix) {
-    of.setThreshold(1e-10);
-    of.compute(matrix);
+  MatrixXd root, vectors;
+  VectorXd inverse_sq;
+  explicit Met(const MatrixXd& held_root) : root(held_root) {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(root.transpose() * root);
+    const Index n = eigen.eigenvalues().size();
+    const double least = kDependentHolds * eigen.eigenvalues()[n - 1];
+    const auto kept = static_cast<Index>((eigen.eigenvalues().array() > least).count());
+    vectors = eigen.eigenvectors().rightCols(kept);
+    inverse_sq = eigen.eigenvalues().tail(kept).cwiseAbs2().cwiseInverse();
+  }
+  MatrixXd solve(const MatrixXd& right) const {
+    return root * (vectors * (inverse_sq.asDiagonal() * (vectors.transpose() * (root.transpose() * right))));
   }
 };
 
 void ModalIsland::find_impulses() {
   VectorXd b = before_m_s_;
-  MatrixXd inner = a_.bottomRightCorner(n_down_, n_down_);
   const double slow = 2.0 * world_.gravity_m_s2.norm() * world_.dt_s;
+  const auto is_shock = [&](std::size_t k) {
+    return !flexible_ && touches_[k].is_new && before_m_s_[n_held_ + per_ * static_cast<Index>(k)] < -slow;
+  };
+  // A touch that lasts is held where it is over the next small step, by an impulse half before and half after what else pushes it: one that
+  // stops it now, after it has given way over the last step, would take energy at first order in the step.
+  for (std::size_t k = 0; k < touches_.size(); ++k) any_shock_ = any_shock_ || is_shock(k);
+  const MatrixXd& mobility = any_shock_ ? a_ : over_step_;
+  MatrixXd inner = mobility.bottomRightCorner(n_down_, n_down_);
   if (flexible_) set_springs();
   for (std::size_t k = 0; k < touches_.size(); ++k) {
     const auto i = static_cast<Index>(k);
-    if (flexible_) {
-      b[n_held_ + per_ * i] += touches_[k].gap_m / world_.dt_s;
-      for (Index j = 0; j < springs_.cols(); ++j) inner(per_ * i, per_ * j) += springs_(i, j);
-    } else if (touches_[k].is_new && before_m_s_[n_held_ + per_ * i] < -slow) {
+    if (is_shock(k)) {
       b[n_held_ + per_ * i] += touches_[k].restitution * before_m_s_[n_held_ + per_ * i];
+    } else {
+      b.segment(n_held_ + per_ * i, per_) =
+          frames_[k].leftCols(per_).transpose() * (moves_by_m(touches_[k].a) - moves_by_m(touches_[k].b)) / world_.dt_s;
     }
+    if (!flexible_) continue;
+    // Springs push by a quarter of the gap before, a half of that now and a quarter of that after the next step, which neither takes nor gives energy.
+    b[n_held_ + per_ * i] += 4.0 * touches_[k].gap_m / world_.dt_s - before_m_s_[n_held_ + per_ * i];
+    for (Index j = 0; j < springs_.cols(); ++j) inner(per_ * i, per_ * j) += 4.0 * springs_(i, j);
   }
   impulses_ = VectorXd::Zero(n_held_ + n_down_);
   // Holds and joints are met whatever the contacts exert: they are taken out of the contact problem.
@@ -185,12 +230,12 @@ void ModalIsland::find_impulses() {
   std::optional<Met> met;
   if (n_held_ > 0) {
     b.head(n_held_) = -missed_m_s();
-    met.emplace(a_.topLeftCorner(n_held_, n_held_));
-    inner -= a_.bottomLeftCorner(n_down_, n_held_) * MatrixXd(met->of.solve(a_.topRightCorner(n_held_, n_down_)));
-    right -= a_.bottomLeftCorner(n_down_, n_held_) * VectorXd(met->of.solve(b.head(n_held_)));
+    met.emplace(held_root_);
+    inner -= mobility.bottomLeftCorner(n_down_, n_held_) * met->solve(mobility.topRightCorner(n_held_, n_down_));
+    right -= mobility.bottomLeftCorner(n_down_, n_held_) * met->solve(b.head(n_held_));
     // What is held where it touches does not move: nothing can push it there.
     for (Index first = 0; first < n_down_; first += per_) {
-      const auto own = a_.diagonal().segment(n_held_ + first, per_);
+      const auto own = mobility.diagonal().segment(n_held_ + first, per_);
       if (!((inner.diagonal().segment(first, per_).array() <= kHeldShare * own.array()).any())) continue;
       inner.middleRows(first, per_).setZero();
       inner.middleCols(first, per_).setZero();
@@ -201,10 +246,19 @@ void ModalIsland::find_impulses() {
   if (n_down_ > 0) {
     VectorXd friction(static_cast<Index>(touches_.size()));
     for (std::size_t k = 0; k < touches_.size(); ++k) friction[static_cast<Index>(k)] = touches_[k].friction;
-    const modal::ContactForces solved =
-        linear_program_ ? modal::solve_contact_lp(inner, right)
-        : per_ == 3     ? modal::solve_friction(inner, right, friction, kMostSweeps, kSweepTolerance)
-                        : modal::solve_lcp(inner, right);
+    modal::ContactForces solved;
+    if (linear_program_) {
+      solved = modal::solve_contact_lp(inner, right);
+    } else if (per_ == 1) {
+      solved = modal::solve_lcp(inner, right);
+    } else {  // many corners that slide share what they exert in many ways: sweeps then go on and on at the last digits
+      VectorXd start(n_down_);
+      for (std::size_t k = 0; k < touches_.size(); ++k)
+        start.segment<3>(3 * static_cast<Index>(k)) = frames_[k].transpose() * touches_[k].last_n_s;
+      solved = modal::solve_friction(
+          inner, right, friction,
+          {kMostSweeps, any_shock_ ? kFineSweeps : 0, kFineTolerance, kSweepTolerance, std::move(start)});
+    }
     impulses_.tail(n_down_) = solved.forces;
     const VectorXd apart = inner * solved.forces + right;
     for (Index i = 0; i < n_down_; i += per_) given_j_ += std::max(0.0, solved.forces[i] * apart[i]);
@@ -214,7 +268,7 @@ void ModalIsland::find_impulses() {
   }
   if (met)
     impulses_.head(n_held_) =
-        met->of.solve(-b.head(n_held_) - a_.topRightCorner(n_held_, n_down_) * impulses_.tail(n_down_));
+        met->solve(-b.head(n_held_) - mobility.topRightCorner(n_held_, n_down_) * impulses_.tail(n_down_));
 }
 
 void ModalIsland::give(const MatrixXd& mobile, const MatrixXd& rows, const VectorXd& impulses) {
@@ -229,17 +283,37 @@ void ModalIsland::give(const MatrixXd& mobile, const MatrixXd& rows, const Vecto
   }
 }
 
+void ModalIsland::set_ahead() {
+  VectorXd half = 0.5 * impulses_;
+  if (any_shock_) half.tail(n_down_).setZero();
+  const VectorXd gained = mobile_ * half, turned = rows_.transpose() * half;
+  for (const int member : members_) {
+    const Index from = offset_[member];
+    if (!is_modal(member)) {
+      const PressedBody& body = world_.others[number(member) - world_.bodies.size()];
+      const Vector3d push = turned.segment<3>(from), turn = turned.segment<3>(from + 3);
+      ahead_rigid_j_ += body.velocity_m_s().dot(push) + body.spin_rad_s().dot(turn) +
+                        1.5 * (gained.segment<3>(from).dot(push) + gained.segment<3>(from + 3).dot(turn));
+      continue;
+    }
+    ModalBody& body = world_.bodies[number(member)];
+    body.ahead_m_s = gained.segment<3>(from);
+    body.ahead_momentum = turned.segment<3>(from + 3);
+    body.ahead_modes = gained.segment(from + 6, body.modes.v.size());
+  }
+}
+
 /// Rotations and modes do not go straight: until held places hit.
 void ModalIsland::hit_held_places() {
   if (n_held_ == 0) return;
-  const Met met(a_.topLeftCorner(n_held_, n_held_));
+  const Met met(held_root_);
   double last = HUGE_VAL;
   for (int k = 0; k < kMostCorrections; ++k) {
     const VectorXd by = missed_m_s();
     missed_m_ = world_.dt_s * by.cwiseAbs().maxCoeff();
     if (!(by.norm() < 0.5 * last)) return;
     last = by.norm();
-    const VectorXd more = met.of.solve(by);
+    const VectorXd more = met.solve(by);
     impulses_.head(n_held_) += more;
     give(mobile_.leftCols(n_held_), rows_.topRows(n_held_), more);
   }
@@ -289,7 +363,8 @@ void ModalIsland::book(const VectorXd& speeds_before_m_s) {
   ModalBody& books = world_.bodies[number(members_.front())];
   if (flexible_) books.spring_j = 0.5 * normal.dot(springs_ * normal);
   const double taken_j = released_j_ - impulses_.tail(n_down_).dot(mean.tail(n_down_)) - sliding_j - books.spring_j;
-  const double too_much_j = std::max(0.0, -taken_j);
+  // Springs take nothing: what they seem to is the step's size.
+  const double too_much_j = flexible_ ? -taken_j : std::max(0.0, -taken_j);
   books.ledger.work_j += held_j;
   books.ledger.friction_j += sliding_j;
   books.ledger.correction_j -= too_much_j;
@@ -320,6 +395,8 @@ void ModalIsland::solve() {
       body.ledger.contact_j += body.spring_j;
       released_j_ += body.spring_j;
       body.spring_j = 0.0;
+      body.ahead_m_s = body.ahead_momentum = Vector3d::Zero();
+      body.ahead_modes = VectorXd::Zero(body.modes.v.size());
     }
   if (n_held_ + n_down_ == 0) return;
   set_rows();
@@ -328,6 +405,7 @@ void ModalIsland::solve() {
   const VectorXd before = speeds();
   give(mobile_, rows_, impulses_);
   hit_held_places();
+  set_ahead();
   book(before);
 }
 

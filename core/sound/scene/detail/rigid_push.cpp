@@ -83,6 +83,17 @@ bool PressedBody::is_near(const Vector3d& low, const Vector3d& high) const {
   return (centre_.array() + reach_m_ >= low.array()).all() && (centre_.array() - reach_m_ <= high.array()).all();
 }
 
+bool PressedBody::may_hold(const Vector3d& centre, double radius_m) const {
+  const Vector3d arm = centre - centre_;
+  if (!(arm.norm() <= reach_m_ + radius_m)) return false;
+  if (ball_radius_m_ > 0.0) return arm.norm() <= ball_radius_m_ + radius_m;
+  const Vector3d own = turn_.transpose() * arm + body_centre_m_;
+  return std::any_of(parts_.begin(), parts_.end(), [&](const std::vector<Plane>& planes) {
+    return std::all_of(planes.begin(), planes.end(),
+                       [&](const Plane& plane) { return plane.normal.dot(own) - plane.offset_m <= radius_m; });
+  });
+}
+
 std::optional<Depth> PressedBody::depth_of(const Vector3d& x) const {
   const Vector3d arm = x - centre_;
   const double far = arm.norm();

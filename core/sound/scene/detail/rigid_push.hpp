@@ -49,6 +49,8 @@ class PressedBody {
   std::vector<Eigen::Vector3d> corners_m() const;
   /// Sphere about its centre that holds it.
   bool is_near(const Eigen::Vector3d& low, const Eigen::Vector3d& high) const;
+  /// Whether a ball may reach into it.
+  bool may_hold(const Eigen::Vector3d& centre, double radius_m) const;
 
  private:
   struct Plane {

@@ -78,20 +78,24 @@ double RingingBody::damped_rad_s(Eigen::Index mode) const {
 }
 
 std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, const ModalPush& push,
-                                         const PushedModes& modes) {
+                                         const PushedModes& modes, const ImpactPulses* pulses) {
   std::vector<ModalImpulse> impulses;
-  for (const events::Impulse& impulse : log.impulses) {
+  for (std::size_t row = 0; row < log.impulses.size(); ++row) {
+    const events::Impulse& impulse = log.impulses[row];
     if (impulse.body != body || (impulse.shape == events::PulseShape::kHeld && impulse.duration_s > 0.0)) continue;
     const events::GaussianPulse pulse = events::gaussian_pulse(impulse);
     impulses.push_back(
         {pulse.centre_s, push(impulse.point_m, impulse.impulse_n_s)(modes.numbers), pulse.standard_deviation_s});
+    if (!pulses) continue;
+    if (const auto other = pulses->find(row); other != pulses->end()) impulses.back().pulse = other->second;
   }
   const std::vector<ModalImpulse> held = held_impulses(log, body, push, modes);
   impulses.insert(impulses.end(), held.begin(), held.end());
   return impulses;
 }
 
-ModalVoice::ModalVoice(int body, RingingBody ringing) : body_(body), ringing_(std::move(ringing)) {
+ModalVoice::ModalVoice(int body, RingingBody ringing, const ImpactPulses* pulses)
+    : body_(body), ringing_(std::move(ringing)), pulses_(pulses) {
   const Eigen::Index n = ringing_.angular_frequency_rad_s.size();
   if (ringing_.decay_per_s.size() != n) {
     throw InputError("synthesis", "needs one decay per mode", std::to_string(ringing_.decay_per_s.size()),
@@ -113,7 +117,7 @@ void ModalVoice::add_to(Mix& mix, const events::EventLog& log, const Listener&, 
     if (ringing_.damped_rad_s(m) / (2.0 * kPi) < audio::highest_rendered_hz(mix.sample_rate_hz())) kept.push_back(m);
   }
   const std::vector<ModalImpulse> impulses = modal_impulses(
-      log, body_, ringing_.push, {kept, ringing_.angular_frequency_rad_s(kept), ringing_.decay_per_s(kept)});
+      log, body_, ringing_.push, {kept, ringing_.angular_frequency_rad_s(kept), ringing_.decay_per_s(kept)}, pulses_);
   Eigen::VectorXd sound;
   for (int c = 0; c < mix.n_channels(); ++c) {
     if (c == 0 || ringing_.gain.cols() > 1) {

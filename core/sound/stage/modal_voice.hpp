@@ -36,8 +36,9 @@ struct PushedModes {
 };
 
 /// Modal impulses by the impulses of a log on a body: of its pulses in the log's order, then of its held ones (held_force.hpp).
+/// @param pulses  of rows of the log whose force goes another way than the row says; none: each as it says
 std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, const ModalPush& push,
-                                         const PushedModes& modes);
+                                         const PushedModes& modes, const ImpactPulses* pulses = nullptr);
 
 /// Sum of gain_i z_i(t) with z_i'' + 2 b_i z_i' + w_i^2 z_i = u_i . f(t) (S02 eq. 18 with factor 1: errata 2). Each
 /// impulse is a Gaussian pulse (events::gaussian_pulse), held ones a force (held_force.hpp). Modes at or above audio::highest_rendered_hz are left out by
@@ -45,13 +46,15 @@ std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, 
 /// listener is does not matter.
 class ModalVoice : public Voice {
  public:
-  /// @param body  whose impulses it plays: a row of the log's bodies
-  ModalVoice(int body, RingingBody ringing);
+  /// @param body    whose impulses it plays: a row of the log's bodies
+  /// @param pulses  modal_impulses(); must outlive the voice
+  ModalVoice(int body, RingingBody ringing, const ImpactPulses* pulses = nullptr);
   void add_to(Mix& mix, const events::EventLog& log, const Listener& listener, Monitor& monitor) override;
 
  private:
   int body_;
   RingingBody ringing_;
+  const ImpactPulses* pulses_;
 };
 
 /// Hears the displacement of a place of the body along a direction.

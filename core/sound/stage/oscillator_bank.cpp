@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <memory>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
@@ -37,7 +37,7 @@ struct State {
 struct Event {
   const ModalImpulse* impulse;
   std::size_t sample;  // first sample of free motion, >= 0
-  std::optional<detail::ContactPulse> pulse;
+  std::shared_ptr<const detail::ContactPulse> pulse;
 };
 
 void check_inputs(const std::vector<Oscillator>& oscillators, const std::vector<ModalImpulse>& impulses,
@@ -65,9 +65,11 @@ void check_inputs(const std::vector<Oscillator>& oscillators, const std::vector<
 std::vector<Event> events_of(const std::vector<ModalImpulse>& impulses, double sample_rate_hz, std::size_t n_frames) {
   std::vector<Event> events;
   for (const ModalImpulse& impulse : impulses) {
-    Event event{&impulse, 0, std::nullopt};
-    if (impulse.contact_duration_s > 0) {
-      event.pulse.emplace(impulse.time_s, impulse.contact_duration_s, sample_rate_hz);
+    Event event{&impulse, 0, impulse.pulse};
+    if (event.pulse || impulse.contact_duration_s > 0) {
+      if (!event.pulse)
+        event.pulse =
+            std::make_shared<const detail::ContactPulse>(impulse.time_s, impulse.contact_duration_s, sample_rate_hz);
       if (event.pulse->first_sample() >= static_cast<long>(n_frames)) continue;
       event.sample = static_cast<std::size_t>(std::max(0L, event.pulse->last_sample()));
     } else {

@@ -1,6 +1,9 @@
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
+
+#include "core/sound/stage/impact_pulses.hpp"
 
 namespace klang::stage {
 
@@ -16,6 +19,8 @@ struct ModalImpulse {
   double time_s = 0.0;
   Eigen::VectorXd impulse;          ///< n_oscillators
   double contact_duration_s = 0.0;  ///< standard deviation of the Gaussian pulse, 0 to 0.1; 0: a Dirac pulse
+  std::shared_ptr<const detail::ContactPulse> pulse =
+      {};  ///< of the oscillators' sample rate, instead of time and duration
 };
 
 /// sum_i output_gain_i z_i at n_frames samples of sample_rate_hz, by the exact one-step recurrence (under-, critically

@@ -265,7 +265,8 @@ void RadiatingVoice::add_to(Mix& mix, const events::EventLog& log, const Listene
   for (const ModeTransfer& mode : work.transfer.modes) pushed.numbers.push_back(mode.mode);
   pushed.angular_frequency_rad_s = model_.angular_frequency_rad_s(pushed.numbers);
   pushed.decay_per_s = decay_per_s_(pushed.numbers);
-  const std::vector<ModalImpulse> impulses = modal_impulses(log, body_, push_at_nearest_node(model_), pushed);
+  const std::vector<ModalImpulse> impulses =
+      modal_impulses(log, body_, push_at_nearest_node(model_), pushed, options_.pulses);
   Eigen::MatrixXd sound = Eigen::MatrixXd::Zero(n_frames, listener.n_channels());
   // A few modes at a time: first their oscillations, mode by mode, then the sum, stretch of time by stretch.
   for (std::size_t first = 0; first < work.modes.size(); first += kModesATime) {
@@ -276,7 +277,8 @@ void RadiatingVoice::add_to(Mix& mix, const events::EventLog& log, const Listene
         std::vector<ModalImpulse> own;
         for (const ModalImpulse& impulse : impulses) {
           const double push = impulse.impulse[static_cast<Eigen::Index>(m)];
-          own.push_back({impulse.time_s, Eigen::VectorXd::Constant(1, push), impulse.contact_duration_s});
+          own.push_back(
+              {impulse.time_s, Eigen::VectorXd::Constant(1, push), impulse.contact_duration_s, impulse.pulse});
         }
         Ringing& mode = work.modes[m];
         fill_analytic(mode, oscillation({{mode.omega, mode.decay, 1.0}}, own, rate, n_frames + 1), 1.0 / rate);

@@ -16,6 +16,7 @@ struct RadiatingVoiceOptions {
   double update_rate_hz = 200.0;  ///< of |p_i| and p_i along the path (SB section 4), 10 to 10000
   bool unit_transfer = false;     ///< every |p_i| = 1: sum_i q_i(t), for comparison (SB eq. 8)
   opencl::DeviceChoice device = {};
+  const ImpactPulses* pulses = nullptr;  ///< modal_impulses(); must outlive the voice
 };
 
 /// Pressure at the ears of a modal body that is pushed [Pa] (with unit_transfer in sqrt(kg) m), q_i the modal

@@ -38,7 +38,53 @@ std::vector<Point> panels(double begin_s, double end_s, double longest_s) {
   return points;
 }
 
+// Gauss-Legendre on [0, 1], 6 points (Abramowitz & Stegun 25.4.30).
+constexpr std::array<double, 6> kNodes = {0.033765242898423989, 0.169395306766867743, 0.380690406958401546,
+                                          0.619309593041598454, 0.830604693233132257, 0.966234757101576011};
+constexpr std::array<double, 6> kNodeWeights = {0.085662246189585173, 0.180380786524069304, 0.233956967286345524,
+                                                0.233956967286345524, 0.180380786524069304, 0.085662246189585173};
+
+/// Lagrange's polynomials of the nodes at a place of [0, 1].
+std::array<double, 6> lagrange(double x) {
+  std::array<double, 6> value{};
+  for (std::size_t j = 0; j < kNodes.size(); ++j) {
+    value[j] = 1.0;
+    for (std::size_t k = 0; k < kNodes.size(); ++k)
+      if (k != j) value[j] *= (x - kNodes[k]) / (kNodes[j] - kNodes[k]);
+  }
+  return value;
+}
+
 }  // namespace
+
+ContactPulse::ContactPulse(const ForceHistory& history, double sample_rate_hz) : step_s_(1.0L / sample_rate_hz) {
+  const double step = static_cast<double>(step_s_);
+  const std::vector<double>& force = history.force_per_s;
+  const auto n_sides = static_cast<double>(force.size()) - 1.0;
+  first_sample_ = static_cast<long>(std::floor(history.begin_s * sample_rate_hz));
+  const long last = static_cast<long>(std::ceil((history.begin_s + n_sides * history.step_s) * sample_rate_hz));
+  std::vector<double>& left = rules_.emplace_back();
+  for (const double node : kNodes) left.push_back(step * (1.0 - node));
+  for (long n = first_sample_; n < last; ++n) {
+    Step weights{0, std::vector<double>(kNodes.size(), 0.0)};
+    // In steps of the history, from its begin: the part of it that lies in this sample step, side by side.
+    const double begin = (static_cast<double>(n * step_s_) - history.begin_s) / history.step_s;
+    const double width = step / history.step_s, end = std::min(begin + width, n_sides);
+    for (double from = std::max(begin, 0.0); from < end;) {
+      const double side = std::floor(from), to = std::min(side + 1.0, end);
+      const auto k = static_cast<std::size_t>(side);
+      for (std::size_t g = 0; g < kNodes.size(); ++g) {
+        const double at = from + (to - from) * kNodes[g];
+        const double value = force[k] + (at - side) * (force[k + 1] - force[k]);
+        const auto basis = lagrange((at - begin) / width);
+        for (std::size_t j = 0; j < basis.size(); ++j)
+          weights.weights[j] += value * basis[j] * kNodeWeights[g] * (to - from) * history.step_s;
+      }
+      from = to;
+    }
+    steps_.push_back(std::move(weights));
+  }
+}
 
 ContactPulse::ContactPulse(double time_s, double standard_deviation_s, double sample_rate_hz)
     : step_s_(1.0L / sample_rate_hz) {
@@ -96,3 +142,11 @@ ContactPulse::State ContactPulse::drive(const OscillatorResponse& response, doub
 }
 
 }  // namespace klang::stage::detail
+
+namespace klang::stage {
+
+std::shared_ptr<const detail::ContactPulse> sampled(const ForceHistory& history, double sample_rate_hz) {
+  return std::make_shared<const detail::ContactPulse>(history, sample_rate_hz);
+}
+
+}  // namespace klang::stage

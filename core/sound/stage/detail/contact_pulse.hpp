@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/sound/stage/detail/oscillator_response.hpp"
+#include "core/sound/stage/impact_pulses.hpp"
 
 namespace klang::stage::detail {
 
@@ -13,6 +14,9 @@ namespace klang::stage::detail {
 class ContactPulse {
  public:
   ContactPulse(double time_s, double standard_deviation_s, double sample_rate_hz);
+  /// A force that is straight between its steps instead: six Gauss points in each sample step, with weights such that all
+  /// polynomials up to degree 5 over it are right, which leaves 1e-6 of the response of a mode at Nyquist's frequency.
+  ContactPulse(const ForceHistory& history, double sample_rate_hz);
 
   long first_sample() const { return first_sample_; }  ///< the body is at rest there (may be negative)
   long last_sample() const { return first_sample_ + static_cast<long>(steps_.size()); }  ///< the force is over there

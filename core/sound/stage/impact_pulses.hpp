@@ -1,0 +1,26 @@
+#pragma once
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace klang::stage {
+
+namespace detail {
+class ContactPulse;
+}
+
+/// A force over time per unit of an impulse, straight between its steps.
+struct ForceHistory {
+  double begin_s = 0.0, step_s = 0.0;
+  std::vector<double>
+      force_per_s;  ///< 0 at either end; its area, at most 1, is the share of the impulse that modes feel
+};
+
+/// The history as oscillators at a sample rate take it.
+std::shared_ptr<const detail::ContactPulse> sampled(const ForceHistory& history, double sample_rate_hz);
+
+/// Pulses of impulses of a log, by their rows, that differ from what the rows say. All at one sample rate, which must be that of the rendering.
+using ImpactPulses = std::map<std::size_t, std::shared_ptr<const detail::ContactPulse>>;
+
+}  // namespace klang::stage

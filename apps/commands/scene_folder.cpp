@@ -21,6 +21,7 @@
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/scene/scene_floor.hpp"
 #include "core/sound/scene/scene_roughness.hpp"
+#include "core/sound/scene/scene_yielding.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
 
 namespace klang::apps {
@@ -396,12 +397,23 @@ std::string crack_faces_csv(const scene::CrackSummary& cracks) {
   return csv_table(rows);
 }
 
-audio::Signal heard_sound(const scene::Scene& scene, const events::EventLog& log,
-                          const std::vector<scene::HeardBody>& heard, double duration_s,
+stage::ImpactPulses heard_pulses(const scene::Scene& scene, const events::EventLog& log,
+                                 const std::vector<scene::HeardBody>& heard, const SceneFolder* folder,
+                                 Monitor& monitor) {
+  const auto surface = [&](int row) -> std::optional<mesh::SurfaceMesh> {
+    if (!folder || !folder->has(piece_file(row))) return {};
+    return piece_surface(*folder, row);
+  };
+  return scene::impact_pulses(scene, log, heard, surface, monitor);
+}
+
+audio::Signal heard_sound(const scene::Scene& scene, const HeardScene& heard, double duration_s,
                           std::optional<scene::FloorRecord>* floor, Monitor& monitor) {
-  audio::Signal sound = scene::sound_of(scene::with_roughness(scene, log), heard, scene.sound, duration_s, monitor);
+  const auto& [log, bodies, pulses] = heard;
+  audio::Signal sound =
+      scene::sound_of(scene::with_roughness(scene, log), bodies, scene.sound, duration_s, monitor, &pulses);
   if (!scene.floor_sound) return sound;
-  const scene::FloorHeard slab = scene::floor_sound_of(scene, log, duration_s, monitor);
+  const scene::FloorHeard slab = scene::floor_sound_of(scene, log, pulses, duration_s, monitor);
   sound.samples += slab.sound_pa.samples;
   if (floor) *floor = {slab.n_modes, slab.n_places, scene.floor_sound->low_hz, scene.floor_sound->high_hz};
   return sound;

@@ -68,9 +68,20 @@ scene::SceneDocument scene_document(const scene::Scene& scene, const scene::Scen
 /// crack_faces.csv of `klang scene run`: a row per pair of faces that parted.
 std::string crack_faces_csv(const scene::CrackSummary& cracks);
 
+/// Pulses of the impacts of bodies that yield. @param folder  of the run, for the shapes of its pieces; null: none
+stage::ImpactPulses heard_pulses(const scene::Scene& scene, const events::EventLog& log,
+                                 const std::vector<scene::HeardBody>& heard, const SceneFolder* folder,
+                                 Monitor& monitor);
+
+/// What happened, who is heard of it, and heard_pulses() of it.
+struct HeardScene {
+  const events::EventLog& log;
+  const std::vector<scene::HeardBody>& bodies;
+  const stage::ImpactPulses& pulses;
+};
+
 /// What the listener hears of bodies and floor. @param floor  what the floor gave; null: not wanted
-audio::Signal heard_sound(const scene::Scene& scene, const events::EventLog& log,
-                          const std::vector<scene::HeardBody>& heard, double duration_s,
+audio::Signal heard_sound(const scene::Scene& scene, const HeardScene& heard, double duration_s,
                           std::optional<scene::FloorRecord>* floor, Monitor& monitor);
 
 /// Writes a sound with its peak at the level asked for and says what it is.

@@ -98,16 +98,17 @@ void add_sound(const RunOptions& options, const CommonOptions& common, const Run
   const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
   const double duration_s = scene.duration_s ? moved.document.end_s : moved.document.end_s + tail_s;
   watch = Stopwatch();
-  moved.document.sound =
-      write_scene_sound(folder.file("sound.wav"),
-                        heard_sound(scene, moved.log, heard, duration_s, &moved.document.floor, monitor), scene.sound);
+  const stage::ImpactPulses pulses = heard_pulses(scene, moved.log, heard, &folder, monitor);
+  moved.document.sound = write_scene_sound(
+      folder.file("sound.wav"),
+      heard_sound(scene, {moved.log, heard, pulses}, duration_s, &moved.document.floor, monitor), scene.sound);
   moved.document.header.wall_time_s["sound"] = watch.seconds();
   if (!options.draws) return;
   watch = Stopwatch();
   const events::EventLog log = scene::with_roughness(scene, moved.log);
   moved.document.draws =
-      scene::draw_sounds(scene, log, heard, scene::sound_of(log, heard, scene.sound, duration_s, monitor),
-                         {*options.draws, common.seed}, monitor);
+      scene::draw_sounds(scene, log, heard, scene::sound_of(log, heard, scene.sound, duration_s, monitor, &pulses),
+                         {*options.draws, common.seed, &pulses}, monitor);
   moved.document.header.wall_time_s["draws"] = watch.seconds();
 }
 

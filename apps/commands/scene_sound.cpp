@@ -104,8 +104,9 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
       heard.push_back(std::move(piece));
   const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
   const double duration_s = options.duration_s.value_or(scene.duration_s.value_or(end_of(log) + tail_s));
-  const scene::HeardRecord record =
-      write_scene_sound(options.output, heard_sound(scene, log, heard, duration_s, nullptr, monitor), scene.sound);
+  const stage::ImpactPulses pulses = heard_pulses(scene, log, heard, is_same ? &folder : nullptr, monitor);
+  const scene::HeardRecord record = write_scene_sound(
+      options.output, heard_sound(scene, {log, heard, pulses}, duration_s, nullptr, monitor), scene.sound);
 
   std::vector<std::filesystem::path> inputs = scene.inputs();
   inputs.push_back(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));

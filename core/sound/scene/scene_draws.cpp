@@ -179,7 +179,7 @@ DrawsRecord draw_sounds(const Scene& scene, const events::EventLog& log, const s
     monitor.throw_if_stopped();
     monitor.progress("draws", static_cast<double>(i) / n);
     const std::vector<HeardBody> bodies = drawn.draw(drawing.seed, static_cast<std::uint64_t>(i));
-    const audio::Signal other = sound_of(log, bodies, scene.sound, sound.duration_s());
+    const audio::Signal other = sound_of(log, bodies, scene.sound, sound.duration_s(), monitor, drawing.pulses);
     record.peak_pressure_pa.push_back(other.n_frames() > 0 ? other.samples.cwiseAbs().maxCoeff() : 0.0);
     record.level_db.push_back(
         level > 0.0 && other.samples.norm() > 0.0 ? 20.0 * std::log10(other.samples.norm() / level) : 0.0);

@@ -39,6 +39,7 @@ bool has_spread(const Scene& scene);
 struct Drawing {
   int n = 0;
   std::uint64_t seed = 1;
+  const stage::ImpactPulses* pulses = nullptr;  ///< impact_pulses() of the estimate, which draws keep
 };
 
 /// The sound of the bodies again for n draws, and how it spreads.

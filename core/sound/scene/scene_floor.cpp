@@ -26,6 +26,7 @@ double sine_at(const SlabMode& mode, double x_over_a, double y_over_b) {
 /// Contacts with the floor by place: bodies of the log are places, impulses are along z.
 struct FloorContacts {
   events::EventLog log;
+  stage::ImpactPulses pulses;
   std::vector<Vector3d> places_m;
 
   int place_of(const Vector3d& at) {
@@ -43,10 +44,11 @@ struct FloorContacts {
   }
 };
 
-FloorContacts floor_contacts(const events::EventLog& log) {
+FloorContacts floor_contacts(const events::EventLog& log, const stage::ImpactPulses& pulses) {
   FloorContacts contacts;
   std::map<int, events::Motion> motions;
-  for (const events::Impulse& impulse : log.impulses) {
+  for (std::size_t i = 0; i < log.impulses.size(); ++i) {
+    const events::Impulse& impulse = log.impulses[i];
     if (impulse.other >= 0 || impulse.kind == events::ImpulseKind::kFracture) continue;
     const auto [motion, is_new] = motions.try_emplace(impulse.body);
     if (is_new) motion->second = log.motion_of(impulse.body);
@@ -60,6 +62,8 @@ FloorContacts floor_contacts(const events::EventLog& log) {
     row.other = impulse.body;  // whose contact it is
     row.point_m.setZero();
     row.impulse_n_s = {0.0, 0.0, -(pose.orientation() * impulse.impulse_n_s).z()};
+    if (const auto pulse = pulses.find(i); pulse != pulses.end())
+      contacts.pulses[contacts.log.impulses.size()] = pulse->second;
     contacts.log.impulses.push_back(row);
   }
   const auto first = static_cast<int>(contacts.log.bodies.size());
@@ -130,11 +134,12 @@ std::complex<double> slab_pressure_pa(const SlabMode& mode, const FloorSound& fl
   return std::complex<double>(0.0, mode.angular_frequency_rad_s * air.density_kg_m3 / (2.0 * kPi)) * sum;
 }
 
-FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, double duration_s, Monitor& monitor) {
+FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, const stage::ImpactPulses& pulses,
+                          double duration_s, Monitor& monitor) {
   const FloorSound& floor = *scene.floor_sound;
   const SceneMaterial& material = scene.materials[static_cast<std::size_t>(*scene.floor_material)];
   const std::vector<SlabMode> modes = slab_modes(floor, material.elastic);
-  FloorContacts contacts = floor_contacts(log);
+  FloorContacts contacts = floor_contacts(log, pulses);
   const stage::Listener listener = listener_of(scene.sound.listener);
   const auto n_modes = static_cast<Eigen::Index>(modes.size());
   FloorHeard heard;
@@ -164,7 +169,7 @@ FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, doubl
             modes[k].angular_frequency_rad_s *
             std::abs(slab_pressure_pa(modes[k], floor, listener.ear_m(ear, 0.0) - contacts.places_m[place] + corner));
     });
-    voices.push_back(std::make_unique<stage::ModalVoice>(static_cast<int>(place), std::move(here)));
+    voices.push_back(std::make_unique<stage::ModalVoice>(static_cast<int>(place), std::move(here), &contacts.pulses));
     list.push_back(voices.back().get());
   }
   heard.sound_pa = stage::render(contacts.log, list, listener, {scene.sound.sample_rate_hz, duration_s}, monitor);

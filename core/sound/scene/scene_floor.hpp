@@ -6,6 +6,7 @@
 #include "core/physics/events/event_log.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/scene/scene.hpp"
+#include "core/sound/stage/impact_pulses.hpp"
 
 namespace klang::scene {
 
@@ -34,7 +35,8 @@ struct FloorHeard {
   audio::Signal sound_pa;
   int n_modes = 0, n_places = 0;
 };
-FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, double duration_s,
-                          Monitor& monitor = silent_monitor());
+/// @param pulses  impact_pulses()
+FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, const stage::ImpactPulses& pulses,
+                          double duration_s, Monitor& monitor = silent_monitor());
 
 }  // namespace klang::scene

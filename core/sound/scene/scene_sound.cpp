@@ -257,12 +257,15 @@ stage::Listener listener_of(const SceneListener& listener) {
 }
 
 audio::Signal sound_of(const events::EventLog& log, const std::vector<HeardBody>& bodies,
-                       const SceneSoundOptions& options, double duration_s, Monitor& monitor) {
+                       const SceneSoundOptions& options, double duration_s, Monitor& monitor,
+                       const stage::ImpactPulses* pulses) {
+  stage::RadiatingVoiceOptions voice;
+  voice.pulses = pulses;
   std::vector<std::unique_ptr<stage::RadiatingVoice>> voices;
   std::vector<stage::Voice*> list;
   for (const HeardBody& body : bodies) {
     voices.push_back(std::make_unique<stage::RadiatingVoice>(body.body, body.model->modes, body.model->transfer,
-                                                             decay_per_s(body, options.radiation_damping)));
+                                                             decay_per_s(body, options.radiation_damping), voice));
     list.push_back(voices.back().get());
   }
   return stage::render(log, list, listener_of(options.listener), {options.sample_rate_hz, duration_s}, monitor);

@@ -8,6 +8,7 @@
 #include "core/physics/modal/modal_model.hpp"
 #include "core/sound/audio/signal.hpp"
 #include "core/sound/scene/scene_bodies.hpp"
+#include "core/sound/stage/impact_pulses.hpp"
 #include "core/sound/stage/listener.hpp"
 #include "core/sound/transfer/transfer_model.hpp"
 
@@ -70,7 +71,9 @@ double ring_time_s(const std::vector<HeardBody>& bodies, bool radiation_damping)
 stage::Listener listener_of(const SceneListener& listener);
 
 /// The sound at the listener [Pa].
+/// @param pulses  impact_pulses() of the log; none: every impact is Hertz' between rigid bodies
 audio::Signal sound_of(const events::EventLog& log, const std::vector<HeardBody>& bodies,
-                       const SceneSoundOptions& options, double duration_s, Monitor& monitor = silent_monitor());
+                       const SceneSoundOptions& options, double duration_s, Monitor& monitor = silent_monitor(),
+                       const stage::ImpactPulses* pulses = nullptr);
 
 }  // namespace klang::scene

@@ -1,0 +1,121 @@
+#include "core/sound/scene/scene_yielding.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/foundation/base/conventions.hpp"
+#include "core/physics/modal/modes_of.hpp"
+#include "core/sound/scene/scene_motion.hpp"
+#include "core/sound/stage/modal_voice.hpp"
+
+namespace klang::scene {
+namespace {
+
+constexpr double kRateHz = 192000.0;
+
+Scene scene_of(const std::string& restitution, const std::string& body) {
+  return parse_scene(
+      "[world.floor]\nmaterial = \"glass\"\n[[material]]\nname = \"glass\"\nyoungs_modulus_pa = 70e9\n"
+      "poissons_ratio = 0.2\ndensity_kg_m3 = 2500\nfriction = 0\nrestitution = " +
+          restitution + "\n[sound]\nsample_rate_hz = 192000\n[[body]]\nname = \"body\"\nmaterial = \"glass\"\n" + body,
+      "drop.toml");
+}
+
+std::vector<HeardBody> heard(const Scene& scene) {
+  const SceneBody& body = scene.bodies[0];
+  modal::ModesOptions options;
+  options.eigen.band = {20.0, scene.sound.high_hz};
+  options.eigen.most = 200;
+  const modal::EigenResult modes =
+      modal::modes_of({body.shape, {}, 2}, mesh_of(body), scene.material_of(body).elastic, options);
+  return {{0, std::make_shared<const SoundModel>(SoundModel{modes.model, {}, false}),
+           scene.material_of(body).damping_heard()}};
+}
+
+/// Energy that the log's impacts leave in the modes, without damping.
+double vibration_j(const events::EventLog& log, const HeardBody& body, const stage::ImpactPulses* pulses) {
+  const modal::ModalModel& modes = body.model->modes;
+  stage::PushedModes pushed;
+  for (Eigen::Index m = 0; m < modes.n_modes(); ++m) pushed.numbers.push_back(m);
+  pushed.angular_frequency_rad_s = modes.angular_frequency_rad_s;
+  pushed.decay_per_s = Eigen::VectorXd::Zero(modes.n_modes());
+  const auto impulses = stage::modal_impulses(log, 0, stage::push_at_nearest_node(modes), pushed, pulses);
+  double energy_j = 0.0;
+  for (Eigen::Index m = 0; m < modes.n_modes(); ++m) {
+    std::vector<stage::ModalImpulse> own;
+    for (stage::ModalImpulse impulse : impulses) {
+      impulse.impulse = Eigen::VectorXd::Constant(1, impulse.impulse[m]);
+      own.push_back(impulse);
+    }
+    const double omega = modes.angular_frequency_rad_s[m];
+    const Eigen::VectorXd z = stage::oscillation({{omega, 0.0, 1.0}}, own, kRateHz, 20000);
+    // Of a free oscillation: two neighbouring samples give its amplitude.
+    const double angle = omega / kRateHz, first = z[19990], second = z[19991];
+    const double other = (second - first * std::cos(angle)) / std::sin(angle);
+    energy_j += 0.5 * omega * omega * (first * first + other * other);
+  }
+  return energy_j;
+}
+
+/// Impacts of the log, the first of them alone.
+events::EventLog first_impact(events::EventLog log) {
+  const double time_s = log.impulses.front().time_s;
+  std::erase_if(log.impulses, [&](const events::Impulse& row) {
+    return row.kind != events::ImpulseKind::kImpact || row.time_s > time_s;
+  });
+  for (events::Impulse& row : log.impulses) row.time_s = 0.01;
+  return log;
+}
+
+const std::string kPlate =
+    "shape = { kind = \"box\", length_m = 0.2, width_m = 0.15, height_m = 0.006 }\nmax_edge_m = 0.012\nposition_m = "
+    "[0, 0, 0.11]\n"
+    "rotation_deg = [6, 9, 0]\nvelocity_m_s = [0, 0, -2]\n";
+
+TEST(SceneYielding, AThinPlateRingsWithNoMoreThanItsImpactTook) {
+  const Scene scene = scene_of("0.5", kPlate);
+  const SceneMotion motion = move(scene, 0.03);
+  const std::vector<HeardBody> bodies = heard(scene);
+  const events::EventLog log = first_impact(motion.log);
+  ASSERT_EQ(log.impulses.size(), 1U);
+  const stage::ImpactPulses pulses = impact_pulses(scene, log, bodies, {});
+  ASSERT_EQ(pulses.size(), 1U);
+  const double with = vibration_j(log, bodies[0], &pulses), rigid = vibration_j(log, bodies[0], nullptr);
+  double taken_j = 0.0;
+  for (const rigid::EnergyLedger& row : motion.ledger)
+    if (taken_j == 0.0) taken_j = row.contact_j;
+  EXPECT_GT(taken_j, 0.0);
+  EXPECT_LE(with, 1.001 * taken_j);
+  EXPECT_GT(with, 0.5 * taken_j);   // a corner of a thin plate gives nearly all to bending
+  EXPECT_GT(rigid, 2.0 * taken_j);  // as if it did not yield
+}
+
+TEST(SceneYielding, WhatLosesNothingIsSilent) {
+  const Scene scene = scene_of("1", kPlate);
+  const events::EventLog log = first_impact(move(scene, 0.03).log);
+  const std::vector<HeardBody> bodies = heard(scene);
+  const stage::ImpactPulses pulses = impact_pulses(scene, log, bodies, {});
+  EXPECT_LE(vibration_j(log, bodies[0], &pulses), 1e-9 * vibration_j(log, bodies[0], nullptr));
+}
+
+TEST(SceneYielding, ABallStrikesABlockAsHertzSays) {
+  const Scene scene = parse_scene(
+      "[world]\ngravity_m_s2 = [0, 0, 0]\n[[material]]\nname = \"glass\"\nyoungs_modulus_pa = 70e9\npoissons_ratio = "
+      "0.2\ndensity_kg_m3 = 2500\nfriction = 0\nrestitution = 0.9\n[sound]\nsample_rate_hz = 192000\nband_hz = [20, "
+      "12000]\n[[body]]\nname = \"block\"\nmaterial = \"glass\"\nshape = { kind = \"box\", length_m = 0.22, width_m = "
+      "0.2, height_m = 0.18 }\nmax_edge_m = 0.05\n[[body]]\nname = \"ball\"\nmaterial = \"glass\"\nshape = { kind = "
+      "\"sphere\", radius_m = 0.006 }\nposition_m = [0.03, 0.02, 0.098]\nvelocity_m_s = [0, 0, -1]\n",
+      "ball.toml");
+  const std::vector<HeardBody> bodies = heard(scene);
+  const events::EventLog log = first_impact(move(scene, 0.02).log);
+  ASSERT_EQ(log.impulses.size(), 2U);
+  const stage::ImpactPulses pulses = impact_pulses(scene, log, bodies, {});
+  ASSERT_EQ(pulses.size(), 2U);
+  const double with = vibration_j(log, bodies[0], &pulses), rigid = vibration_j(log, bodies[0], nullptr);
+  EXPECT_GT(bodies[0].model->modes.n_modes(), 3);
+  EXPECT_LE(std::abs(with / rigid - 1.0), 0.05);
+}
+
+}  // namespace
+}  // namespace klang::scene

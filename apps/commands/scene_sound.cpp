@@ -41,6 +41,26 @@ std::vector<scene::HeardBody> renumbered(std::vector<scene::HeardBody> heard, co
   return found;
 }
 
+/// @throws InputError where a log of another program pushes a body at a place that is not of it, by more than 1 % of its size
+void check_places(const events::EventLog& log, const std::vector<scene::HeardBody>& heard, const std::string& source) {
+  constexpr double kOff = 0.01;
+  for (const scene::HeardBody& body : heard) {
+    if (body.model->proxy) continue;
+    const auto& nodes_m = body.model->modes.mesh.nodes_m;
+    const Eigen::Vector3d low = nodes_m.colwise().minCoeff(), high = nodes_m.colwise().maxCoeff();
+    const double room_m = kOff * (high - low).norm();
+    for (std::size_t row = 0; row < log.impulses.size(); ++row) {
+      const events::Impulse& impulse = log.impulses[row];
+      if (impulse.body != body.body) continue;
+      const double off_m = std::max((low - impulse.point_m).maxCoeff(), (impulse.point_m - high).maxCoeff());
+      if (!(off_m <= room_m))
+        throw InputError(source, "impulses[" + std::to_string(row) + "] lies off the body",
+                         log.bodies[static_cast<std::size_t>(body.body)].name + ", " + to_text(off_m) + " m outside",
+                         "places in the body's own frame, within 1 % of its size");
+    }
+  }
+}
+
 double end_of(const events::EventLog& log) {
   double end_s = 0.0;
   for (const events::Impulse& impulse : log.impulses) end_s = std::max(end_s, impulse.time_s + impulse.duration_s);
@@ -102,6 +122,7 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
   if (is_same)
     for (scene::HeardBody& piece : heard_pieces(scene, proxies, log, folder, notes, monitor))
       heard.push_back(std::move(piece));
+  if (!is_folder) check_places(log, heard, options.source);
   const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
   const double duration_s = options.duration_s.value_or(scene.duration_s.value_or(end_of(log) + tail_s));
   const stage::ImpactPulses pulses = heard_pulses(scene, log, heard, is_same ? &folder : nullptr, monitor);

@@ -350,7 +350,7 @@ void add_mesh(Study& study, const StudyOptions& options, Monitor& monitor) {
                 0.0, 1e-9);
   quadratic.kind = Convergence::kRoundOff;
   if (wanted(options, quadratic.id)) {
-    add_levels(quadratic, std::array{1e-2, 5e-3, 2.5e-3}, true, options, monitor,
+    add_levels(quadratic, std::array{1e-2, 5e-3, 2.5e-3, 1.25e-3}, true, options, monitor,
                [](double edge_m) { return pushed_bar(edge_m, 2); });
     study.series.push_back(std::move(quadratic));
   }

@@ -38,6 +38,18 @@ double RigidBodySpec::smallest_half_width_m() const {
   return smallest;
 }
 
+double RigidBodySpec::touch_radius_m() const {
+  constexpr double kRoundEdge = 0.1;
+  return ball_radius_m > 0 ? ball_radius_m : kRoundEdge * smallest_half_width_m();
+}
+
+Matrix3d RigidBodySpec::curvature_at(const Vector3d& place_m, const Vector3d& outward) const {
+  if (curvature && !(skin.radius_m > 0) && !(ball_radius_m > 0))
+    if (const auto known = curvature(place_m, outward)) return *known;
+  const double radius_m = skin.radius_m > 0 ? skin.radius_m : touch_radius_m();
+  return (Matrix3d::Identity() - outward * outward.transpose()) / radius_m;
+}
+
 double RigidBodySpec::size_m() const {
   double farthest = ball_radius_m;
   for (const ConvexPart& part : parts) {

@@ -1,5 +1,7 @@
 #pragma once
 #include <Eigen/Geometry>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +19,13 @@ struct Skin {
   double friction = 0.4;     ///< Coulomb's, >= 0
   double youngs_modulus_pa = 70e9;
   double poissons_ratio = 0.22;
-  double radius_m = 0.0;  ///< of the surface where it touches; 0: the ball's, or a tenth of the smallest half-width
+  double radius_m = 0.0;  ///< of the surface where it touches; 0: RigidBodySpec::touch_radius_m()
 };
+
+/// How a body's surface bends at a place with that outward normal, in the body's frame: k1 e1 e1^T + k2 e2 e2^T [1/m] with the tangents e1,
+/// e2 of the principal directions. Nothing: an edge or a corner.
+using Curvature =
+    std::function<std::optional<Eigen::Matrix3d>(const Eigen::Vector3d& place_m, const Eigen::Vector3d& outward)>;
 
 /// A rigid body as a scene gives it. Its frame is that of its shape, mesh and modes.
 struct RigidBodySpec {
@@ -29,6 +36,7 @@ struct RigidBodySpec {
   double ball_radius_m = 0.0;                               ///< > 0: a ball about its centre, which has no parts
   std::vector<ConvexPart> parts;
   Skin skin;
+  Curvature curvature = {};                              ///< none: it touches with edges and corners alone
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the body's frame, in the world
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();            ///< of the centre
@@ -37,6 +45,10 @@ struct RigidBodySpec {
 
   /// Smallest extent of a part or the ball along x, y, z of the body's frame, halved [m].
   double smallest_half_width_m() const;
+  /// How round edges and corners are taken to be: a tenth of the smallest half-width; a ball's own radius.
+  double touch_radius_m() const;
+  /// 1/m at a place of its surface, of the skin's or the ball's radius, by curvature, or as round as edges are.
+  Eigen::Matrix3d curvature_at(const Eigen::Vector3d& place_m, const Eigen::Vector3d& outward) const;
   double size_m() const;  ///< largest distance of a point from the centre, doubled
 
   /// @throws InputError that names the body: mass, inertia (positive, principal moments that a body can have), parts with less

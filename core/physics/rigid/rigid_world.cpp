@@ -1,5 +1,6 @@
 #include "core/physics/rigid/rigid_world.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -69,9 +70,11 @@ struct RigidWorld::State {
   std::vector<BodyState> flown() const;
   std::vector<Contact> touching(const std::vector<BodyState>& where, double slop);
   std::vector<Contact> contacts_at(const std::vector<BodyState>& there);
+  void place_at_touch(Contact& contact, const std::vector<BodyState>& there) const;
   double hold(std::vector<Contact>& contacts, detail::Bodies& view);
   double push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps);
   void warm_start(std::vector<Contact>& contacts, detail::Bodies& view) const;
+  double touch_radius_m(const ContactImpulse& touch) const;
   void record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
               const std::vector<BodyState>& there, StepRecord& record) const;
   void lose(detail::ImpactLosses losses);
@@ -166,8 +169,37 @@ std::vector<Contact> RigidWorld::State::contacts_at(const std::vector<BodyState>
     if (!there[a].fixed()) pull += options.gravity_m_s2;
     if (c.b >= 0 && !there[b].fixed()) pull -= options.gravity_m_s2;
     c.touch = touch_time(std::min(c.gap, 0.0), detail::relative_velocity(c, view)[0], pull.dot(c.normal), dt());
+    if (c.link < 0) place_at_touch(c, there);
   }
   return contacts;
+}
+
+/// Balls that strike each other off their line of centres turn about each other within the step: where and along which normal they touch
+/// follows from their parabolas.
+void RigidWorld::State::place_at_touch(Contact& c, const std::vector<BodyState>& there) const {
+  if (c.b < 0 || !(c.gap < 0)) return;
+  const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(c.b);
+  const double radius_a = length * specs[a].ball_radius_m, radius_b = length * specs[b].ball_radius_m;
+  if (!(radius_a > 0 && radius_b > 0)) return;
+  const auto apart = [&](double t) -> Vector3d {
+    const auto at = [&](const BodyState& body) -> Vector3d {
+      if (body.fixed()) return body.centre;
+      return body.centre + t * (body.velocity + 0.5 * t * options.gravity_m_s2);
+    };
+    return at(bodies[a]) - at(bodies[b]);
+  };
+  double before = 0.0, after = dt();
+  if (!(apart(before).norm() > radius_a + radius_b && apart(after).norm() < radius_a + radius_b)) return;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (before + after);
+    (apart(middle).norm() > radius_a + radius_b ? before : after) = middle;
+  }
+  c.touch = before;
+  c.normal = apart(before).normalized();
+  c.axes = axes_of(c.normal);
+  c.arm_a = -radius_a * c.normal;
+  c.arm_b = radius_b * c.normal;
+  c.place = there[b].centre + c.arm_b;
 }
 
 /// Impulses of the last step at the same place of the same pair, which a resting contact has again.
@@ -249,6 +281,28 @@ double RigidWorld::State::push_apart(const std::vector<Contact>& contacts, const
   return deepest / length;
 }
 
+/// Of Hertz' spring between the surfaces of the two bodies where they touch. No touch is longer than the smaller of them.
+double RigidWorld::State::touch_radius_m(const ContactImpulse& touch) const {
+  const RigidBodySpec& a = specs[static_cast<std::size_t>(touch.a)];
+  const auto in_world = [](const Eigen::Quaterniond& turn, const Eigen::Matrix3d& k) -> Eigen::Matrix3d {
+    return turn.toRotationMatrix() * k * turn.toRotationMatrix().transpose();
+  };
+  double size_m = a.size_m();
+  Eigen::Matrix3d gap =
+      in_world(touch.turn_a, a.curvature_at(touch.place_a_m, touch.turn_a.conjugate() * -touch.normal));
+  if (touch.b >= 0) {
+    const RigidBodySpec& b = specs[static_cast<std::size_t>(touch.b)];
+    gap += in_world(touch.turn_b, b.curvature_at(touch.place_b_m, touch.turn_b.conjugate() * touch.normal));
+    size_m = std::min(size_m, b.size_m());
+  }
+  const Vector3d t = touch.normal.unitOrthogonal();
+  Eigen::Matrix<double, 3, 2> tangents;
+  tangents << t, touch.normal.cross(t);
+  const Eigen::Vector2d k =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tangents.transpose() * gap * tangents).eigenvalues();
+  return elliptic_radius_m(std::max(k[1], 1 / size_m), std::max(k[0], 1 / size_m));
+}
+
 /// @param begin, there  the bodies at the step's begin, and where they would be at its end without contacts
 void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
                                const std::vector<BodyState>& there, StepRecord& record) const {
@@ -276,17 +330,12 @@ void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::
       impact.turn_a = begin[a].turn.slerp(c.touch / dt(), there[a].turn);
       if (c.b >= 0) impact.turn_b = begin[b].turn.slerp(c.touch / dt(), there[b].turn);
       const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
-      const auto radius = [](const RigidBodySpec& s) {
-        if (s.skin.radius_m > 0) return s.skin.radius_m;
-        return s.ball_radius_m > 0 ? s.ball_radius_m : 0.1 * s.smallest_half_width_m();
-      };
-      const double curvature = 1 / radius(specs[a]) + (c.b >= 0 ? 1 / radius(specs[b]) : 0.0);
       impact.kind = events::ImpulseKind::kImpact;
       impact.time_s = begin_s + c.touch / time;
       impact.approach_m_s = c.approach / time;
       impact.impulse_n_s = c.axes * c.impact / time;
       if (impact.approach_m_s > 0) {
-        impact.duration_s = hertz_duration_s(1 / mobility(c, view)[0], 1 / curvature,
+        impact.duration_s = hertz_duration_s(1 / mobility(c, view)[0], touch_radius_m(impact),
                                              contact_modulus_pa(specs[a].skin, other), impact.approach_m_s);
       }
     }

@@ -17,6 +17,9 @@ struct ForceHistory {
       force_per_s;  ///< 0 at either end; its area, at most 1, is the share of the impulse that modes feel
 };
 
+/// Hertz' own force of an impulse between rigid bodies that touch from begin_s on for duration_s, of area 1.
+ForceHistory hertz_history(double begin_s, double duration_s);
+
 /// The history as oscillators at a sample rate take it.
 std::shared_ptr<const detail::ContactPulse> sampled(const ForceHistory& history, double sample_rate_hz);
 

@@ -85,9 +85,13 @@ std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, 
     if (impulse.body != body || (impulse.shape == events::PulseShape::kHeld && impulse.duration_s > 0.0)) continue;
     const events::GaussianPulse pulse = events::gaussian_pulse(impulse);
     impulses.push_back(
-        {pulse.centre_s, push(impulse.point_m, impulse.impulse_n_s)(modes.numbers), pulse.standard_deviation_s});
-    if (!pulses) continue;
-    if (const auto other = pulses->find(row); other != pulses->end()) impulses.back().pulse = other->second;
+        {pulse.centre_s, push(impulse.point_m, impulse.impulse_n_s)(modes.numbers), pulse.standard_deviation_s, {}});
+    const auto other = pulses ? pulses->find(row) : ImpactPulses::const_iterator();
+    if (pulses && other != pulses->end()) {
+      impulses.back().pulse = other->second;
+    } else if (impulse.shape == events::PulseShape::kHertz && impulse.duration_s > 0.0) {
+      impulses.back().pulse = sampled(hertz_history(impulse.time_s, impulse.duration_s), modes.sample_rate_hz);
+    }
   }
   const std::vector<ModalImpulse> held = held_impulses(log, body, push, modes);
   impulses.insert(impulses.end(), held.begin(), held.end());
@@ -117,7 +121,8 @@ void ModalVoice::add_to(Mix& mix, const events::EventLog& log, const Listener&, 
     if (ringing_.damped_rad_s(m) / (2.0 * kPi) < audio::highest_rendered_hz(mix.sample_rate_hz())) kept.push_back(m);
   }
   const std::vector<ModalImpulse> impulses = modal_impulses(
-      log, body_, ringing_.push, {kept, ringing_.angular_frequency_rad_s(kept), ringing_.decay_per_s(kept)}, pulses_);
+      log, body_, ringing_.push,
+      {kept, ringing_.angular_frequency_rad_s(kept), ringing_.decay_per_s(kept), mix.sample_rate_hz()}, pulses_);
   Eigen::VectorXd sound;
   for (int c = 0; c < mix.n_channels(); ++c) {
     if (c == 0 || ringing_.gain.cols() > 1) {

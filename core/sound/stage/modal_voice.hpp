@@ -33,15 +33,16 @@ struct RingingBody {
 struct PushedModes {
   std::vector<Eigen::Index> numbers;                     ///< rows of a ModalPush
   Eigen::VectorXd angular_frequency_rad_s, decay_per_s;  ///< of these modes, undamped, > 0
+  double sample_rate_hz = 48000.0;                       ///< of the rendering
 };
 
-/// Modal impulses by the impulses of a log on a body: of its pulses in the log's order, then of its held ones (held_force.hpp).
+/// Modal impulses by the impulses of a log on a body: of its pulses, gaussian or Hertz', in the log's order, then of its held ones (held_force.hpp).
 /// @param pulses  of rows of the log whose force goes another way than the row says; none: each as it says
 std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, const ModalPush& push,
                                          const PushedModes& modes, const ImpactPulses* pulses = nullptr);
 
 /// Sum of gain_i z_i(t) with z_i'' + 2 b_i z_i' + w_i^2 z_i = u_i . f(t) (S02 eq. 18 with factor 1: errata 2). Each
-/// impulse is a Gaussian pulse (events::gaussian_pulse), held ones a force (held_force.hpp). Modes at or above audio::highest_rendered_hz are left out by
+/// impulse goes as its pulse says, held ones a force (held_force.hpp). Modes at or above audio::highest_rendered_hz are left out by
 /// the frequency that is heard, |Im p| / 2 pi in Hz (errata 3): over-damped modes do not ring and stay. Where the
 /// listener is does not matter.
 class ModalVoice : public Voice {

@@ -265,6 +265,7 @@ void RadiatingVoice::add_to(Mix& mix, const events::EventLog& log, const Listene
   for (const ModeTransfer& mode : work.transfer.modes) pushed.numbers.push_back(mode.mode);
   pushed.angular_frequency_rad_s = model_.angular_frequency_rad_s(pushed.numbers);
   pushed.decay_per_s = decay_per_s_(pushed.numbers);
+  pushed.sample_rate_hz = rate;
   const std::vector<ModalImpulse> impulses =
       modal_impulses(log, body_, push_at_nearest_node(model_), pushed, options_.pulses);
   Eigen::MatrixXd sound = Eigen::MatrixXd::Zero(n_frames, listener.n_channels());

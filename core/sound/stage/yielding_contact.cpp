@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/sound/stage/impact_pulses.hpp"
 
 namespace klang::stage {
 namespace {
@@ -135,6 +136,32 @@ double vibration_j(const YieldingContact& contact, const ContactForces& forces) 
 
 double hertz_stiffness_n_m32(double mass_kg, double approach_m_s, double duration_s) {
   return mass_kg / (std::sqrt(approach_m_s) * std::pow(duration_s / kHertzTimes, 2.5));
+}
+
+ForceHistory hertz_history(double begin_s, double duration_s) {
+  constexpr int kSides = 256;
+  // d'' = -d^(3/2), d' = 1 at d = 0: by Störmer's rule; its force at the sides' ends, over its own contact time.
+  static const std::vector<double> shape = [] {
+    constexpr int kFine = 40;
+    const double step = kHertzTimes / (kSides * kFine);
+    std::vector<double> force = {0.0};
+    double depth = 0.0, speed = 1.0, before = 0.0;
+    for (int i = 1; i < kSides * kFine; ++i) {
+      depth += step * (speed - 0.5 * step * before);
+      const double now = std::pow(std::max(depth, 0.0), 1.5);
+      speed -= 0.5 * step * (before + now);
+      before = now;
+      if (i % kFine == 0) force.push_back(now);
+    }
+    force.push_back(0.0);
+    double sum = 0.0;
+    for (const double f : force) sum += f / kSides;
+    for (double& f : force) f /= sum;
+    return force;
+  }();
+  ForceHistory history{begin_s, duration_s / kSides, shape};
+  for (double& f : history.force_per_s) f /= duration_s;
+  return history;
 }
 
 VectorXd residual_of_higher_modes_m_n(const VectorXd& angular_frequency_rad_s, const Eigen::MatrixXd& shapes) {

@@ -23,7 +23,8 @@ struct FragmentBody {
 };
 
 /// The pieces of a body. Where a piece is a cell of planes, its convex parts are those of the body clipped by the cell's half-spaces (each goes to the
-/// piece whose elements are nearest to its middle), else one part, the hull of its own surface: 200 directions' farthest corners.
+/// piece whose elements are nearest to its middle), else the hulls of what of it lies in each of the body's parts: 60 directions' farthest
+/// corners. Of a body of one part, one hull: 200 directions' farthest corners.
 /// @param parts  convex parts of the body; empty: of each piece the hull
 std::vector<FragmentBody> fragment_bodies(const FracturePattern& pattern, const std::vector<rigid::ConvexPart>& parts,
                                           double density_kg_m3);

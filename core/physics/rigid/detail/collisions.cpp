@@ -99,9 +99,10 @@ class HullPair : public btCollisionAlgorithm {
     const HullFeatures &a = features(on_a), &b = features(on_b);
     const Eigen::Isometry3d place_a = isometry(on_a.getWorldTransform());
     const Eigen::Isometry3d b_to_a = place_a.inverse() * isometry(on_b.getWorldTransform());
-    if (gap_along(a, b, b_to_a, parted_) > 0) return;
-    const HullAxis axis = hull_axis(a, b, b_to_a);
-    if (axis.gap > 0) {
+    // Faces that lie on one another are apart by a last digit as often as not.
+    if (gap_along(a, b, b_to_a, parted_) > found_->near) return;
+    const HullAxis axis = hull_axis(a, b, b_to_a, found_->near);
+    if (axis.gap > found_->near) {
       parted_ = axis.normal;
       return;
     }

@@ -221,8 +221,14 @@ bool arcs_cross(const Edge& a, const Edge& b) {
 class EdgePairs {
  public:
   /// @param corners_b  in a's frame
-  EdgePairs(const HullFeatures& a, const HullFeatures& b, const Eigen::MatrixX3d& corners_b)
-      : corners_a_(a.by_axis), corners_b_(corners_b), size_a_(a.size), size_b_(b.size), whole_(a.whole && b.whole) {}
+  /// @param near       hull_axis()
+  EdgePairs(const HullFeatures& a, const HullFeatures& b, const Eigen::MatrixX3d& corners_b, double near)
+      : corners_a_(a.by_axis),
+        corners_b_(corners_b),
+        size_a_(a.size),
+        size_b_(b.size),
+        near_(near),
+        whole_(a.whole && b.whole) {}
 
   /// @param i, j  numbers of the edges
   /// @returns     the best so far parts the two
@@ -238,7 +244,7 @@ class EdgePairs {
       constexpr double kOutermost = 1e-9;
       if (way.dot(ea.from) > low + kOutermost * size_a_ || way.dot(eb.from) < high - kOutermost * size_b_) return false;
       best = {way, gap, std::array{i, j}};
-      return gap > 0;
+      return gap > near_;
     };
     if (whole_) return take(normal.dot(ea.left + ea.right) < 0 ? normal : Vector3d(-normal));
     return take(normal) || take(-normal);
@@ -246,20 +252,20 @@ class EdgePairs {
 
  private:
   const Eigen::MatrixX3d &corners_a_, &corners_b_;
-  double size_a_, size_b_;
+  double size_a_, size_b_, near_;
   bool whole_;
 };
 
 }  // namespace
 
-HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a) {
+HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a, double near) {
   const Eigen::Isometry3d a_to_b = b_to_a.inverse();
   const Eigen::MatrixX3d corners_b = placed(b.by_axis, b_to_a);
   HullAxis best;
   best.gap = -HUGE_VAL;
   const auto take = [&](const Vector3d& normal, double gap) {
     if (gap > best.gap) best = {normal, gap, {}};
-    return gap > 0;
+    return gap > near;
   };
   const Eigen::MatrixXd over_a = heights_over(a, corners_b);
   for (Eigen::Index f = 0; f < a.normals.cols(); ++f)
@@ -270,7 +276,7 @@ HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Is
   std::vector<Edge> edges_b;
   const std::vector<std::size_t> of_b = edges_that_count(b, over_b, best.gap);
   for (const std::size_t j : of_b) edges_b.push_back(moved(b.edges[j], b_to_a));
-  const EdgePairs pairs(a, b, corners_b);
+  const EdgePairs pairs(a, b, corners_b, near);
   for (const std::size_t i : edges_that_count(a, over_a, best.gap))
     for (std::size_t k = 0; k < of_b.size(); ++k)
       if (pairs.try_pair(a.edges[i], i, edges_b[k], of_b[k], best)) return best;

@@ -49,8 +49,9 @@ double gap_along(const HullFeatures& a, const HullFeatures& b, const Eigen::Isom
                  const Eigen::Vector3d& normal);
 
 /// By the faces of the Minkowski difference: faces of either hull, and pairs of edges whose arcs of normals cross (Gregorius 2013,
-/// "The separating axis test between convex polyhedra"). Ends at the first axis that parts the two.
+/// "The separating axis test between convex polyhedra"). Ends at the first axis along which the two
+/// are farther apart than near.
 /// @param b_to_a  place of b in a's frame; the result is in a's frame
-HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a);
+HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a, double near = 0.0);
 
 }  // namespace klang::rigid::detail

@@ -32,7 +32,9 @@ Breakable::Breakable(const Scene& scene, int body) : root_(body) {
   if (given.shape)
     for (Eigen::Matrix3Xd& corners_m : mesh::convex_parts(*given.shape))
       parent_.parts.push_back({std::move(corners_m)});
-  set_parent(scene.material_of(given), given.name);
+  const double volume_m3 =
+      given.shape ? mesh::shape_volume_m3(*given.shape) : mesh::mass_properties(mesh_of(given)).volume_m3;
+  set_parent(scene.material_of(given), given.name, material_.density_kg_m3 * volume_m3);
 }
 
 Breakable::Breakable(const Scene& scene, UnmeshedPiece piece, const mesh::SurfaceMesh& surface)
@@ -44,20 +46,22 @@ Breakable::Breakable(const Scene& scene, UnmeshedPiece piece, const mesh::Surfac
   parent_.parts = std::move(piece.parts);
   material_ = scene.material_of(root).elastic;
   material_.density_kg_m3 = piece.mass_kg / mesh::mass_properties(parent_.mesh).volume_m3;
-  set_parent(scene.material_of(root), piece.name);
+  set_parent(scene.material_of(root), piece.name, piece.mass_kg);
 }
 
-void Breakable::set_parent(const SceneMaterial& material, const std::string& name) {
-  parent_.density_kg_m3 = material_.density_kg_m3;
+/// @param mass_kg  of the body, which its pieces have together, whatever straight elements leave out
+void Breakable::set_parent(const SceneMaterial& material, const std::string& name, double mass_kg) {
   parent_.toughness_j_m2 = *material.fracture_energy_j_m2;
   parent_.tensile_strength_pa = *material.tensile_strength_pa;
   parent_.youngs_modulus_pa = material_.youngs_modulus_pa();
   parent_.poissons_ratio = material_.poissons_ratio();
   parent_.name = name;
-  parent_.validate();
   // Of straight elements, as fracture_body() counts; a score is taken to run everywhere.
-  Eigen::VectorXd volume_m3(parent_.mesh.n_elements());
-  for (int e = 0; e < parent_.mesh.n_elements(); ++e) volume_m3[e] = mesh::tet_volume_m3(parent_.mesh, e);
+  const mesh::TetMesh straight = mesh::to_linear(parent_.mesh);
+  Eigen::VectorXd volume_m3(straight.n_elements());
+  for (int e = 0; e < straight.n_elements(); ++e) volume_m3[e] = mesh::tet_volume_m3(straight, e);
+  parent_.density_kg_m3 = mass_kg / volume_m3.sum();
+  parent_.validate();
   const double weakest_pa =
       parent_.tensile_strength_pa * (parent_.score ? std::min(1.0, parent_.score->strength_factor) : 1.0);
   least_j_ = fracture::strength_energy_j(material_, volume_m3, Eigen::VectorXd::Constant(volume_m3.size(), weakest_pa));

@@ -46,7 +46,7 @@ class Breakable {
     fracture::ContactResponses responses;
     fracture::SurfacePlaces surface;
   };
-  void set_parent(const SceneMaterial& material, const std::string& name);
+  void set_parent(const SceneMaterial& material, const std::string& name, double mass_kg);
 
   solid::Material material_;
   fracture::ParentBody parent_;

@@ -135,6 +135,60 @@ TEST(Impact, ContactTimeIsHertzs) {
   EXPECT_NEAR(hertz_duration_s(0.010890854532444618, 0.01, 21059782608.695652, 1.0), 8.771272603493277e-05, 1e-18);
 }
 
+// A ball; curvatures that differ little act by their geometric mean; a long ellipse is stiffer than that.
+TEST(Impact, EllipticTouchesAreHertzs) {
+  EXPECT_NEAR(elliptic_radius_m(100, 100), 0.01, 1e-12);
+  EXPECT_NEAR(elliptic_radius_m(100 * (1 + 1e-4), 100 * (1 - 1e-4)), 0.01, 1e-8);
+  // By SciPy's elliptic integrals.
+  EXPECT_NEAR(elliptic_radius_m(200, 50), 0.010811924198241544, 1e-12);
+  EXPECT_NEAR(elliptic_radius_m(1000, 10), 0.020593881414920655, 1e-12);
+}
+
+// Balls that do not turn: impulse m (1 + e) v_n n at the exact touch, whatever the step.
+TEST(Impact, GlancingBallsPushAlongTheNormalOfTheirTouch) {
+  for (const double rate_hz : {1000.0, 10000.0}) {
+    for (const double offset_m : {0.005, 0.02, 0.023}) {
+      RigidWorldOptions options;
+      options.rate_hz = rate_hz;
+      options.gravity_m_s2.setZero();
+      RigidWorld world(options);
+      for (const double radius_m : {0.01, 0.015}) {
+        RigidBodySpec b = ball("ball " + std::to_string(radius_m), radius_m, 1e4 * radius_m * radius_m * radius_m);
+        b.skin = skin(0.6, 0.0);
+        if (radius_m == 0.01) b.position_m = Vector3d(-0.0313, offset_m, 0);
+        if (radius_m == 0.01) b.velocity_m_s = Vector3d(4, 0, 0);
+        world.add(b);
+      }
+      Vector3d impulse = Vector3d::Zero();
+      for (int i = 0; i < 0.01 * rate_hz; ++i)
+        for (const ContactImpulse& c : world.step().contacts) impulse += c.impulse_n_s;
+      const double along_m = std::sqrt(0.025 * 0.025 - offset_m * offset_m);
+      const Vector3d normal = Vector3d(-along_m, offset_m, 0) / 0.025;
+      const double mass_kg = 1 / (1 / 0.01 + 1 / 0.03375);
+      const Vector3d expected = mass_kg * 1.6 * 4 * along_m / 0.025 * normal;
+      EXPECT_LE((impulse - expected).norm(), 1e-9 * expected.norm()) << rate_hz << " Hz, " << offset_m << " m";
+    }
+  }
+}
+
+// A ball that strikes the middle of a flat plate touches as one on the floor.
+TEST(Impact, AFlatFaceHasNoRadius) {
+  RigidWorldOptions options;
+  options.gravity_m_s2.setZero();
+  RigidWorld world(options);
+  RigidBodySpec plate = cuboid("plate", {1, 1, 0.02}, 50), ball_on_it = ball("ball", 0.02, 0.1);
+  plate.curvature = [](const Vector3d&, const Vector3d&) { return Eigen::Matrix3d(Eigen::Matrix3d::Zero()); };
+  plate.fixed = true;
+  ball_on_it.position_m = Vector3d(0.1, 0.05, 0.03005);
+  ball_on_it.velocity_m_s = Vector3d(0, 0, -1);
+  world.add(plate);
+  world.add(ball_on_it);
+  const StepRecord step = world.step();
+  ASSERT_EQ(step.contacts.size(), 1U);
+  const double modulus = contact_modulus_pa(plate.skin, ball_on_it.skin);
+  EXPECT_NEAR(step.contacts[0].duration_s, hertz_duration_s(0.1, 0.02, modulus, 1.0), 1e-12);
+}
+
 // tests/reference/contact.json, cradle_5: five balls in a row, the first at 1 m/s, e = 1.
 TEST(Impact, ACradlePassesTheSpeedOnPairwiseAndSharesItSimultaneously) {
   for (const bool pairwise : {true, false}) {

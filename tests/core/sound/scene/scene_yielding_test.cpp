@@ -40,6 +40,7 @@ double vibration_j(const events::EventLog& log, const HeardBody& body, const sta
   for (Eigen::Index m = 0; m < modes.n_modes(); ++m) pushed.numbers.push_back(m);
   pushed.angular_frequency_rad_s = modes.angular_frequency_rad_s;
   pushed.decay_per_s = Eigen::VectorXd::Zero(modes.n_modes());
+  pushed.sample_rate_hz = kRateHz;
   const auto impulses = stage::modal_impulses(log, 0, stage::push_at_nearest_node(modes), pushed, pulses);
   double energy_j = 0.0;
   for (Eigen::Index m = 0; m < modes.n_modes(); ++m) {
@@ -60,6 +61,7 @@ double vibration_j(const events::EventLog& log, const HeardBody& body, const sta
 
 /// Impacts of the log, the first of them alone.
 events::EventLog first_impact(events::EventLog log) {
+  if (log.impulses.empty()) return log;
   const double time_s = log.impulses.front().time_s;
   std::erase_if(log.impulses, [&](const events::Impulse& row) {
     return row.kind != events::ImpulseKind::kImpact || row.time_s > time_s;
@@ -74,26 +76,29 @@ const std::string kPlate =
     "rotation_deg = [6, 9, 0]\nvelocity_m_s = [0, 0, -2]\n";
 
 TEST(SceneYielding, AThinPlateRingsWithNoMoreThanItsImpactTook) {
-  const Scene scene = scene_of("0.5", kPlate);
-  const SceneMotion motion = move(scene, 0.03);
-  const std::vector<HeardBody> bodies = heard(scene);
-  const events::EventLog log = first_impact(motion.log);
-  ASSERT_EQ(log.impulses.size(), 1U);
-  const stage::ImpactPulses pulses = impact_pulses(scene, log, bodies, {});
-  ASSERT_EQ(pulses.size(), 1U);
-  const double with = vibration_j(log, bodies[0], &pulses), rigid = vibration_j(log, bodies[0], nullptr);
-  double taken_j = 0.0;
-  for (const rigid::EnergyLedger& row : motion.ledger)
-    if (taken_j == 0.0) taken_j = row.contact_j;
-  EXPECT_GT(taken_j, 0.0);
-  EXPECT_LE(with, 1.001 * taken_j);
-  EXPECT_GT(with, 0.5 * taken_j);   // a corner of a thin plate gives nearly all to bending
-  EXPECT_GT(rigid, 2.0 * taken_j);  // as if it did not yield
+  // With modes that give back four fifths of the speed, a restitution of 0.95 leaves less than they would take.
+  for (const bool scarce : {false, true}) {
+    const Scene scene = scene_of(scarce ? "0.95" : "0.5", kPlate);
+    const SceneMotion motion = move(scene, 0.06);
+    const std::vector<HeardBody> bodies = heard(scene);
+    const events::EventLog log = first_impact(motion.log);
+    ASSERT_EQ(log.impulses.size(), 1U);
+    const stage::ImpactPulses pulses = impact_pulses(scene, log, bodies, {});
+    ASSERT_EQ(pulses.size(), 1U);
+    const double with = vibration_j(log, bodies[0], &pulses), rigid = vibration_j(log, bodies[0], nullptr);
+    double taken_j = 0.0;
+    for (const rigid::EnergyLedger& row : motion.ledger)
+      if (taken_j == 0.0) taken_j = row.contact_j;
+    EXPECT_GT(taken_j, 0.0);
+    EXPECT_LE(with, 1.001 * taken_j);
+    EXPECT_GT(with, (scarce ? 0.99 : 0.1) * taken_j);
+    EXPECT_GT(rigid, 2.0 * taken_j);  // as if it did not yield
+  }
 }
 
 TEST(SceneYielding, WhatLosesNothingIsSilent) {
   const Scene scene = scene_of("1", kPlate);
-  const events::EventLog log = first_impact(move(scene, 0.03).log);
+  const events::EventLog log = first_impact(move(scene, 0.06).log);
   const std::vector<HeardBody> bodies = heard(scene);
   const stage::ImpactPulses pulses = impact_pulses(scene, log, bodies, {});
   EXPECT_LE(vibration_j(log, bodies[0], &pulses), 1e-9 * vibration_j(log, bodies[0], nullptr));

@@ -10,8 +10,10 @@
 #include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/mesh/surface_check.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
+#include "core/geometry/shapes/shape.hpp"
 #include "core/physics/fracture/pattern/fragment_body.hpp"
 #include "core/physics/fracture/pattern/geodesic.hpp"
+#include "core/physics/rigid/convex_parts.hpp"
 #include "tests/core/physics/fracture/boxes.hpp"
 
 namespace klang::fracture {
@@ -214,6 +216,48 @@ TEST(FragmentBodies, PowerCellsOfAConvexBodyCollideAsTheyAre) {
     EXPECT_LE((corners.rowwise().maxCoeff() - piece.mesh.nodes_m.colwise().maxCoeff().transpose()).norm(), 1e-9);
     EXPECT_LE((corners.rowwise().minCoeff() - piece.mesh.nodes_m.colwise().minCoeff().transpose()).norm(), 1e-9);
   }
+}
+
+// What lies in the hollow, or lay beside the wall, is not struck by what the wall falls into.
+TEST(FragmentBodies, PiecesOfAHollowBodyLeaveItsHollowFree) {
+  const double outer_m = 0.05, wall_m = 0.004;
+  const mesh::ShapeSpec tube{"tube", {{"length_m", 0.1}, {"outer_radius_m", outer_m}, {"wall_m", wall_m}}, {}};
+  mesh::ShapeMeshOptions options;
+  options.order = 1;
+  options.max_edge_m = 0.008;
+  const mesh::TetMesh mesh = mesh::mesh_shape(tube, options);
+  std::vector<rigid::ConvexPart> parts;
+  for (Eigen::Matrix3Xd& corners_m : mesh::convex_parts(tube)) parts.push_back({std::move(corners_m)});
+  PatternRules r = rules(0.4);
+  r.geodesic = true;
+  const FracturePattern pattern = PatternMaker(mesh, even(mesh), r, 5).affordable();
+  const std::vector<FragmentBody> pieces = fragment_bodies(pattern, parts, 2600.0);
+  ASSERT_GT(pieces.size(), 3u);
+  /// Volume of parts, and how near to the axis the middles of their hulls' triangles come.
+  const auto measure = [](const std::vector<rigid::ConvexPart>& list) {
+    std::pair<double, double> found{0.0, HUGE_VAL};
+    for (const rigid::ConvexPart& part : list) {
+      const mesh::SurfaceMesh hull = rigid::hull_of(part);
+      found.first += mesh::mass_properties(hull).volume_m3;
+      for (Eigen::Index t = 0; t < hull.triangles.rows(); ++t) {
+        Vector3d middle = Vector3d::Zero();
+        for (int c = 0; c < 3; ++c) middle += hull.vertices_m.row(hull.triangles(t, c)).transpose() / 3.0;
+        found.second = std::min(found.second, middle.head<2>().norm());
+      }
+    }
+    return found;
+  };
+  const auto [body_m3, body_reach_m] = measure(parts);
+  double filled_m3 = 0.0;
+  for (const FragmentBody& piece : pieces) {
+    ASSERT_GE(piece.parts.size(), 1u);
+    const auto [piece_m3, reach_m] = measure(piece.parts);
+    filled_m3 += piece_m3;
+    EXPECT_GE(reach_m,
+              body_reach_m - 0.5 * wall_m);  // slivers that joined a neighbour bulge a little
+  }
+  EXPECT_LE(filled_m3, 1.15 * body_m3);
+  EXPECT_GE(filled_m3, 0.8 * body_m3);
 }
 
 TEST(FragmentBodies, EveryPieceIsASolidThatTetGenFills) {

@@ -1,5 +1,6 @@
 #include "core/physics/rigid/impact_pulse.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -29,6 +30,25 @@ double elliptic_radius_m(double larger_per_m, double smaller_per_m) {
   const double axes = std::exp(0.5 * (low + high)), e_sq = (axes - 1) * (axes + 1) / (axes * axes);
   const auto [first, second] = integrals(axes);
   return std::pow(std::acos(0.0), 2) * (first - second) / (0.5 * larger_per_m / ratio * e_sq * std::pow(first, 3));
+}
+
+double touch_radius_m(const RigidBodySpec& a, const RigidBodySpec* b, const ContactImpulse& touch) {
+  const auto in_world = [](const Eigen::Quaterniond& turn, const Eigen::Matrix3d& k) -> Eigen::Matrix3d {
+    return turn.toRotationMatrix() * k * turn.toRotationMatrix().transpose();
+  };
+  double size_m = a.size_m();
+  Eigen::Matrix3d gap =
+      in_world(touch.turn_a, a.curvature_at(touch.place_a_m, touch.turn_a.conjugate() * -touch.normal));
+  if (b != nullptr) {
+    gap += in_world(touch.turn_b, b->curvature_at(touch.place_b_m, touch.turn_b.conjugate() * touch.normal));
+    size_m = std::min(size_m, b->size_m());
+  }
+  const Eigen::Vector3d t = touch.normal.unitOrthogonal();
+  Eigen::Matrix<double, 3, 2> tangents;
+  tangents << t, touch.normal.cross(t);
+  const Eigen::Vector2d k =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tangents.transpose() * gap * tangents).eigenvalues();
+  return elliptic_radius_m(std::max(k[1], 1 / size_m), std::max(k[0], 1 / size_m));
 }
 
 double hertz_duration_s(double mass_kg, double radius_m, double contact_modulus_pa, double approach_m_s) {

@@ -1,6 +1,5 @@
 #include "core/physics/rigid/rigid_world.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -74,7 +73,6 @@ struct RigidWorld::State {
   double hold(std::vector<Contact>& contacts, detail::Bodies& view);
   double push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps);
   void warm_start(std::vector<Contact>& contacts, detail::Bodies& view) const;
-  double touch_radius_m(const ContactImpulse& touch) const;
   void record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
               const std::vector<BodyState>& there, StepRecord& record) const;
   void lose(detail::ImpactLosses losses);
@@ -281,28 +279,6 @@ double RigidWorld::State::push_apart(const std::vector<Contact>& contacts, const
   return deepest / length;
 }
 
-/// Of Hertz' spring between the surfaces of the two bodies where they touch. No touch is longer than the smaller of them.
-double RigidWorld::State::touch_radius_m(const ContactImpulse& touch) const {
-  const RigidBodySpec& a = specs[static_cast<std::size_t>(touch.a)];
-  const auto in_world = [](const Eigen::Quaterniond& turn, const Eigen::Matrix3d& k) -> Eigen::Matrix3d {
-    return turn.toRotationMatrix() * k * turn.toRotationMatrix().transpose();
-  };
-  double size_m = a.size_m();
-  Eigen::Matrix3d gap =
-      in_world(touch.turn_a, a.curvature_at(touch.place_a_m, touch.turn_a.conjugate() * -touch.normal));
-  if (touch.b >= 0) {
-    const RigidBodySpec& b = specs[static_cast<std::size_t>(touch.b)];
-    gap += in_world(touch.turn_b, b.curvature_at(touch.place_b_m, touch.turn_b.conjugate() * touch.normal));
-    size_m = std::min(size_m, b.size_m());
-  }
-  const Vector3d t = touch.normal.unitOrthogonal();
-  Eigen::Matrix<double, 3, 2> tangents;
-  tangents << t, touch.normal.cross(t);
-  const Eigen::Vector2d k =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tangents.transpose() * gap * tangents).eigenvalues();
-  return elliptic_radius_m(std::max(k[1], 1 / size_m), std::max(k[0], 1 / size_m));
-}
-
 /// @param begin, there  the bodies at the step's begin, and where they would be at its end without contacts
 void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
                                const std::vector<BodyState>& there, StepRecord& record) const {
@@ -335,8 +311,9 @@ void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::
       impact.approach_m_s = c.approach / time;
       impact.impulse_n_s = c.axes * c.impact / time;
       if (impact.approach_m_s > 0) {
-        impact.duration_s = hertz_duration_s(1 / mobility(c, view)[0], touch_radius_m(impact),
-                                             contact_modulus_pa(specs[a].skin, other), impact.approach_m_s);
+        impact.duration_s =
+            hertz_duration_s(1 / mobility(c, view)[0], touch_radius_m(specs[a], c.b >= 0 ? &specs[b] : nullptr, impact),
+                             contact_modulus_pa(specs[a].skin, other), impact.approach_m_s);
       }
     }
     if (c.lasting.squaredNorm() > 0) {

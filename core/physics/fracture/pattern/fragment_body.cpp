@@ -156,7 +156,7 @@ void divide_by_parts(const std::vector<PartPlanes>& parts, FragmentBody& body) {
 /// Slivers, at a crack or where a body's parts are narrow, become one with the neighbour with which they bulge least, or do not collide where
 /// each would bulge: a body may move by no more in a step than its thinnest part is thick.
 void join_slivers(double thinnest_m, std::vector<rigid::ConvexPart>& parts) {
-  constexpr double kBulge = 1.3;
+  constexpr double kBulge = 1.1;
   constexpr std::size_t kNearest = 8;
   const auto volume = [](const Eigen::Matrix3Xd& corners_m) {
     return mesh::mass_properties(rigid::hull_of({corners_m})).volume_m3;

@@ -29,8 +29,27 @@ ImpactLosses losses_of(const Group& group, const std::vector<Vector3d>& before, 
   return losses;
 }
 
+/// Motions of a group's bodies, to go back to.
+class Before {
+ public:
+  Before(const Group& group, Bodies& bodies) : bodies_(bodies) {
+    for (const Contact* c : group)
+      for (const int body : {c->a, c->b})
+        if (body >= 0) was_.emplace(body, bodies.all[static_cast<std::size_t>(body)]);
+  }
+  void again() {
+    for (const auto& [body, state] : was_) bodies_.all[static_cast<std::size_t>(body)] = state;
+  }
+
+ private:
+  Bodies& bodies_;
+  std::map<int, BodyState> was_;
+};
+
 /// One group of points at once. The impulse that is solved for starts anew (friction's cone is that of this impact) and is added.
 ImpactLosses solve_group(const Group& group, double rebound, Bodies& bodies) {
+  constexpr double kUnsolved = 1e-3;  // of the fastest approach
+  Before state(group, bodies);
   std::vector<Vector3d> before, sums;
   double fastest = 0.0;
   for (Contact* c : group) {
@@ -41,16 +60,16 @@ ImpactLosses solve_group(const Group& group, double rebound, Bodies& bodies) {
     c->impact.setZero();
     before.push_back(u);
   }
-  solve_contacts(group, &Contact::impact, kSweeps, kTolerance * fastest, bodies);
+  const double left = solve_contacts(group, &Contact::impact, kSweeps, kTolerance * fastest, bodies);
   const ImpactLosses losses = losses_of(group, before, bodies);
   double scale = 0.0;
   for (const Contact* c : group) scale += c->impact[0] * fastest;
-  if (losses.normal + losses.friction < -1e-10 * scale && rebound > 0) {
-    for (std::size_t i = 0; i < group.size(); ++i) {
-      push(*group[i], -group[i]->impact, bodies);
-      group[i]->impact = sums[i];
-    }
-    return solve_group(group, rebound > 0.01 ? 0.9 * rebound : 0.0, bodies);
+  // Points on two sides of a body that is caught between parts of another cannot all rebound: then none does.
+  const bool unsolved = !(left <= kUnsolved * fastest);
+  if ((unsolved || losses.normal + losses.friction < -1e-10 * scale) && rebound > 0) {
+    state.again();
+    for (std::size_t i = 0; i < group.size(); ++i) group[i]->impact = sums[i];
+    return solve_group(group, !unsolved && rebound > 0.01 ? 0.9 * rebound : 0.0, bodies);
   }
   for (std::size_t i = 0; i < group.size(); ++i) group[i]->impact += sums[i];
   return losses;

@@ -166,7 +166,7 @@ TEST(KlangValidate, PapersPassesAndWritesItsPage) {
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const std::string page = klang::read_file(scratch.path() / "p.md");
   EXPECT_NE(page.find("not run (unfinished)"), std::string::npos);
-  EXPECT_NE(page.find("not judged: 0.01 s of a scene of 0.9 s"), std::string::npos);
+  EXPECT_NE(page.find("not judged: 0.01 s of a scene of 2 s"), std::string::npos);
   const json papers = read_json(scratch.path() / "p.json");
   EXPECT_EQ(papers, read_json(scratch.path() / "out/papers.json"));
   EXPECT_EQ(papers["status"], "passed");

@@ -90,7 +90,7 @@ std::string result(const std::string& scene, const std::string& fields, const st
 
 const std::string kTile = R"j("bodies": [{"name": "tile", "parent": null}, {"name": "tile/1", "parent": "tile"},
       {"name": "tile/2", "parent": "tile"}, {"name": "ball", "parent": null}])j";
-const std::string kTileHead = R"j("name": "scored tile (SB)", "end_s": 0.9, )j";
+const std::string kTileHead = R"j("name": "scored tile (SB)", "end_s": 2, )j";
 
 std::vector<PaperScene> of_scene(const std::filesystem::path& runs, const std::string& stem) {
   std::vector<PaperScene> rows;
@@ -132,8 +132,8 @@ TEST(Papers, UnfinishedPartialAndForeignRunsAreNotJudged) {
   };
   EXPECT_EQ(verdict_words(of_scene(runs, "tile").at(0)), "not run (unfinished)");
   EXPECT_EQ(words(result("sb/tile", R"j("name": "scored tile (SB)", "end_s": 0.5, )j" + kTile)),
-            "not judged: 0.5 s of a scene of 0.9 s");
-  EXPECT_EQ(words(result("sb/tile", R"j("name": "glass slab (SB)", "end_s": 0.9, )j" + kTile)),
+            "not judged: 0.5 s of a scene of 2 s");
+  EXPECT_EQ(words(result("sb/tile", R"j("name": "glass slab (SB)", "end_s": 2, )j" + kTile)),
             "not judged: the run of another scene: glass slab (SB)");
   EXPECT_FALSE(of_scene(runs, "tile").at(0).ours) << "a number of another scene";
   EXPECT_EQ(words(result("sb/slab", kTileHead + kTile)), "not judged: the run of another version of the scene file");

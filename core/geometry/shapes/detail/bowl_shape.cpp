@@ -34,7 +34,7 @@ class BowlShape : public BlockShape {
   BowlShape()
       : BlockShape({"bowl",
                     "spherical cap of even wall",
-                    "axis z, rim up",
+                    "axis z, rim up, its lowest outer point at the origin",
                     {{"outer_radius_m", "outer radius of the sphere"},
                      {"wall_m", "thickness of the wall, below outer_radius_m and depth_m"},
                      {"depth_m", "outer height from pole to rim, below 2 outer_radius_m - wall_m"}},

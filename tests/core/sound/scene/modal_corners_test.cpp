@@ -26,7 +26,9 @@ TEST(ModalCorners, AllThatAreBelowTheFloorAreLookedAtAndStandWhereTheyAre) {
         ++below;
         EXPECT_TRUE(looked);
       }
-      if (looked) EXPECT_LE((all.corners_m.col(i) - low.corners_m.col(i)).norm(), 1e-15);
+      if (looked) {
+        EXPECT_LE((all.corners_m.col(i) - low.corners_m.col(i)).norm(), 1e-15);
+      }
     }
   }
   EXPECT_GT(below, 100);

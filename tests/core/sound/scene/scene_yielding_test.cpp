@@ -29,7 +29,7 @@ std::vector<HeardBody> heard(const Scene& scene) {
   options.eigen.most = 200;
   const modal::EigenResult modes =
       modal::modes_of({body.shape, {}, 2}, mesh_of(body), scene.material_of(body).elastic, options);
-  return {{0, std::make_shared<const SoundModel>(SoundModel{modes.model, {}, false}),
+  return {{0, std::make_shared<const SoundModel>(SoundModel{modes.model, {}, false, {}}),
            scene.material_of(body).damping_heard()}};
 }
 

@@ -347,9 +347,10 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
                     " is heard: they have no mode between " + to_text(scene.sound.low_hz) + " and " +
                     to_text(scene.sound.high_hz) + " Hz (sound.band_hz), or no mesh");
   if (n_coarse > 0)
-    notes.warning(std::to_string(n_coarse) + " pieces: their highest modes are lowered by up to " +
-                  to_text(std::round(1000.0 * coarsest) / 10.0) +
-                  " % for their meshes' stiffness, an estimate of which a tenth is open");
+    notes.warning("the highest modes of " +
+                  (n_coarse == 1 ? std::string("a piece") : std::to_string(n_coarse) + " pieces") +
+                  " are lowered by up to " + to_text(std::round(1000.0 * coarsest) / 10.0) +
+                  " % for the mesh's stiffness, an estimate of which a tenth is open");
   return heard;
 }
 

@@ -223,8 +223,15 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
           std::pair(options.changes.without_fracture_impulses, "--without-fracture-impulses"),
           std::pair(options.draws.has_value(), "--draws"), std::pair(options.no_frames, "--no-frames")})
       if (given) throw InputError(flag, "belongs to scenes of solid bodies", options.scene, "a scene without [domain]");
-    return run_liquid({options.scene, options.output, options.until_s, options.checkpoint_s, options.stage,
-                       options.no_sound, options.resume, options.no_page},
+    return run_liquid({options.scene,
+                       options.output,
+                       options.until_s,
+                       options.checkpoint_s,
+                       options.stage,
+                       options.no_sound,
+                       options.resume,
+                       options.no_page,
+                       {}},
                       common, monitor);
   }
   for (const auto& [given, flag] :

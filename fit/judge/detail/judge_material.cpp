@@ -153,8 +153,8 @@ void hold_against_all(const JudgeInput& input, std::vector<Reason>& reasons) {
     for (const std::string& name : solid::material_preset_names()) {
       const auto range = solid::material_range(name);
       if (!range) continue;
-      const auto in = [](double value, const std::array<double, 2>& r, double slack) {
-        return value >= r[0] / (1.0 + slack) && value <= r[1] * (1.0 + slack);
+      const auto in = [](double value, const std::array<double, 2>& r, double beyond) {
+        return value >= r[0] / (1.0 + beyond) && value <= r[1] * (1.0 + beyond);
       };
       if (in(input.start.youngs_modulus_pa(), range->youngs_modulus_pa, 0.05) &&
           in(poisson, range->poissons_ratio, 0.08) && (!given || in(density, range->density_kg_m3, 0.02))) {

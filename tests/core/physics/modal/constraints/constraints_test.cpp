@@ -165,8 +165,9 @@ TEST(BarOnWall, ResidualFlexibilityIsOfOrderOneAmongModesOfOnePhase) {
       bar.residual_flexibility = true;
       const double error = 1.0 - bar_on_wall(bar).restitution, width = 1.0 / (bar.n_modes + 0.5);
       EXPECT_GT(error, 1e-3);
-      if (before > 0.0)
+      if (before > 0.0) {
         EXPECT_NEAR(std::log(before / error) / std::log(width_before / width), 1.0, 0.06) << bar.n_modes;
+      }
       before = error;
       width_before = width;
     }

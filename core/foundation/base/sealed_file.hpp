@@ -2,6 +2,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <istream>
+#include <ostream>
+#include <string>
 #include <vector>
 
 #include "core/foundation/base/errors.hpp"
@@ -16,6 +18,25 @@ bool is_sealed(const std::filesystem::path& path);
 
 /// Bytes from here to the end of a stream that can be wound.
 std::uint64_t bytes_left(std::istream& in);
+
+/// A value without pointers, as it stands in memory.
+template <class T>
+void write_value(std::ostream& out, const T& value) {
+  out.write(reinterpret_cast<const char*>(&value), sizeof value);
+}
+/// How many there are as 64 bits, and the entries.
+template <class T>
+void write_list(std::ostream& out, const std::vector<T>& values) {
+  write_value(out, static_cast<std::uint64_t>(values.size()));
+  out.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(T)));
+}
+/// What write_value() wrote. @throws InputError of that name where the stream ends before
+template <class T>
+T read_value(std::istream& in, const std::string& name) {
+  T value;
+  if (!in.read(reinterpret_cast<char*>(&value), sizeof value)) throw InputError(name, "is damaged or cut off");
+  return value;
+}
 
 /// A list of n entries as they stand in memory. No memory is asked for that the stream could not fill.
 /// @throws InputError of that name

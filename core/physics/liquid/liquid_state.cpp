@@ -1,4 +1,3 @@
-#include <cstring>
 #include <istream>
 #include <ostream>
 
@@ -11,65 +10,56 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x3253514c474e4c4bULL;  // "KLNGLQS2"
 
-template <class T>
-void put(std::ostream& out, const T& value) {
-  out.write(reinterpret_cast<const char*>(&value), sizeof value);
-}
-template <class T>
-void put_list(std::ostream& out, const std::vector<T>& values) {
-  put(out, static_cast<std::uint64_t>(values.size()));
-  out.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(T)));
-}
+constexpr const char* kName = "checkpoint";
+
 template <class T>
 T get(std::istream& in) {
-  T value;
-  if (!in.read(reinterpret_cast<char*>(&value), sizeof value)) throw InputError("checkpoint", "is cut off");
-  return value;
+  return read_value<T>(in, kName);
 }
 /// @param most  entries that there can be
 template <class T>
 void get_list(std::istream& in, std::vector<T>& values, std::uint64_t most) {
   const auto n = get<std::uint64_t>(in);
-  if (n > most) throw InputError("checkpoint", "does not belong to this scene");
-  read_list(in, values, n, "checkpoint");
+  if (n > most) throw InputError(kName, "does not belong to this scene");
+  read_list(in, values, n, kName);
 }
 void get_field(std::istream& in, Field& field) {
   const std::size_t n = field.size();
   get_list(in, field.data(), n);
-  if (field.size() != n) throw InputError("checkpoint", "does not belong to this scene");
+  if (field.size() != n) throw InputError(kName, "does not belong to this scene");
 }
 
 }  // namespace
 
 void Liquid::save(std::ostream& out) const {
-  put(out, kMagic);
-  put(out, time_s_);
-  put(out, pending_kick_s_);
-  put(out, n_steps_);
-  for (const double value : {volume_, start_volume_, inflow_, outflow_}) put(out, value);
-  put_list(out, emitted_);
+  write_value(out, kMagic);
+  write_value(out, time_s_);
+  write_value(out, pending_kick_s_);
+  write_value(out, n_steps_);
+  for (const double value : {volume_, start_volume_, inflow_, outflow_}) write_value(out, value);
+  write_list(out, emitted_);
   for (const Solid& solid : solids_) {
-    put(out, solid.position_m);
-    put(out, solid.velocity_m_s);
+    write_value(out, solid.position_m);
+    write_value(out, solid.velocity_m_s);
   }
-  put_list(out, phi_.data());
-  put_list(out, pressure_.data());
-  for (int axis = 0; axis < 3; ++axis) put_list(out, u_[axis].data());
-  put_list(out, particles_.x_m);
-  put_list(out, particles_.v_m_s);
-  put_list(out, particles_.affine_per_s);
-  put_list(out, particles_.phi_m);
+  write_list(out, phi_.data());
+  write_list(out, pressure_.data());
+  for (int axis = 0; axis < 3; ++axis) write_list(out, u_[axis].data());
+  write_list(out, particles_.x_m);
+  write_list(out, particles_.v_m_s);
+  write_list(out, particles_.affine_per_s);
+  write_list(out, particles_.phi_m);
 }
 
 void Liquid::load(std::istream& in) {
-  if (get<std::uint64_t>(in) != kMagic) throw InputError("checkpoint", "is none");
+  if (get<std::uint64_t>(in) != kMagic) throw InputError(kName, "is none");
   time_s_ = get<double>(in);
   pending_kick_s_ = get<double>(in);
   n_steps_ = get<std::uint64_t>(in);
   for (double* value : {&volume_, &start_volume_, &inflow_, &outflow_}) *value = get<double>(in);
   const std::size_t n_inlets = emitted_.size();
   get_list(in, emitted_, n_inlets);
-  if (emitted_.size() != n_inlets) throw InputError("checkpoint", "does not belong to this scene");
+  if (emitted_.size() != n_inlets) throw InputError(kName, "does not belong to this scene");
   for (Solid& solid : solids_) {
     solid.position_m = get<Eigen::Vector3d>(in);
     solid.velocity_m_s = get<Eigen::Vector3d>(in);
@@ -84,9 +74,9 @@ void Liquid::load(std::istream& in) {
   get_list(in, particles_.phi_m, kMost);
   if (particles_.v_m_s.size() != particles_.size() || particles_.affine_per_s.size() != particles_.size() ||
       particles_.phi_m.size() != particles_.size())
-    throw InputError("checkpoint", "does not belong to this scene");
+    throw InputError(kName, "does not belong to this scene");
   for (const Eigen::Vector3d& x : particles_.x_m)
-    if (!x.allFinite()) throw InputError("checkpoint", "is damaged");
+    if (!x.allFinite()) throw InputError(kName, "is damaged");
   keep_.clear();
   solid_ = liquid::solid_field(setup_.shape, solids_);
   particles_.sort(setup_.shape);

@@ -13,17 +13,7 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x3250414853474e4cULL;  // "LNGSHAP2"
 
-template <class T>
-void put(std::ostream& out, const T& value) {
-  out.write(reinterpret_cast<const char*>(&value), sizeof value);
-}
-template <class T>
-void put_list(std::ostream& out, const std::vector<T>& values) {
-  put(out, static_cast<std::uint64_t>(values.size()));
-  out.write(reinterpret_cast<const char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(T)));
-}
-
-/// Reads what put() and put_list() wrote.
+/// Reads what was written, and fails with the name of the file.
 class Shelf {
  public:
   explicit Shelf(const std::filesystem::path& path) : name_(path.string()), in_(path, std::ios::binary) {}
@@ -33,9 +23,7 @@ class Shelf {
   }
   template <class T>
   T take() {
-    T value;
-    if (!in_.read(reinterpret_cast<char*>(&value), sizeof value)) fail();
-    return value;
+    return read_value<T>(in_, name_);
   }
   /// Of what follows, each thing of so many bytes at least.
   std::uint64_t count(std::uint64_t least_bytes) {
@@ -86,21 +74,21 @@ void write_shapes(const std::filesystem::path& path, const DeformedShapes& shape
   write_file_with(path, [&](const std::filesystem::path& temporary) {
     {
       std::ofstream out(temporary, std::ios::binary);
-      put(out, kMagic);
-      put(out, static_cast<std::uint64_t>(shapes.bodies.size()));
+      write_value(out, kMagic);
+      write_value(out, static_cast<std::uint64_t>(shapes.bodies.size()));
       for (const DeformedBody& body : shapes.bodies) {
-        put(out, body.row);
-        put(out, body.stride);
-        put(out, static_cast<std::uint64_t>(body.surfaces.size()));
+        write_value(out, body.row);
+        write_value(out, body.stride);
+        write_value(out, static_cast<std::uint64_t>(body.surfaces.size()));
         for (const DeformedSurface& surface : body.surfaces) {
-          put_list(out, surface.triangles);
-          put_list(out, surface.rows);
+          write_list(out, surface.triangles);
+          write_list(out, surface.rows);
         }
-        put(out, static_cast<std::uint64_t>(body.frames.size()));
+        write_value(out, static_cast<std::uint64_t>(body.frames.size()));
         for (const DeformedFrame& frame : body.frames) {
-          put(out, frame.number);
-          put(out, frame.surface);
-          put_list(out, frame.places_m);
+          write_value(out, frame.number);
+          write_value(out, frame.surface);
+          write_list(out, frame.places_m);
         }
       }
       if (!out.flush()) throw InputError(path.string(), "cannot be written", "", "room on the disk");

@@ -8,6 +8,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/sound/scene/scene_sound.hpp"
 #include "core/sound/stage/modal_voice.hpp"
+#include "core/sound/stage/one_pitch.hpp"
 #include "core/sound/waves/medium.hpp"
 
 namespace klang::scene {
@@ -134,6 +135,21 @@ std::complex<double> slab_pressure_pa(const SlabMode& mode, const FloorSound& fl
   return std::complex<double>(0.0, mode.angular_frequency_rad_s * air.density_kg_m3 / (2.0 * kPi)) * sum;
 }
 
+namespace {
+
+/// Modes of one pitch are heard with their signs against each other (RadiatingVoice).
+void give_signs(const std::vector<std::size_t>& group, const Eigen::MatrixXcd& pressure, Eigen::MatrixXd& gain) {
+  for (Eigen::Index ear = 0; ear < pressure.cols(); ++ear) {
+    std::vector<std::complex<double>> heard;
+    for (const std::size_t k : group) heard.push_back(pressure(static_cast<Eigen::Index>(k), ear));
+    const std::complex<double> unturned = std::conj(stage::common_phase(heard));
+    for (std::size_t j = 0; j < group.size(); ++j)
+      if ((heard[j] * unturned).real() < 0.0) gain(static_cast<Eigen::Index>(group[j]), ear) *= -1.0;
+  }
+}
+
+}  // namespace
+
 FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, const stage::ImpactPulses& pulses,
                           double duration_s, Monitor& monitor) {
   const FloorSound& floor = *scene.floor_sound;
@@ -156,6 +172,8 @@ FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, const
   const damping::LawValue damping = material.damping_heard();
   slab.decay_per_s = damping.law->decay_per_s(slab.angular_frequency_rad_s, damping.parameters.data());
   slab.push = [at_blow](const Vector3d&, const Vector3d& impulse) -> Eigen::VectorXd { return at_blow * impulse.z(); };
+  const std::vector<std::vector<std::size_t>> pairs =
+      stage::modes_of_one_pitch(slab.angular_frequency_rad_s, slab.decay_per_s);
   std::vector<std::unique_ptr<stage::ModalVoice>> voices;
   std::vector<stage::Voice*> list;
   for (std::size_t place = 0; place < contacts.places_m.size() && n_modes > 0; ++place) {
@@ -163,12 +181,14 @@ FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, const
     stage::RingingBody here = slab;
     here.gain.resize(n_modes, listener.n_channels());
     const Vector3d corner(kStruckX * floor.slab_m.x(), kStruckY * floor.slab_m.y(), 0.0);
+    Eigen::MatrixXcd pressure(n_modes, listener.n_channels());
     for_each_job(static_cast<std::size_t>(n_modes), [&](std::size_t k) {
       for (int ear = 0; ear < listener.n_channels(); ++ear)
-        here.gain(static_cast<Eigen::Index>(k), ear) =
-            modes[k].angular_frequency_rad_s *
-            std::abs(slab_pressure_pa(modes[k], floor, listener.ear_m(ear, 0.0) - contacts.places_m[place] + corner));
+        pressure(static_cast<Eigen::Index>(k), ear) =
+            slab_pressure_pa(modes[k], floor, listener.ear_m(ear, 0.0) - contacts.places_m[place] + corner);
     });
+    here.gain = slab.angular_frequency_rad_s.asDiagonal() * pressure.cwiseAbs();
+    for (const std::vector<std::size_t>& pair : pairs) give_signs(pair, pressure, here.gain);
     voices.push_back(std::make_unique<stage::ModalVoice>(static_cast<int>(place), std::move(here), &contacts.pulses));
     list.push_back(voices.back().get());
   }

@@ -8,6 +8,7 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/math/sphere_quadrature.hpp"
 #include "core/sound/audio/nyquist.hpp"
+#include "core/sound/stage/one_pitch.hpp"
 #include "core/sound/transfer/transfer_model_file.hpp"
 
 namespace klang::stage {
@@ -22,6 +23,7 @@ constexpr std::size_t kModesATime = 8;
 struct Ringing {
   const ModeTransfer* transfer = nullptr;
   double omega = 0.0, decay = 0.0, damped_omega = 0.0;
+  bool has_phase = false;     // at one ear too: one of several of this pitch
   Eigen::VectorXcd analytic;  // at the samples
 };
 
@@ -156,12 +158,38 @@ void RadiatingVoice::choose_modes(Work& work, double sample_rate_hz) {
   }
   for (const ModeTransfer& mode : work.transfer.modes) {
     const double omega = model_.angular_frequency_rad_s[mode.mode], decay = decay_per_s_[mode.mode];
-    work.modes.push_back({&mode, omega, decay, std::sqrt((omega - decay) * (omega + decay)), {}});
+    work.modes.push_back({&mode, omega, decay, std::sqrt((omega - decay) * (omega + decay)), false, {}});
   }
   report_.n_modes_heard = static_cast<int>(work.modes.size());
 }
 
-// Gains at the knots: the modulus (one ear), or p without its carrier (two ears).
+// p without its carrier is at one ear the modulus, or for several of one pitch p against a phase that all of them share.
+void RadiatingVoice::align_one_ear(Work& work) const {
+  Eigen::MatrixXcd& gains = work.gains[0];
+  const auto n_modes = static_cast<Eigen::Index>(work.modes.size());
+  Eigen::VectorXd omega(n_modes), decay(n_modes);
+  for (Eigen::Index m = 0; m < n_modes; ++m) {
+    omega[m] = work.modes[static_cast<std::size_t>(m)].omega;
+    decay[m] = work.modes[static_cast<std::size_t>(m)].decay;
+  }
+  for (const std::vector<std::size_t>& group : modes_of_one_pitch(omega, decay)) {
+    std::vector<Complex> heard;
+    for (const std::size_t m : group) {
+      const auto column = gains.col(static_cast<Eigen::Index>(m));
+      heard.insert(heard.end(), column.begin(), column.end());
+    }
+    const Complex unturned = std::conj(common_phase(heard));
+    for (const std::size_t m : group) {
+      gains.col(static_cast<Eigen::Index>(m)) *= unturned;
+      work.modes[m].has_phase = true;
+    }
+  }
+  for (Eigen::Index m = 0; m < n_modes; ++m) {
+    if (!work.modes[static_cast<std::size_t>(m)].has_phase) gains.col(m) = gains.col(m).cwiseAbs().cast<Complex>();
+  }
+}
+
+// Gains at the knots: as align_one_ear() says, or p without its carrier (two ears).
 void RadiatingVoice::fill_gains(Work& work, const Listener& listener) {
   const Hearing& hearing = work.hearing;
   const int n_ears = listener.n_channels();
@@ -181,8 +209,6 @@ void RadiatingVoice::fill_gains(Work& work, const Listener& listener) {
         const double r = listener.propagation_delay ? r_ear : (hearing.centre_m(t) - multipole.centre_m).norm();
         if (options_.unit_transfer) {
           column[k] = Complex(1.0);
-        } else if (n_ears == 1) {
-          column[k] = Complex(std::abs(column[k]));
         } else {
           column[k] = column[k] * std::polar(1.0, multipole.wavenumber_per_m * r);
           if (listener.has_head()) column[k] *= head_gain(work, listener, ear, m, t);
@@ -190,6 +216,7 @@ void RadiatingVoice::fill_gains(Work& work, const Listener& listener) {
       }
     }
   }
+  if (n_ears == 1 && !options_.unit_transfer) align_one_ear(work);
   report_.device_name = evaluator.device_name();
   report_.message = evaluator.message();
 }
@@ -232,8 +259,10 @@ void RadiatingVoice::add_stretch(const Work& work, const Listener& listener, dou
         Complex gain = interpolated(work.gains[ear].col(static_cast<Eigen::Index>(m)), work.knots, place);
         if (options_.unit_transfer) {
           sum += z.real();
-        } else if (n_ears == 1) {
+        } else if (n_ears == 1 && !mode.has_phase) {
           sum += std::max(0.0, gain.real()) * mode.omega * z.real();
+        } else if (n_ears == 1) {
+          sum += mode.omega * (gain.real() * z.real() - gain.imag() * z.imag());
         } else {
           gain *= Complex(-mode.decay, mode.damped_omega);  // V = dZ/dt
           sum += gain.real() * z.real() - gain.imag() * z.imag();

@@ -22,6 +22,9 @@ struct RadiatingVoiceOptions {
 /// Pressure at the ears of a modal body that is pushed [Pa] (with unit_transfer in sqrt(kg) m), q_i the modal
 /// coordinates and V_i = dq_i/dt as analytic signals:
 ///   one ear:   sum_i |p_i(x(t))| omega_i q_i(t)                              (SB eq. 8; p_i is per unit velocity here)
+///              modes of one pitch (pairs of round bodies) keep their phases against each other, without which two that
+///              cancel nowhere would: Re( p_i(x(t)) e^{i k_i r(t)} u* omega_i Q_i(t) ), dQ_i/dt = V_i, u one phase for all of
+///              them (the printed form loses such a pair for one blow in four; docs/errata.md)
 ///   two ears:  sum_i Re( p_i(x_ear(t)) e^{i k_i r_head(t)} V_i(t) ),         phase between the ears, no Doppler shift
 ///   delay:     sum_i Re( p_i(x_ear(t)) e^{i k_i r_ear(t)} V_i(t - r_ear(t) / c) ), one ear: |p_i| omega_i q_i(t - r / c)
 /// with r from the centre of the mode. A head takes p_i at its centre, times its shadow, with its delays for those of
@@ -57,6 +60,7 @@ class RadiatingVoice : public Voice {
   };
   void choose_modes(Work& work, double sample_rate_hz);
   void fill_gains(Work& work, const Listener& listener);
+  void align_one_ear(Work& work) const;
   std::complex<double> head_gain(const Work& work, const Listener& listener, int ear, std::size_t mode,
                                  double time_s) const;
   void add_stretch(const Work& work, const Listener& listener, double sample_rate_hz, Stretch stretch,

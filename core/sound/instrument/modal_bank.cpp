@@ -62,7 +62,7 @@ ModalBank struck_bank(const modal::ModalModel& model, const Eigen::VectorXd& dec
                       const events::Strike& strike) {
   using Complex = std::complex<double>;
   const Eigen::VectorXd push = stage::push_at_nearest_node(model)(strike.point_m, strike.impulse_n_s);
-  const Eigen::VectorXd gain = stage::surface_coupling(model);
+  const Eigen::VectorXd gain = stage::heard_coupling(model, decay_per_s, push);
   const events::GaussianPulse pulse = events::gaussian_pulse(strike);
   ModalBank bank;
   for (Eigen::Index i = 0; i < model.n_modes(); ++i) {

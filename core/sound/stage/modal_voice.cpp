@@ -149,7 +149,10 @@ audio::Signal synthesise(const modal::ModalModel& model, const Eigen::VectorXd& 
     const int node = SurfaceNodes(model.mesh).nearest(options.pickup->point_m);
     ringing.gain = model.shapes.middleRows<3>(3 * node).transpose() * options.pickup->direction.normalized();
   } else {
-    ringing.gain = surface_coupling(model);
+    Eigen::MatrixXd push(model.n_modes(), static_cast<Eigen::Index>(strikes.size()));
+    for (std::size_t k = 0; k < strikes.size(); ++k)
+      push.col(static_cast<Eigen::Index>(k)) = ringing.push(strikes[k].point_m, strikes[k].impulse_n_s);
+    ringing.gain = heard_coupling(model, decay_per_s, push);
   }
   ModalVoice voice(0, std::move(ringing));
   Voice* const voices[] = {&voice};

@@ -67,7 +67,7 @@ struct Pickup {
 struct SynthesisOptions {
   double sample_rate_hz = 48000.0;  ///< 1000 to 768000
   double duration_s = 3.0;
-  std::optional<Pickup> pickup;  ///< none: weighted by surface_coupling
+  std::optional<Pickup> pickup;  ///< none: weighted by heard_coupling
 };
 
 /// Sound of strikes on a modal body with the given decay of each mode: render() with one ModalVoice.

@@ -7,6 +7,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/sound/stage/one_pitch.hpp"
 
 namespace klang::stage {
 namespace {
@@ -43,17 +44,16 @@ TriangleShape triangle_shape(double xi, double eta, bool quadratic) {
           6};
 }
 
-}  // namespace
-
-Eigen::VectorXd surface_coupling(const modal::ModalModel& model) {
-  const mesh::SurfaceMesh surface = mesh::boundary_surface(model.mesh);
+// Sum over the surface of |normal displacement| times area, for each column of shapes.
+Eigen::VectorXd moved_volume_m3(const mesh::TetMesh& mesh, const Eigen::MatrixXd& displacement) {
+  const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
   const bool quadratic = surface.triangles.cols() == 6;
   std::vector<TriangleShape> shapes;
   const auto rule = triangle_rule();
   for (const TrianglePoint& p : rule) shapes.push_back(triangle_shape(p.xi, p.eta, quadratic));
 
-  const Eigen::Index n_modes = model.n_modes(), n_triangles = surface.triangles.rows();
-  Eigen::VectorXd coupling = Eigen::VectorXd::Zero(n_modes);
+  const Eigen::Index n_modes = displacement.cols(), n_triangles = surface.triangles.rows();
+  Eigen::VectorXd volume = Eigen::VectorXd::Zero(n_modes);
   std::vector<Eigen::Vector3d> area_vectors(static_cast<std::size_t>(n_triangles) * rule.size());
   for (Eigen::Index t = 0; t < n_triangles; ++t) {
     for (std::size_t q = 0; q < rule.size(); ++q) {
@@ -75,15 +75,43 @@ Eigen::VectorXd surface_coupling(const modal::ModalModel& model) {
           Eigen::Vector3d u = Eigen::Vector3d::Zero();
           for (int i = 0; i < shapes[q].n; ++i) {
             u += shapes[q].value[static_cast<std::size_t>(i)] *
-                 model.shapes.block<3, 1>(3 * surface.triangles(t, i), mode);
+                 displacement.block<3, 1>(3 * surface.triangles(t, i), mode);
           }
           sum += std::abs(u.dot(area_vectors[static_cast<std::size_t>(t) * rule.size() + q]));
         }
       }
-      coupling[mode] = sum * model.angular_frequency_rad_s[mode] / (2.0 * kPi);
+      volume[mode] = sum;
     }
   });
-  return coupling;
+  return volume;
+}
+
+}  // namespace
+
+Eigen::VectorXd surface_coupling(const modal::ModalModel& model) {
+  return moved_volume_m3(model.mesh, model.shapes).cwiseProduct(model.angular_frequency_rad_s) / (2.0 * kPi);
+}
+
+Eigen::VectorXd heard_coupling(const modal::ModalModel& model, const Eigen::VectorXd& decay_per_s,
+                               const Eigen::MatrixXd& push) {
+  Eigen::VectorXd gain = surface_coupling(model);
+  if (push.cols() == 0) return gain;
+  for (const std::vector<std::size_t>& group : modes_of_one_pitch(model.angular_frequency_rad_s, decay_per_s)) {
+    const std::vector<Eigen::Index> modes(group.begin(), group.end());
+    const Eigen::MatrixXd pushes = push(modes, Eigen::all);
+    Eigen::Index hardest = 0, most = 0;
+    const double strength = std::sqrt(pushes.colwise().squaredNorm().maxCoeff(&hardest));
+    if (!(strength > 0.0)) continue;
+    Eigen::VectorXd share = pushes.col(hardest) / strength;
+    share.cwiseAbs().maxCoeff(&most);
+    if (share[most] < 0.0) share = -share;
+    const Eigen::MatrixXd shape = model.shapes(Eigen::all, modes) * share;
+    const double volume = moved_volume_m3(model.mesh, shape)[0];
+    for (std::size_t k = 0; k < modes.size(); ++k)
+      gain[modes[k]] =
+          volume * share[static_cast<Eigen::Index>(k)] * model.angular_frequency_rad_s[modes[k]] / (2.0 * kPi);
+  }
+  return gain;
 }
 
 }  // namespace klang::stage

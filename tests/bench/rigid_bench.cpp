@@ -26,10 +26,15 @@ void rigid_steps(benchmark::State& state) {
     world.add(body);
   }
   for (int i = 0; i < 1000; ++i) world.step();
-  std::size_t contacts = 0;
-  for (auto _ : state) contacts = world.step().contacts.size();
+  std::size_t contacts = 0, impacts = 0;
+  for (auto _ : state) {
+    const StepRecord step = world.step();
+    contacts = step.contacts.size();
+    for (const ContactImpulse& c : step.contacts) impacts += c.kind == klang::events::ImpulseKind::kImpact ? 1 : 0;
+  }
   state.counters["steps_per_s"] = benchmark::Counter(1, benchmark::Counter::kIsIterationInvariantRate);
   state.counters["contacts"] = static_cast<double>(contacts);
+  state.counters["impacts"] = benchmark::Counter(static_cast<double>(impacts), benchmark::Counter::kAvgIterations);
 }
 
 BENCHMARK(rigid_steps)->Args({20, 0})->Args({328, 0})->Unit(benchmark::kMillisecond);

@@ -6,9 +6,7 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
-#include "core/physics/rigid/detail/collisions.hpp"
-#include "core/physics/rigid/detail/impact_rounds.hpp"
-#include "core/physics/rigid/detail/link_contacts.hpp"
+#include "core/physics/rigid/detail/step_impacts.hpp"
 #include "core/physics/rigid/impact_pulse.hpp"
 
 namespace klang::rigid {
@@ -19,22 +17,6 @@ using detail::Contact;
 using Eigen::Vector3d;
 
 constexpr double kSlop = 2e-5;  // inner lengths: bodies this near touch
-
-/// Columns: the normal and two tangents.
-Eigen::Matrix3d axes_of(const Vector3d& normal) {
-  Eigen::Matrix3d axes;
-  axes.col(0) = normal;
-  axes.col(1) = normal.unitOrthogonal();
-  axes.col(2) = normal.cross(axes.col(1));
-  return axes;
-}
-
-/// When in the step a gap that is closed at its end was zero: gap + u (t - dt) + a (t - dt)^2 / 2 = 0.
-double touch_time(double gap, double speed, double acceleration, double dt) {
-  const double approach = std::max(0.0, -speed), square = approach * approach - 2 * acceleration * gap;
-  if (!(square > 0)) return 0.0;
-  return std::clamp(dt + 2 * gap / (approach + std::sqrt(square)), 0.0, dt);
-}
 
 }  // namespace
 
@@ -52,6 +34,7 @@ struct RigidWorld::State {
   long long n_steps = 0;
   std::vector<RigidBodySpec> specs;
   std::vector<double> half_width;  // smallest of each body, inner length
+  std::vector<double> radius;      // of its farthest point from its centre
   std::vector<BodyState> bodies;
   std::vector<Link> links;
   std::vector<Contact> held;  // lasting contacts of the last step, to start from
@@ -67,14 +50,14 @@ struct RigidWorld::State {
   void take_unit_from(const RigidBodySpec& body);
   void book();
   std::vector<BodyState> flown() const;
-  std::vector<Contact> touching(const std::vector<BodyState>& where, double slop);
-  std::vector<Contact> contacts_at(const std::vector<BodyState>& there);
-  void place_at_touch(Contact& contact, const std::vector<BodyState>& there) const;
+  detail::TouchFinder finder() { return {options, specs, links, collisions, radius, length}; }
+  std::vector<double> gaps_before(const std::vector<Contact>& contacts, const std::vector<BodyState>& there) const;
   double hold(std::vector<Contact>& contacts, detail::Bodies& view);
   double push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps);
   void warm_start(std::vector<Contact>& contacts, detail::Bodies& view) const;
-  void record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
-              const std::vector<BodyState>& there, StepRecord& record) const;
+  ContactImpulse row_of(const Contact& contact) const;
+  void record(const detail::StepImpacts& impacts, const std::vector<Contact>& contacts,
+              const std::vector<BodyState>& begin, StepRecord& record) const;
   void lose(detail::ImpactLosses losses);
 };
 
@@ -126,7 +109,6 @@ std::vector<BodyState> RigidWorld::State::flown() const {
       throw InputError("body " + specs[i].name, "turns too far in one step: rate_hz is too low",
                        to_text(turned) + " rad", "at most " + to_text(kMostTurnPerStep) + " rad");
     detail::fly_to(b, dt(), options.gravity_m_s2);
-    detail::rotate_freely(b, dt());
     const double way = (b.centre - bodies[i].centre).norm();
     if (!(way <= half_width[i])) {
       throw InputError("body " + specs[i].name,
@@ -135,69 +117,6 @@ std::vector<BodyState> RigidWorld::State::flown() const {
     }
   }
   return there;
-}
-
-/// But for bodies that are tied together, which overlap where they are.
-std::vector<Contact> RigidWorld::State::touching(const std::vector<BodyState>& where, double slop) {
-  std::vector<Contact> contacts = collisions.find(where, slop, options.floor.has_value());
-  for (const Link& link : links)
-    if (!link.length_m && link.b >= 0)
-      std::erase_if(contacts, [&](const Contact& c) { return c.a == link.a && c.b == link.b; });
-  return contacts;
-}
-
-std::vector<Contact> RigidWorld::State::contacts_at(const std::vector<BodyState>& there) {
-  std::vector<Contact> contacts = touching(there, kSlop);
-  const auto pair = [](const Contact& c) { return std::pair(c.a, c.b); };
-  for (const Contact& c : detail::link_contacts(links, specs, there, length, kSlop)) contacts.push_back(c);
-  std::stable_sort(contacts.begin(), contacts.end(),
-                   [&](const Contact& x, const Contact& y) { return pair(x) < pair(y); });
-  detail::Bodies view{{const_cast<BodyState*>(there.data()), there.size()}, {}};
-  for (Contact& c : contacts) {
-    const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(std::max(c.b, 0));
-    c.axes = axes_of(c.normal);
-    if (c.link < 0) {
-      c.arm_a = c.place - there[a].centre;
-      c.arm_b = c.b >= 0 ? Vector3d(c.place - there[b].centre) : Vector3d::Zero();
-      const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
-      c.restitution = pair_restitution(specs[a].skin, other);
-      c.friction = pair_friction(specs[a].skin, other);
-    }
-    Vector3d pull = Vector3d::Zero();
-    if (!there[a].fixed()) pull += options.gravity_m_s2;
-    if (c.b >= 0 && !there[b].fixed()) pull -= options.gravity_m_s2;
-    c.touch = touch_time(std::min(c.gap, 0.0), detail::relative_velocity(c, view)[0], pull.dot(c.normal), dt());
-    if (c.link < 0) place_at_touch(c, there);
-  }
-  return contacts;
-}
-
-/// Balls that strike each other off their line of centres turn about each other within the step: where and along which normal they touch
-/// follows from their parabolas.
-void RigidWorld::State::place_at_touch(Contact& c, const std::vector<BodyState>& there) const {
-  if (c.b < 0 || !(c.gap < 0)) return;
-  const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(c.b);
-  const double radius_a = length * specs[a].ball_radius_m, radius_b = length * specs[b].ball_radius_m;
-  if (!(radius_a > 0 && radius_b > 0)) return;
-  const auto apart = [&](double t) -> Vector3d {
-    const auto at = [&](const BodyState& body) -> Vector3d {
-      if (body.fixed()) return body.centre;
-      return body.centre + t * (body.velocity + 0.5 * t * options.gravity_m_s2);
-    };
-    return at(bodies[a]) - at(bodies[b]);
-  };
-  double before = 0.0, after = dt();
-  if (!(apart(before).norm() > radius_a + radius_b && apart(after).norm() < radius_a + radius_b)) return;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (before + after);
-    (apart(middle).norm() > radius_a + radius_b ? before : after) = middle;
-  }
-  c.touch = before;
-  c.normal = apart(before).normalized();
-  c.axes = axes_of(c.normal);
-  c.arm_a = -radius_a * c.normal;
-  c.arm_b = radius_b * c.normal;
-  c.place = there[b].centre + c.arm_b;
 }
 
 /// Impulses of the last step at the same place of the same pair, which a resting contact has again.
@@ -221,6 +140,19 @@ void RigidWorld::State::warm_start(std::vector<Contact>& contacts, detail::Bodie
     if (!c.tied) c.lasting[0] = std::max(0.0, c.lasting[0]);
     push(c, c.lasting, view);
   }
+}
+
+/// Of contacts at the step's end, where each body began to fly there.
+std::vector<double> RigidWorld::State::gaps_before(const std::vector<Contact>& contacts,
+                                                   const std::vector<BodyState>& there) const {
+  const auto way = [&](int body, const Vector3d& arm) -> Vector3d {
+    if (body < 0) return Vector3d::Zero();
+    const BodyState &from = bodies[static_cast<std::size_t>(body)], &to = there[static_cast<std::size_t>(body)];
+    return 0.5 * (dt() - from.clock) * (from.velocity + from.spin.cross(arm) + to.velocity + to.spin.cross(arm));
+  };
+  std::vector<double> gaps;
+  for (const Contact& c : contacts) gaps.push_back(c.gap - c.normal.dot(way(c.a, c.arm_a) - way(c.b, c.arm_b)));
+  return gaps;
 }
 
 /// The rest of the step after the impacts: gravity and the forces of contacts that last. Returns what is left of their conditions.
@@ -251,9 +183,10 @@ double RigidWorld::State::hold(std::vector<Contact>& contacts, detail::Bodies& v
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     BodyState& b = bodies[i];
     if (!b.there || b.fixed()) continue;
-    b.centre += (dt() - b.clock) * 0.5 * (velocity[i] + b.velocity);
+    const double rest = dt() - b.clock;
+    b.centre += rest * 0.5 * (velocity[i] + b.velocity);
     b.clock = 0.0;
-    detail::rotate_freely(b, dt());
+    detail::rotate_freely(b, rest);
   }
   return residual;
 }
@@ -279,51 +212,52 @@ double RigidWorld::State::push_apart(const std::vector<Contact>& contacts, const
   return deepest / length;
 }
 
-/// @param begin, there  the bodies at the step's begin, and where they would be at its end without contacts
-void RigidWorld::State::record(const std::vector<Contact>& contacts, const std::vector<BodyState>& begin,
-                               const std::vector<BodyState>& there, StepRecord& record) const {
-  detail::Bodies view{{const_cast<BodyState*>(there.data()), there.size()}, {}};
-  if (std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.impact.squaredNorm() > 0; }))
-    for (const BodyState& b : there) view.inverse_inertia.push_back(b.world_inverse_inertia());
+/// Places as the bodies lie where the contact was found; no impulse yet.
+ContactImpulse RigidWorld::State::row_of(const Contact& c) const {
+  const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(std::max(c.b, 0));
+  ContactImpulse row;
+  row.a = c.a;
+  row.b = c.b;
+  row.place_m = c.place / length;
+  row.normal = c.normal;
+  // On each body's own surface, which lie apart by the gap.
+  const Vector3d apart = c.b >= 0 ? Vector3d(0.5 * c.gap * c.normal) : Vector3d::Zero();
+  row.place_a_m = specs[a].centre_m + c.turn_a.conjugate() * (c.arm_a + apart) / length;
+  row.place_b_m =
+      c.b >= 0 ? Vector3d(specs[b].centre_m + c.turn_b.conjugate() * (c.arm_b - apart) / length) : row.place_m;
+  row.turn_a = c.turn_a;
+  row.turn_b = c.turn_b;
+  return row;
+}
+
+/// @param contacts  those that last
+/// @param begin     the bodies at the step's begin
+void RigidWorld::State::record(const detail::StepImpacts& impacts, const std::vector<Contact>& contacts,
+                               const std::vector<BodyState>& begin, StepRecord& record) const {
   const double begin_s = static_cast<double>(n_steps) / options.rate_hz;
-  for (const Contact& c : contacts) {
+  for (const Contact& c : impacts.impacts()) {
     if (c.link >= 0) continue;
-    const auto a = static_cast<std::size_t>(c.a), b = static_cast<std::size_t>(std::max(c.b, 0));
-    ContactImpulse row;
-    row.a = c.a;
-    row.b = c.b;
-    row.place_m = c.place / length;
-    row.normal = c.normal;
-    // On each body's own surface, which lie apart by the gap where the bodies would be.
-    const Vector3d apart = c.b >= 0 ? Vector3d(0.5 * c.gap * c.normal) : Vector3d::Zero();
-    row.place_a_m = specs[a].centre_m + there[a].turn.conjugate() * (c.arm_a + apart) / length;
-    row.place_b_m =
-        c.b >= 0 ? Vector3d(specs[b].centre_m + there[b].turn.conjugate() * (c.arm_b - apart) / length) : row.place_m;
-    row.turn_a = begin[a].turn;
-    if (c.b >= 0) row.turn_b = begin[b].turn;
-    if (c.impact.squaredNorm() > 0) {
-      ContactImpulse& impact = record.contacts.emplace_back(row);
-      impact.turn_a = begin[a].turn.slerp(c.touch / dt(), there[a].turn);
-      if (c.b >= 0) impact.turn_b = begin[b].turn.slerp(c.touch / dt(), there[b].turn);
-      const Skin& other = c.b >= 0 ? specs[b].skin : *options.floor;
-      impact.kind = events::ImpulseKind::kImpact;
-      impact.time_s = begin_s + c.touch / time;
-      impact.approach_m_s = c.approach / time;
-      impact.impulse_n_s = c.axes * c.impact / time;
-      if (impact.approach_m_s > 0) {
-        impact.duration_s =
-            hertz_duration_s(1 / mobility(c, view)[0], touch_radius_m(specs[a], c.b >= 0 ? &specs[b] : nullptr, impact),
-                             contact_modulus_pa(specs[a].skin, other), impact.approach_m_s);
-      }
+    ContactImpulse& row = record.contacts.emplace_back(row_of(c));
+    const RigidBodySpec &a = specs[static_cast<std::size_t>(c.a)],
+                        *b = c.b >= 0 ? &specs[static_cast<std::size_t>(c.b)] : nullptr;
+    row.kind = events::ImpulseKind::kImpact;
+    row.time_s = begin_s + c.touch / time;
+    row.approach_m_s = c.approach / time;
+    row.impulse_n_s = c.axes * c.impact / time;
+    if (row.approach_m_s > 0) {
+      const double modulus_pa = contact_modulus_pa(a.skin, b != nullptr ? b->skin : *options.floor);
+      row.duration_s = hertz_duration_s(1 / c.give, touch_radius_m(a, b, row), modulus_pa, row.approach_m_s);
     }
-    if (c.lasting.squaredNorm() > 0) {
-      row.kind = events::ImpulseKind::kLasting;
-      row.time_s = begin_s;
-      row.approach_m_s = 0.0;
-      row.duration_s = 1 / options.rate_hz;
-      row.impulse_n_s = c.axes * c.lasting / time;
-      record.contacts.push_back(row);
-    }
+  }
+  for (const Contact& c : contacts) {
+    if (c.link >= 0 || !(c.lasting.squaredNorm() > 0)) continue;
+    ContactImpulse& row = record.contacts.emplace_back(row_of(c));
+    row.turn_a = begin[static_cast<std::size_t>(c.a)].turn;
+    if (c.b >= 0) row.turn_b = begin[static_cast<std::size_t>(c.b)].turn;
+    row.kind = events::ImpulseKind::kLasting;
+    row.time_s = begin_s;
+    row.duration_s = 1 / options.rate_hz;
+    row.impulse_n_s = c.axes * c.lasting / time;
   }
   std::stable_sort(record.contacts.begin(), record.contacts.end(),
                    [](const ContactImpulse& x, const ContactImpulse& y) { return x.time_s < y.time_s; });
@@ -340,21 +274,20 @@ RigidWorld& RigidWorld::operator=(RigidWorld&&) noexcept = default;
 StepRecord RigidWorld::step() {
   State& s = *state_;
   StepRecord record;
-  const std::vector<BodyState> begin = s.bodies, there = s.flown();
-  std::vector<Contact> contacts = s.contacts_at(there);
-  detail::Bodies view{s.bodies, {}};
-  for (const BodyState& b : s.bodies) view.inverse_inertia.push_back(b.world_inverse_inertia());
-  std::vector<double> gaps;  // at the step's begin
-  detail::Bodies end{{const_cast<BodyState*>(there.data()), there.size()}, {}};
-  for (const Contact& c : contacts) {
-    gaps.push_back(c.gap - 0.5 * s.dt() * (relative_velocity(c, view)[0] + relative_velocity(c, end)[0]));
-  }
-  const detail::ImpactRules rules{s.options.gravity_m_s2, s.rest_speed(),
-                                  s.options.collisions == CollisionOrder::kSimultaneous};
-  s.lose(detail::solve_impacts(contacts, rules, view));
-  record.solver_residual_m_s = s.hold(contacts, view) / s.time;
+  const std::vector<BodyState> begin = s.bodies;
+  std::vector<BodyState> there = s.flown();
+  const detail::TouchFinder finder = s.finder();
+  detail::StepImpacts impacts(
+      finder,
+      {s.options.gravity_m_s2, s.dt(), s.rest_speed(), kSlop, s.options.collisions == CollisionOrder::kSimultaneous},
+      s.bodies, there, finder.all(there, kSlop));
+  impacts.solve();
+  s.lose(impacts.losses());
+  std::vector<Contact> contacts = impacts.at_end();
+  const std::vector<double> gaps = s.gaps_before(contacts, there);
+  record.solver_residual_m_s = s.hold(contacts, impacts.view()) / s.time;
   record.deepest_m = s.push_apart(contacts, gaps);
-  s.record(contacts, begin, there, record);
+  s.record(impacts, contacts, begin, record);
   s.held = std::move(contacts);
   ++s.n_steps;
   s.book();
@@ -380,6 +313,7 @@ int RigidWorld::add(const RigidBodySpec& body) {
   s.bodies.push_back(b);
   s.specs.push_back(body);
   s.half_width.push_back(s.length * body.smallest_half_width_m());
+  s.radius.push_back(0.5 * s.length * body.size_m());
   const int number = static_cast<int>(s.bodies.size()) - 1;
   s.collisions.add(number, body, s.length, !body.fixed);
   s.ledger.work_j += s.joules(s.energy() - before);
@@ -470,7 +404,7 @@ void RigidWorld::book(double EnergyLedger::*entry, double joules) {
 std::optional<RigidWorld::Overlap> RigidWorld::overlap(double tolerance_m) const {
   State& s = *state_;
   std::optional<Overlap> deepest;
-  for (const Contact& c : s.touching(s.bodies, 0.0)) {
+  for (const Contact& c : s.finder().bodies(s.bodies, 0.0)) {
     const double depth_m = -c.gap / s.length;
     if (depth_m > tolerance_m && (!deepest || depth_m > deepest->depth_m)) deepest = Overlap{c.a, c.b, depth_m};
   }

@@ -49,8 +49,8 @@ struct StepRecord {
 
 /// Rigid bodies that fall, touch, slide and roll.
 ///
-/// A step of dt = 1/rate: bodies fly on a parabola to where they would be; collision detection there (Bullet) finds points that
-/// would have touched, and the moment tau of touch in the step. There impacts are solved (Newton's restitution, Coulomb's
+/// A step of dt = 1/rate: bodies fly on a parabola to where they would be; collision detection there finds points that
+/// would have touched, and the moment of touch in the step. As they lie there impacts are solved (Newton's restitution, Coulomb's
 /// cone), then the contacts that last hold with a force over the rest of the step, whose mean velocity moves the body: in
 /// flight, in an impact and in rest the energy that a contact takes is J . (u- + u+)/2 to the last bit. Free rotation keeps energy
 /// and angular momentum (composition of implicit midpoint steps, order 4).

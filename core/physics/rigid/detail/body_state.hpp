@@ -29,9 +29,15 @@ struct BodyState {
   }
 };
 
+/// Into lists of bodies; the floor has none, and gives that of any.
+inline std::size_t body_index(int body) { return body > 0 ? static_cast<std::size_t>(body) : 0; }
+
 /// The end of a torque-free rotation over h: Euler's equations dL/dt = L x w in body axes by implicit midpoint steps, whose Cayley
 /// turn keeps the angular momentum in the world and whose quadratic invariants keep the energy, composed to order 4
 /// (Suzuki 1990, five steps).
 void rotate_freely(BodyState& body, double h);
+
+/// Flies on, without contacts, to a time in the step; nothing if it is there or beyond, or does not move.
+void fly_to(BodyState& body, double time, const Eigen::Vector3d& gravity);
 
 }  // namespace klang::rigid::detail

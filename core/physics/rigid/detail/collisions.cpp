@@ -1,44 +1,53 @@
 #include "core/physics/rigid/detail/collisions.hpp"
 
-#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <LinearMath/btConvexHullComputer.h>
 #include <btBulletCollisionCommon.h>
 
 #include <algorithm>
 #include <map>
-#include <new>
 #include <tuple>
 
+#include "core/physics/rigid/detail/ball_touches.hpp"
+#include "core/physics/rigid/detail/box_pairs.hpp"
 #include "core/physics/rigid/detail/contact_patches.hpp"
 #include "core/physics/rigid/detail/hull_touches.hpp"
 
 namespace klang::rigid::detail {
-namespace {
-
 using Eigen::Vector3d;
+
+/// A convex part as it collides.
+struct CollisionPart {
+  int body = 0, number = 0;
+  Eigen::Matrix3Xd corners;                                     // from the centre of mass, body axes; of a ball none
+  Eigen::Matrix3Xd on_floor;                                    // corners that no earlier part of the body has
+  double floor_radius = 0.0;                                    // of the farthest of these
+  double radius = 0.0;                                          // of a ball
+  Vector3d middle = Vector3d::Zero(), half = Vector3d::Zero();  // of its box in body axes
+  bool moves = true;
+  std::unique_ptr<HullFeatures> features;
+  std::unique_ptr<btConvexShape> shape;  // of a ball, and of a hull without volume
+};
+
+/// A part where its body stands.
+struct PlacedPart {
+  const CollisionPart* part = nullptr;
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+};
+
+/// Two parts whose boxes meet, and the axis that parted them last.
+struct KnownPair {
+  std::array<int, 4> key{};  // bodies, parts
+  Vector3d parted = Vector3d::UnitZ();
+};
+
+namespace {
 
 btVector3 bullet(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
-
-/// Parts of one body, and bodies that do not move, have nothing to say to each other.
-struct OtherBodies : btOverlapFilterCallback {
-  bool needBroadphaseCollision(btBroadphaseProxy* p0, btBroadphaseProxy* p1) const override {
-    const auto* a = static_cast<const btCollisionObject*>(p0->m_clientObject);
-    const auto* b = static_cast<const btCollisionObject*>(p1->m_clientObject);
-    return a->getUserIndex() != b->getUserIndex() && !(a->isStaticObject() && b->isStaticObject());
-  }
-};
-
-struct Part {
-  int body = 0, number = 0;
-  Eigen::Matrix3Xd corners;   // from the centre of mass, body axes; of a ball none
-  Eigen::Matrix3Xd on_floor;  // corners that no earlier part of the body has
-  double floor_radius = 0.0;  // of the farthest of these
-  double radius = 0.0;
-  std::unique_ptr<HullFeatures> features;
-  std::unique_ptr<btConvexShape> shape;
-  std::unique_ptr<btCollisionObject> object;
-};
 
 std::unique_ptr<btConvexShape> hull_of(const Eigen::Matrix3Xd& corners) {
   auto hull = std::make_unique<btConvexHullShape>();
@@ -69,94 +78,12 @@ std::unique_ptr<HullFeatures> features_of(const Eigen::Matrix3Xd& corners) {
   return features->normals.cols() >= 4 ? std::move(features) : nullptr;
 }
 
-Eigen::Isometry3d isometry(const btTransform& from) {
-  Eigen::Isometry3d to = Eigen::Isometry3d::Identity();
-  for (int i = 0; i < 3; ++i) {
-    to.translation()[i] = from.getOrigin()[i];
-    for (int j = 0; j < 3; ++j) to.linear()(i, j) = from.getBasis()[i][j];
-  }
-  return to;
-}
-
-/// What pairs of hulls find in one search; Bullet's own store keeps four points of two parts, and not the same ones in each step.
-struct HullContacts {
-  double near = 0.0;  // largest gap of a point that counts
-  std::vector<Contact> all;
-};
-
-/// Two hulls: the axis along which they overlap least, then where they touch along it. Most pairs whose boxes meet are parted by the
-/// axis that parted them a step ago.
-class HullPair : public btCollisionAlgorithm {
- public:
-  HullPair(const btCollisionAlgorithmConstructionInfo& info, HullContacts* found)
-      : btCollisionAlgorithm(info), found_(found) {}
-
-  void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
-                        const btDispatcherInfo&, btManifoldResult*) override {
-    // The body with the lower number first, whatever pair the broad phase makes: the same points in the same order.
-    const bool swapped = first->getCollisionObject()->getUserIndex() > second->getCollisionObject()->getUserIndex();
-    const btCollisionObjectWrapper &on_a = swapped ? *second : *first, &on_b = swapped ? *first : *second;
-    const HullFeatures &a = features(on_a), &b = features(on_b);
-    const Eigen::Isometry3d place_a = isometry(on_a.getWorldTransform());
-    const Eigen::Isometry3d b_to_a = place_a.inverse() * isometry(on_b.getWorldTransform());
-    // Faces that lie on one another are apart by a last digit as often as not.
-    if (gap_along(a, b, b_to_a, parted_) > found_->near) return;
-    const HullAxis axis = hull_axis(a, b, b_to_a, found_->near);
-    if (axis.gap > found_->near) {
-      parted_ = axis.normal;
-      return;
-    }
-    const Vector3d normal = place_a.linear() * axis.normal;
-    for (const HullTouch& touch : hull_touches(a, b, b_to_a, axis, found_->near)) {
-      if (!(touch.gap <= found_->near)) continue;
-      Contact& c = found_->all.emplace_back();
-      c.a = on_a.getCollisionObject()->getUserIndex();
-      c.b = on_b.getCollisionObject()->getUserIndex();
-      c.parts = {on_a.getCollisionObject()->getUserIndex2(), on_b.getCollisionObject()->getUserIndex2()};
-      c.place = place_a * touch.on_b + 0.5 * touch.gap * normal;
-      c.normal = normal;
-      c.gap = touch.gap;
-    }
-  }
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1.0;
-  }
-  void getAllContactManifolds(btManifoldArray&) override {}
-
- private:
-  static const HullFeatures& features(const btCollisionObjectWrapper& of) {
-    return *static_cast<const HullFeatures*>(of.getCollisionObject()->getUserPointer());
-  }
-  HullContacts* found_;
-  Vector3d parted_ = Vector3d::UnitZ();  // in the frame of the body with the lower number
-};
-
-struct MakeHullPair : btCollisionAlgorithmCreateFunc {
-  btCollisionAlgorithmCreateFunc* flat = nullptr;  // for hulls without volume
-  HullContacts found;
-  btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                 const btCollisionObjectWrapper* first,
-                                                 const btCollisionObjectWrapper* second) override {
-    if (first->getCollisionObject()->getUserPointer() == nullptr ||
-        second->getCollisionObject()->getUserPointer() == nullptr)
-      return flat->CreateCollisionAlgorithm(info, first, second);
-    return new (info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(HullPair))) HullPair(info, &found);
-  }
-};
-
-btDefaultCollisionConstructionInfo room_for_pairs() {
-  btDefaultCollisionConstructionInfo info;
-  info.m_customCollisionAlgorithmMaxElementSize = sizeof(HullPair);
-  return info;
-}
-
 /// Parts that meet share corners, which touch the floor once.
-Eigen::Matrix3Xd corners_of_its_own(const Eigen::Matrix3Xd& corners, const std::vector<Part>& earlier) {
+Eigen::Matrix3Xd corners_of_its_own(const Eigen::Matrix3Xd& corners, const std::vector<CollisionPart>& earlier) {
   const double near = 1e-9 * corners.colwise().norm().maxCoeff();
   std::vector<Eigen::Index> own;
   for (Eigen::Index i = 0; i < corners.cols(); ++i) {
-    const bool known = std::any_of(earlier.begin(), earlier.end(), [&](const Part& part) {
+    const bool known = std::any_of(earlier.begin(), earlier.end(), [&](const CollisionPart& part) {
       return part.on_floor.cols() > 0 && (part.on_floor.colwise() - corners.col(i)).colwise().norm().minCoeff() <= near;
     });
     if (!known) own.push_back(i);
@@ -164,20 +91,107 @@ Eigen::Matrix3Xd corners_of_its_own(const Eigen::Matrix3Xd& corners, const std::
   return corners(Eigen::all, own);
 }
 
-Contact contact_of(const btManifoldPoint& point, const btCollisionObject* first, const btCollisionObject* second) {
-  Contact c;
-  const bool swapped = first->getUserIndex() > second->getUserIndex();
-  if (swapped) std::swap(first, second);
-  c.a = first->getUserIndex();
-  c.b = second->getUserIndex();
-  c.parts = {first->getUserIndex2(), second->getUserIndex2()};
-  c.place = 0.5 * (eigen(point.getPositionWorldOnA()) + eigen(point.getPositionWorldOnB()));
-  c.normal = (swapped ? -1.0 : 1.0) * eigen(point.m_normalWorldOnB);
-  c.gap = point.getDistance();
-  return c;
+/// A body's place; its part's frame is the body's axes about the centre of mass.
+Eigen::Isometry3d place_of(const BodyState& body) {
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  place.linear() = body.turn.toRotationMatrix();
+  place.translation() = body.centre;
+  return place;
 }
 
-void add_floor_contacts(const Part& part, const BodyState& body, double slop, std::vector<Contact>& contacts) {
+class Touches {
+ public:
+  Touches(const PlacedPart& a, const PlacedPart& b, double near, std::vector<Contact>& found)
+      : a_(a), b_(b), near_(near), found_(found) {}
+
+  /// @param parted  an axis to try first, in a's frame; becomes the one that parts the two
+  void find(Vector3d* parted) {
+    const CollisionPart &a = *a_.part, &b = *b_.part;
+    if (a.radius > 0 && b.radius > 0) return balls();
+    if (a.radius > 0 && b.features) return ball_on_hull(a_, b_, 1.0);
+    if (b.radius > 0 && a.features) return ball_on_hull(b_, a_, -1.0);
+    if (a.features && b.features) return hulls(parted);
+    flat();
+  }
+
+ private:
+  void add(const Vector3d& place, const Vector3d& normal, double gap) {
+    if (!(gap <= near_)) return;
+    Contact& c = found_.emplace_back();
+    c.a = a_.part->body;
+    c.b = b_.part->body;
+    c.parts = {a_.part->number, b_.part->number};
+    c.place = place;
+    c.normal = normal;
+    c.gap = gap;
+  }
+
+  void balls() {
+    const Vector3d apart = a_.place.translation() - b_.place.translation();
+    const double distance = apart.norm(), radius_a = a_.part->radius, radius_b = b_.part->radius;
+    const Vector3d normal = distance > 0 ? Vector3d(apart / distance) : Vector3d(Vector3d::UnitZ());
+    const double gap = distance - radius_a - radius_b;
+    add(b_.place.translation() + (radius_b + 0.5 * gap) * normal, normal, gap);
+  }
+
+  /// @param sign  1 where the ball is a
+  void ball_on_hull(const PlacedPart& ball, const PlacedPart& hull, double sign) {
+    const Vector3d centre = ball.place.translation();
+    const Vector3d own = hull.place.linear().transpose() * (centre - hull.place.translation());
+    const NearestPlace nearest = nearest_place(*hull.part->features, own);
+    const double gap = nearest.distance - ball.part->radius;
+    if (!(gap <= near_)) return;
+    const Vector3d outward = hull.place.linear() * nearest.outward;
+    add(hull.place * nearest.place + 0.5 * gap * outward, sign * outward, gap);
+  }
+
+  /// The axis along which they overlap least, then where they touch along it. Most pairs whose boxes meet are parted by the axis that
+  /// parted them a step ago.
+  void hulls(Vector3d* parted) {
+    const HullFeatures &a = *a_.part->features, &b = *b_.part->features;
+    const Eigen::Isometry3d b_to_a = a_.place.inverse() * b_.place;
+    // Faces that lie on one another are apart by a last digit as often as not.
+    if (parted != nullptr && gap_along(a, b, b_to_a, *parted) > near_) return;
+    const HullAxis axis = hull_axis(a, b, b_to_a, near_);
+    if (axis.gap > near_) {
+      if (parted != nullptr) *parted = axis.normal;
+      return;
+    }
+    const Vector3d normal = a_.place.linear() * axis.normal;
+    for (const HullTouch& touch : hull_touches(a, b, b_to_a, axis, near_))
+      add(a_.place * touch.on_b + 0.5 * touch.gap * normal, normal, touch.gap);
+  }
+
+  void flat() {
+    btVoronoiSimplexSolver simplex;
+    btGjkEpaPenetrationDepthSolver depth;
+    btGjkPairDetector detector(a_.part->shape.get(), b_.part->shape.get(), &simplex, &depth);
+    btGjkPairDetector::ClosestPointInput input;
+    const auto place = [](const PlacedPart& of) {
+      const Eigen::Quaterniond turn(of.place.linear());
+      return btTransform({turn.x(), turn.y(), turn.z(), turn.w()}, bullet(of.place.translation()));
+    };
+    input.m_transformA = place(a_);
+    input.m_transformB = place(b_);
+    btPointCollector nearest;
+    detector.getClosestPoints(input, nearest, nullptr);
+    if (!nearest.m_hasResult) return;
+    const Vector3d normal = eigen(nearest.m_normalOnBInWorld);
+    add(eigen(nearest.m_pointInWorld) + 0.5 * nearest.m_distance * normal, normal, nearest.m_distance);
+  }
+
+  const PlacedPart &a_, &b_;
+  double near_;
+  std::vector<Contact>& found_;
+};
+
+PartBox box_of(const CollisionPart& part, const PlacedPart& placed, double slop) {
+  const Vector3d middle = placed.place * part.middle;
+  const Vector3d half = (placed.place.linear().cwiseAbs() * part.half).array() + slop;
+  return {middle - half, middle + half, part.body, part.moves};
+}
+
+void add_floor_contacts(const CollisionPart& part, const BodyState& body, double slop, std::vector<Contact>& contacts) {
   const auto add = [&](const Vector3d& lowest) {
     if (!(lowest.z() <= slop)) return;
     Contact c;
@@ -197,64 +211,90 @@ void add_floor_contacts(const Part& part, const BodyState& body, double slop, st
     if (body.centre.z() + r.row(2).dot(part.on_floor.col(i)) <= near) add(body.centre + r * part.on_floor.col(i));
 }
 
+void sort(std::vector<Contact>& contacts) {
+  const auto key = [](const Contact& c) {
+    return std::tuple(c.a, c.b, c.parts[0], c.parts[1], c.place.x(), c.place.y(), c.place.z());
+  };
+  std::sort(contacts.begin(), contacts.end(), [&](const Contact& x, const Contact& y) { return key(x) < key(y); });
+}
+
 }  // namespace
 
-struct Collisions::Bullet {
-  btDefaultCollisionConfiguration configuration{room_for_pairs()};
-  MakeHullPair make_pair;
-  btCollisionDispatcher dispatcher{&configuration};
-  btDbvtBroadphase broadphase;
-  OtherBodies filter;
-  btCollisionWorld world{&dispatcher, &broadphase, &configuration};
-  std::map<int, std::vector<Part>> parts;
+struct Collisions::State {
+  std::map<int, std::vector<CollisionPart>> parts;
+  std::vector<PlacedPart> placed;  // of the last search, body after body
+  std::vector<PartBox> boxes;
+  std::map<int, std::size_t> first;  // of a body's parts among these
+  double slop = 0.0;
+  BoxPairs box_pairs;
+  std::vector<KnownPair> known;  // sorted
 
-  Bullet() {
-    dispatcher.setDispatcherFlags(dispatcher.getDispatcherFlags() |
-                                  btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD);
-    // The special algorithm for two balls is silent until they overlap.
-    dispatcher.registerCollisionCreateFunc(
-        SPHERE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE,
-        configuration.getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE));
-    make_pair.flat =
-        configuration.getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE);
-    dispatcher.registerCollisionCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, &make_pair);
-    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
-  }
-  ~Bullet() {
-    for (auto& [body, its] : parts) {
-      for (Part& part : its) world.removeCollisionObject(part.object.get());
-    }
-  }
+  Vector3d* parted(const CollisionPart& a, const CollisionPart& b);
+  void place(const std::vector<BodyState>& bodies);
+  std::vector<KnownPair> meeting();
 };
 
-Collisions::Collisions() : bullet_(std::make_unique<Bullet>()) {}
+void Collisions::State::place(const std::vector<BodyState>& bodies) {
+  placed.clear();
+  boxes.clear();
+  for (const auto& [number, its] : parts) {
+    first[number] = placed.size();
+    const Eigen::Isometry3d place = place_of(bodies[static_cast<std::size_t>(number)]);
+    for (const CollisionPart& part : its) {
+      placed.push_back({&part, place});
+      boxes.push_back(box_of(part, placed.back(), slop));
+    }
+  }
+}
+
+/// With the axes of those that met last time.
+std::vector<KnownPair> Collisions::State::meeting() {
+  std::vector<KnownPair> now;
+  auto old = known.begin();
+  for (const auto& [i, j] : box_pairs.find(boxes)) {
+    const CollisionPart &a = *placed[static_cast<std::size_t>(i)].part, &b = *placed[static_cast<std::size_t>(j)].part;
+    KnownPair pair;
+    pair.key = {a.body, a.number, b.body, b.number};
+    while (old != known.end() && old->key < pair.key) ++old;
+    if (old != known.end() && old->key == pair.key) pair.parted = old->parted;
+    now.push_back(pair);
+  }
+  return now;
+}
+
+/// The axis that parted two parts last; none: their boxes did not meet in the last search.
+Vector3d* Collisions::State::parted(const CollisionPart& a, const CollisionPart& b) {
+  const std::array<int, 4> key{a.body, a.number, b.body, b.number};
+  const auto found =
+      std::lower_bound(known.begin(), known.end(), key, [](const KnownPair& x, const auto& k) { return x.key < k; });
+  return found != known.end() && found->key == key ? &found->parted : nullptr;
+}
+
+Collisions::Collisions() : state_(std::make_unique<State>()) {}
 Collisions::~Collisions() = default;
 
 void Collisions::add(int body, const RigidBodySpec& spec, double scale, bool moves) {
-  std::vector<Part>& parts = bullet_->parts[body];
-  const auto add_part = [&](Part part) {
+  std::vector<CollisionPart>& parts = state_->parts[body];
+  const auto add_part = [&](CollisionPart part) {
     part.body = body;
     part.number = static_cast<int>(parts.size());
-    part.object = std::make_unique<btCollisionObject>();
-    part.object->setCollisionShape(part.shape.get());
-    part.object->setUserPointer(part.features.get());
-    part.object->setUserIndex(body);
-    part.object->setUserIndex2(part.number);
-    part.object->setCollisionFlags(moves ? 0 : btCollisionObject::CF_STATIC_OBJECT);  // static unless told
-    bullet_->world.addCollisionObject(part.object.get());
+    part.moves = moves;
     parts.push_back(std::move(part));
   };
   if (spec.ball_radius_m > 0) {
-    Part part;
+    CollisionPart part;
     part.radius = scale * spec.ball_radius_m;
+    part.half = Vector3d::Constant(part.radius);
     part.shape = std::make_unique<btSphereShape>(part.radius);
     add_part(std::move(part));
   }
   for (const ConvexPart& given : spec.parts) {
-    Part part;
+    CollisionPart part;
     part.corners = scale * (given.corners_m.colwise() - spec.centre_m);
-    part.shape = hull_of(part.corners);
+    part.middle = 0.5 * (part.corners.rowwise().minCoeff() + part.corners.rowwise().maxCoeff());
+    part.half = 0.5 * (part.corners.rowwise().maxCoeff() - part.corners.rowwise().minCoeff());
     part.features = features_of(part.corners);
+    if (!part.features) part.shape = hull_of(part.corners);
     part.on_floor = corners_of_its_own(part.corners, parts);
     if (part.on_floor.cols() > 0) part.floor_radius = part.on_floor.colwise().norm().maxCoeff();
     add_part(std::move(part));
@@ -262,39 +302,101 @@ void Collisions::add(int body, const RigidBodySpec& spec, double scale, bool mov
 }
 
 void Collisions::remove(int body) {
-  for (Part& part : bullet_->parts.at(body)) bullet_->world.removeCollisionObject(part.object.get());
-  bullet_->parts.erase(body);
+  State& s = *state_;
+  s.parts.erase(body);
+  s.placed.clear();
+  s.boxes.clear();
 }
 
 std::vector<Contact> Collisions::find(const std::vector<BodyState>& bodies, double slop, bool with_floor) {
+  State& s = *state_;
+  s.slop = slop;
+  s.place(bodies);
   std::vector<Contact> contacts;
-  for (auto& [number, parts] : bullet_->parts) {
-    const BodyState& body = bodies[static_cast<std::size_t>(number)];
-    const btTransform place({body.turn.x(), body.turn.y(), body.turn.z(), body.turn.w()}, bullet(body.centre));
-    for (Part& part : parts) {
-      part.object->setWorldTransform(place);
-      if (with_floor && !body.fixed()) add_floor_contacts(part, body, slop, contacts);
-    }
+  for (const PlacedPart& placed : s.placed) {
+    const BodyState& body = bodies[static_cast<std::size_t>(placed.part->body)];
+    if (with_floor && !body.fixed()) add_floor_contacts(*placed.part, body, slop, contacts);
   }
-  for (int i = 0; i < bullet_->dispatcher.getNumManifolds(); ++i) {
-    bullet_->dispatcher.getManifoldByIndexInternal(i)->clearManifold();
+  s.known = s.meeting();
+  std::size_t n = 0;
+  for (const auto& [i, j] : s.box_pairs.last()) {
+    Touches(s.placed[static_cast<std::size_t>(i)], s.placed[static_cast<std::size_t>(j)], slop, contacts)
+        .find(&s.known[n++].parted);
   }
-  bullet_->make_pair.found = {slop, {}};
-  bullet_->world.performDiscreteCollisionDetection();
-  for (int i = 0; i < bullet_->dispatcher.getNumManifolds(); ++i) {
-    const btPersistentManifold& manifold = *bullet_->dispatcher.getManifoldByIndexInternal(i);
-    for (int k = 0; k < manifold.getNumContacts(); ++k) {
-      const btManifoldPoint& point = manifold.getContactPoint(k);
-      if (point.getDistance() <= slop) contacts.push_back(contact_of(point, manifold.getBody0(), manifold.getBody1()));
-    }
-  }
-  const std::vector<Contact>& of_hulls = bullet_->make_pair.found.all;
-  contacts.insert(contacts.end(), of_hulls.begin(), of_hulls.end());
-  const auto key = [](const Contact& c) {
-    return std::tuple(c.a, c.b, c.parts[0], c.parts[1], c.place.x(), c.place.y(), c.place.z());
-  };
-  std::sort(contacts.begin(), contacts.end(), [&](const Contact& x, const Contact& y) { return key(x) < key(y); });
+  sort(contacts);
   return patch_corners(contacts, bodies, slop);
+}
+
+std::vector<Contact> Collisions::find_pair(int a, int b, const BodyState& at_a, const BodyState& at_b,
+                                           double slop) const {
+  std::vector<Contact> contacts;
+  const std::vector<CollisionPart>& of_a = state_->parts.at(a);
+  if (b == kFloor) {
+    for (const CollisionPart& part : of_a) add_floor_contacts(part, at_a, slop, contacts);
+  } else {
+    const Eigen::Isometry3d place_b = place_of(at_b);
+    std::vector<PlacedPart> parts_b;
+    std::vector<PartBox> boxes_b;
+    for (const CollisionPart& part : state_->parts.at(b)) {
+      parts_b.push_back({&part, place_b});
+      boxes_b.push_back(box_of(part, parts_b.back(), slop));
+    }
+    const Eigen::Isometry3d place_a = place_of(at_a);
+    for (const CollisionPart& part : of_a) {
+      const PlacedPart placed{&part, place_a};
+      const PartBox box = box_of(part, placed, slop);
+      for (std::size_t k = 0; k < parts_b.size(); ++k)
+        if (meet(box, boxes_b[k]))
+          Touches(placed, parts_b[k], slop, contacts).find(state_->parted(part, *parts_b[k].part));
+    }
+  }
+  sort(contacts);
+  return contacts;
+}
+
+void Collisions::move(int body, const BodyState& there) {
+  State& s = *state_;
+  const std::size_t first = s.first.at(body);
+  const Eigen::Isometry3d place = place_of(there);
+  for (std::size_t i = first; i < s.placed.size() && s.placed[i].part->body == body; ++i) {
+    s.placed[i].place = place;
+    s.boxes[i] = box_of(*s.placed[i].part, s.placed[i], s.slop);
+  }
+}
+
+std::vector<Contact> Collisions::of_body(int body, const std::vector<int>& without,
+                                         const std::vector<BodyState>& bodies, bool with_floor) const {
+  State& s = *state_;
+  std::vector<Contact> contacts;
+  const std::size_t first = s.first.at(body);
+  for (std::size_t i = first; i < s.placed.size() && s.placed[i].part->body == body; ++i) {
+    if (with_floor) add_floor_contacts(*s.placed[i].part, bodies[static_cast<std::size_t>(body)], s.slop, contacts);
+    for (std::size_t k = 0; k < s.placed.size(); ++k) {
+      const PartBox& other = s.boxes[k];
+      if (!meet(s.boxes[i], other) || other.body == body || !(s.boxes[i].moves || other.moves)) continue;
+      if (std::find(without.begin(), without.end(), other.body) != without.end()) continue;
+      const PlacedPart &a = s.placed[std::min(i, k)], &b = s.placed[std::max(i, k)];
+      Touches(a, b, s.slop, contacts).find(s.parted(*a.part, *b.part));
+    }
+  }
+  sort(contacts);
+  return patch_corners(contacts, bodies, s.slop);
+}
+
+std::vector<int> Collisions::neighbours(int body) const {
+  const State& s = *state_;
+  const std::size_t first = s.first.at(body);
+  std::vector<int> near;
+  for (std::size_t k = 0; k < s.boxes.size(); ++k) {
+    const PartBox& other = s.boxes[k];
+    if (other.body == body || (!near.empty() && near.back() == other.body)) continue;
+    for (std::size_t i = first; i < s.boxes.size() && s.boxes[i].body == body; ++i) {
+      if (!(s.boxes[i].moves || other.moves) || !meet(s.boxes[i], other)) continue;
+      near.push_back(other.body);
+      break;
+    }
+  }
+  return near;
 }
 
 }  // namespace klang::rigid::detail

@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <span>
 #include <vector>
@@ -16,20 +16,22 @@ struct Contact {
   Eigen::Vector3d arm_a = Eigen::Vector3d::Zero(), arm_b = Eigen::Vector3d::Zero();    ///< from the centres
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< columns: normal and two tangents
   double gap = 0.0;    ///< where the bodies would be at the step's end without it; negative: overlap
-  double touch = 0.0;  ///< in the step, from its begin
+  double touch = 0.0;  ///< an impact: in the step, from its begin
+  Eigen::Quaterniond turn_a = Eigen::Quaterniond::Identity(), turn_b = Eigen::Quaterniond::Identity();  ///< there
   double restitution = 0.0, friction = 0.0;
   int link = -1;      ///< of the world's links; -1: bodies that touch
   bool tied = false;  ///< a link that holds in all directions, by any impulse
 
   Eigen::Vector3d impact = Eigen::Vector3d::Zero();   ///< impulse on a of this step's impacts, along axes
   Eigen::Vector3d lasting = Eigen::Vector3d::Zero();  ///< and of the force that holds
-  double approach = 0.0;                              ///< normal speed at touch of its first impact
+  double approach = 0.0;                              ///< normal speed at touch
+  double give = 0.0;                                  ///< speed along the normal per impulse, at touch
   double target = 0.0;                                ///< normal velocity that a solve aims at
 };
 
 struct Bodies {
   std::span<BodyState> all;
-  std::vector<Eigen::Matrix3d> inverse_inertia;  ///< in the world, at the step's begin
+  std::vector<Eigen::Matrix3d> inverse_inertia;  ///< in the world, as they lie at their clocks
 };
 
 /// Of a's surface against b's at the place, along the contact's axes.

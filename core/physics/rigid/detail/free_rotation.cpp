@@ -54,4 +54,13 @@ void rotate_freely(BodyState& body, double h) {
   body.spin = r * (body.inverse_inertia * (r.transpose() * world));
 }
 
+void fly_to(BodyState& body, double time, const Vector3d& gravity) {
+  const double h = time - body.clock;
+  if (!body.there || body.fixed() || !(h > 0)) return;
+  body.centre += h * (body.velocity + 0.5 * h * gravity);
+  body.velocity += h * gravity;
+  rotate_freely(body, h);
+  body.clock = time;
+}
+
 }  // namespace klang::rigid::detail

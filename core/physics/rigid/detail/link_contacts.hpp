@@ -1,5 +1,5 @@
 #pragma once
-#include <vector>
+#include <optional>
 
 #include "core/physics/rigid/detail/contact_solver.hpp"
 #include "core/physics/rigid/link.hpp"
@@ -7,10 +7,14 @@
 
 namespace klang::rigid::detail {
 
-/// Links as contacts of bodies where they would be: a cord that is taut pushes a towards b along itself; places that stay together
-/// are tied. Only gap, place, normal, arms and what marks them as links are filled in.
-/// @param length  inner length of a metre
-std::vector<Contact> link_contacts(const std::vector<Link>& links, const std::vector<RigidBodySpec>& specs,
-                                   const std::vector<BodyState>& bodies, double length, double slop);
+struct LinkEnd {
+  const RigidBodySpec& spec;
+  const BodyState& at;
+};
+
+/// The contact of a link that is taut, or would be, with place, arms and normal where the bodies are.
+/// @param b       not read where it is the world
+/// @param length  inner lengths per metre  @param slop  inner length
+std::optional<Contact> link_contact(const Link& link, const LinkEnd& a, const LinkEnd& b, double length, double slop);
 
 }  // namespace klang::rigid::detail

@@ -1,9 +1,8 @@
-#include "core/physics/rigid/detail/impact_rounds.hpp"
+#include "core/physics/rigid/detail/impact_group.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <utility>
 
 namespace klang::rigid::detail {
 
@@ -11,7 +10,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr int kRounds = 5;
 constexpr int kSweeps = 2000;
 constexpr double kTolerance = 1e-14;  // of the fastest approach
 
@@ -77,52 +75,8 @@ ImpactLosses solve_group(const Group& group, double rebound, Bodies& bodies) {
 
 }  // namespace
 
-void fly_to(BodyState& body, double time, const Vector3d& gravity) {
-  const double h = time - body.clock;
-  if (body.fixed() || !(h > 0)) return;
-  body.centre += h * (body.velocity + 0.5 * h * gravity);
-  body.velocity += h * gravity;
-  body.clock = time;
-}
-
-ImpactLosses solve_impacts(std::vector<Contact>& contacts, const ImpactRules& rules, Bodies& bodies) {
-  const auto key = [&](const Contact& c) { return rules.simultaneous ? std::pair(0, 0) : std::pair(c.a, c.b); };
-  std::map<std::pair<int, int>, Group> by_pair;
-  for (const Contact& c : contacts) {
-    if (c.gap <= 0) by_pair[key(c)];
-  }
-  for (Contact& c : contacts) {  // of a face that lands flat, some corners are a last digit above the ground
-    if (const auto pair = by_pair.find(key(c)); pair != by_pair.end()) pair->second.push_back(&c);
-  }
-  std::vector<std::pair<double, Group>> groups;
-  for (auto& [pair, group] : by_pair) {
-    double first = HUGE_VAL;
-    for (const Contact* c : group) first = std::min(first, c->touch);
-    groups.emplace_back(first, std::move(group));
-  }
-  std::stable_sort(groups.begin(), groups.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
-  ImpactLosses sum;
-  for (int round = 0; round < kRounds; ++round) {
-    bool any = false;
-    for (auto& [touch, group] : groups) {
-      double fastest = 0.0;
-      for (const Contact* c : group) {
-        fly_to(bodies.all[static_cast<std::size_t>(c->a)], touch, rules.gravity);
-        if (c->b >= 0) fly_to(bodies.all[static_cast<std::size_t>(c->b)], touch, rules.gravity);
-      }
-      for (const Contact* c : group) fastest = std::max(fastest, -relative_velocity(*c, bodies)[0]);
-      if (!(fastest > rules.rest_speed)) continue;
-      any = true;
-      for (Contact* c : group) {
-        if (c->approach == 0) c->approach = std::max(0.0, -relative_velocity(*c, bodies)[0]);
-      }
-      const ImpactLosses losses = solve_group(group, 1.0, bodies);
-      sum.normal += losses.normal;
-      sum.friction += losses.friction;
-    }
-    if (!any || rules.simultaneous) break;
-  }
-  return sum;
+ImpactLosses solve_impacts(const std::vector<Contact*>& group, Bodies& bodies) {
+  return solve_group(group, 1.0, bodies);
 }
 
 }  // namespace klang::rigid::detail

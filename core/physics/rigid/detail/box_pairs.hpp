@@ -1,0 +1,29 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace klang::rigid::detail {
+
+/// A box along the world's axes about a part of a body.
+struct PartBox {
+  Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();
+  int body = 0;
+  bool moves = true;
+};
+
+bool meet(const PartBox& a, const PartBox& b);
+
+/// Boxes that overlap, of which one moves and which are not of one body: sorted along an axis and swept. They are found in any order.
+class BoxPairs {
+ public:
+  /// Of each pair the one that comes first in the list is first; sorted.
+  const std::vector<std::array<int, 2>>& find(const std::vector<PartBox>& boxes);
+  const std::vector<std::array<int, 2>>& last() const { return pairs_; }
+
+ private:
+  std::vector<int> order_;  // by the lower end: nearly that of the last call
+  std::vector<std::array<int, 2>> pairs_;
+};
+
+}  // namespace klang::rigid::detail

@@ -1,0 +1,17 @@
+#pragma once
+#include <vector>
+
+#include "core/physics/rigid/detail/contact_solver.hpp"
+
+namespace klang::rigid::detail {
+
+/// What impacts lost, in inner units.
+struct ImpactLosses {
+  double normal = 0.0, friction = 0.0;
+};
+
+/// Points that are solved at once, for v+ >= -e v- and Coulomb's cone. Where that would gain energy, as Newton's rule with friction can
+/// (Kane 1984), they rebound less. The impulse is added to theirs.
+ImpactLosses solve_impacts(const std::vector<Contact*>& group, Bodies& bodies);
+
+}  // namespace klang::rigid::detail

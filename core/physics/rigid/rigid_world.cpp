@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
 #include "core/physics/rigid/detail/step_impacts.hpp"
 #include "core/physics/rigid/impact_pulse.hpp"
 
@@ -101,14 +102,18 @@ void RigidWorld::State::book() {
 /// Where the bodies would be at the step's end without contacts.
 std::vector<BodyState> RigidWorld::State::flown() const {
   std::vector<BodyState> there = bodies;
+  constexpr std::size_t kGrain = 256;
+  parallel_for(there.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (bodies[i].spin.norm() * dt() <= kMostTurnPerStep) detail::fly_to(there[i], dt(), options.gravity_m_s2);
+  });
   for (std::size_t i = 0; i < there.size(); ++i) {
-    BodyState& b = there[i];
+    const BodyState& b = there[i];
     if (!b.there || b.fixed()) continue;
     const double turned = bodies[i].spin.norm() * dt();
     if (!(turned <= kMostTurnPerStep))
       throw InputError("body " + specs[i].name, "turns too far in one step: rate_hz is too low",
                        to_text(turned) + " rad", "at most " + to_text(kMostTurnPerStep) + " rad");
-    detail::fly_to(b, dt(), options.gravity_m_s2);
     const double way = (b.centre - bodies[i].centre).norm();
     if (!(way <= half_width[i])) {
       throw InputError("body " + specs[i].name,

@@ -41,10 +41,20 @@ class ShellBoxShape : public BlockShape {
     return {12, rounded(4.0 * wall_m / inner_m, 1, 4), 1};
   }
 
-  /// Nothing gets into the hollow.
+  /// Six walls: two whole, two between them, two between all of these.
   std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec) const override {
-    const Vector3d half = Vector3d::Constant(0.5 * dimension(spec, "edge_m"));
-    return {cuboid_corners(-half, half)};
+    const double outer_m = 0.5 * dimension(spec, "edge_m"), inner_m = 0.5 * hollow_m(spec);
+    std::vector<Eigen::Matrix3Xd> walls;
+    for (int across = 2; across >= 0; --across) {
+      Vector3d half;
+      for (int axis = 0; axis < 3; ++axis) half[axis] = axis > across ? inner_m : outer_m;
+      for (const double side : {-1.0, 1.0}) {
+        Vector3d low = -half, high = half;
+        (side < 0 ? high : low)[across] = side * inner_m;
+        walls.push_back(cuboid_corners(low, high));
+      }
+    }
+    return walls;
   }
 
   /// Seven bricks per octant: each direction is beside the hollow or beyond its face.

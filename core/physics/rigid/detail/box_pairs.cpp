@@ -5,10 +5,6 @@
 
 namespace klang::rigid::detail {
 
-bool meet(const PartBox& a, const PartBox& b) {
-  return (a.low.array() <= b.high.array()).all() && (b.low.array() <= a.high.array()).all();
-}
-
 const std::vector<std::array<int, 2>>& BoxPairs::find(const std::vector<PartBox>& boxes) {
   pairs_.clear();
   if (order_.size() != boxes.size()) {

@@ -12,7 +12,11 @@ struct PartBox {
   bool moves = true;
 };
 
-bool meet(const PartBox& a, const PartBox& b);
+inline bool meet(const PartBox& a, const PartBox& b) {
+  for (int i = 0; i < 3; ++i)
+    if (a.low[i] > b.high[i] || b.low[i] > a.high[i]) return false;
+  return true;
+}
 
 /// Boxes that overlap, of which one moves and which are not of one body: sorted along an axis and swept. They are found in any order.
 class BoxPairs {

@@ -11,6 +11,7 @@
 #include <map>
 #include <tuple>
 
+#include "core/foundation/base/parallel.hpp"
 #include "core/physics/rigid/detail/ball_touches.hpp"
 #include "core/physics/rigid/detail/box_pairs.hpp"
 #include "core/physics/rigid/detail/contact_patches.hpp"
@@ -38,10 +39,12 @@ struct PlacedPart {
   Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
 };
 
-/// Two parts whose boxes meet, and the axis that parted them last.
+/// Two parts whose boxes meet, and the axis along which they overlapped least, or which parted them, last.
 struct KnownPair {
-  std::array<int, 4> key{};  // bodies, parts
-  Vector3d parted = Vector3d::UnitZ();
+  std::array<int, 4> key{};                                   // bodies, parts
+  Vector3d axis = Vector3d::UnitZ();                          // in the first one's frame
+  bool touched = false;                                       // else the axis parted them
+  Vector3d on_a = Vector3d::Zero(), on_b = Vector3d::Zero();  // where, each in its own frame
 };
 
 namespace {
@@ -99,18 +102,24 @@ Eigen::Isometry3d place_of(const BodyState& body) {
   return place;
 }
 
+/// Whether a point lies in a hull.
+bool holds(const HullFeatures& hull, const Vector3d& point) {
+  constexpr double kOnIt = 1e-13;  // of the size
+  return ((hull.normals.transpose() * point) - hull.offsets).maxCoeff() <= kOnIt * hull.size;
+}
+
 class Touches {
  public:
   Touches(const PlacedPart& a, const PlacedPart& b, double near, std::vector<Contact>& found)
       : a_(a), b_(b), near_(near), found_(found) {}
 
-  /// @param parted  an axis to try first, in a's frame; becomes the one that parts the two
-  void find(Vector3d* parted) {
+  /// @param known  what was found last, or none; becomes what is found now
+  void find(KnownPair* known) {
     const CollisionPart &a = *a_.part, &b = *b_.part;
     if (a.radius > 0 && b.radius > 0) return balls();
     if (a.radius > 0 && b.features) return ball_on_hull(a_, b_, 1.0);
     if (b.radius > 0 && a.features) return ball_on_hull(b_, a_, -1.0);
-    if (a.features && b.features) return hulls(parted);
+    if (a.features && b.features) return hulls(known);
     flat();
   }
 
@@ -147,19 +156,35 @@ class Touches {
 
   /// The axis along which they overlap least, then where they touch along it. Most pairs whose boxes meet are parted by the axis that
   /// parted them a step ago.
-  void hulls(Vector3d* parted) {
+  void hulls(KnownPair* known) {
     const HullFeatures &a = *a_.part->features, &b = *b_.part->features;
     const Eigen::Isometry3d b_to_a = a_.place.inverse() * b_.place;
-    // Faces that lie on one another are apart by a last digit as often as not.
-    if (parted != nullptr && gap_along(a, b, b_to_a, *parted) > near_) return;
-    const HullAxis axis = hull_axis(a, b, b_to_a, near_);
-    if (axis.gap > near_) {
-      if (parted != nullptr) *parted = axis.normal;
-      return;
+    HullHint hint;
+    if (known != nullptr) {
+      hint = {known->on_a, known->on_b, gap_along(a, b, b_to_a, known->axis)};
+      // Faces that lie on one another are apart by a last digit as often as not.
+      if (hint.gap > near_) {
+        known->touched = false;
+        return;
+      }
     }
+    const HullAxis axis = hull_axis(a, b, b_to_a, near_, known != nullptr && known->touched ? &hint : nullptr);
+    if (known != nullptr) {
+      known->axis = axis.normal;
+      known->touched = axis.gap <= near_;
+    }
+    if (axis.gap > near_) return;
     const Vector3d normal = a_.place.linear() * axis.normal;
-    for (const HullTouch& touch : hull_touches(a, b, b_to_a, axis, near_))
+    double deepest = HUGE_VAL;
+    for (const HullTouch& touch : hull_touches(a, b, b_to_a, axis, near_)) {
       add(a_.place * touch.on_b + 0.5 * touch.gap * normal, normal, touch.gap);
+      if (known == nullptr || !(touch.gap < deepest)) continue;
+      deepest = touch.gap;
+      known->on_a = touch.on_b + touch.gap * axis.normal;
+      known->on_b = b_to_a.inverse() * touch.on_b;
+    }
+    if (known != nullptr)
+      known->touched = known->touched && deepest < HUGE_VAL && holds(a, known->on_a) && holds(b, known->on_b);
   }
 
   void flat() {
@@ -229,7 +254,7 @@ struct Collisions::State {
   BoxPairs box_pairs;
   std::vector<KnownPair> known;  // sorted
 
-  Vector3d* parted(const CollisionPart& a, const CollisionPart& b);
+  KnownPair* of(const CollisionPart& a, const CollisionPart& b);
   void place(const std::vector<BodyState>& bodies);
   std::vector<KnownPair> meeting();
 };
@@ -256,18 +281,18 @@ std::vector<KnownPair> Collisions::State::meeting() {
     KnownPair pair;
     pair.key = {a.body, a.number, b.body, b.number};
     while (old != known.end() && old->key < pair.key) ++old;
-    if (old != known.end() && old->key == pair.key) pair.parted = old->parted;
+    if (old != known.end() && old->key == pair.key) pair = *old;
     now.push_back(pair);
   }
   return now;
 }
 
-/// The axis that parted two parts last; none: their boxes did not meet in the last search.
-Vector3d* Collisions::State::parted(const CollisionPart& a, const CollisionPart& b) {
+/// What is known of two parts; none: their boxes did not meet in the last search.
+KnownPair* Collisions::State::of(const CollisionPart& a, const CollisionPart& b) {
   const std::array<int, 4> key{a.body, a.number, b.body, b.number};
   const auto found =
       std::lower_bound(known.begin(), known.end(), key, [](const KnownPair& x, const auto& k) { return x.key < k; });
-  return found != known.end() && found->key == key ? &found->parted : nullptr;
+  return found != known.end() && found->key == key ? &*found : nullptr;
 }
 
 Collisions::Collisions() : state_(std::make_unique<State>()) {}
@@ -318,11 +343,17 @@ std::vector<Contact> Collisions::find(const std::vector<BodyState>& bodies, doub
     if (with_floor && !body.fixed()) add_floor_contacts(*placed.part, body, slop, contacts);
   }
   s.known = s.meeting();
-  std::size_t n = 0;
-  for (const auto& [i, j] : s.box_pairs.last()) {
-    Touches(s.placed[static_cast<std::size_t>(i)], s.placed[static_cast<std::size_t>(j)], slop, contacts)
-        .find(&s.known[n++].parted);
-  }
+  constexpr std::size_t kGrain = 256;
+  const std::vector<std::array<int, 2>>& pairs = s.box_pairs.last();
+  std::vector<std::vector<Contact>> found((pairs.size() + kGrain - 1) / kGrain);
+  parallel_for(pairs.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const PlacedPart &a = s.placed[static_cast<std::size_t>(pairs[n][0])],
+                       &b = s.placed[static_cast<std::size_t>(pairs[n][1])];
+      Touches(a, b, slop, found[begin / kGrain]).find(&s.known[n]);
+    }
+  });
+  for (const std::vector<Contact>& its : found) contacts.insert(contacts.end(), its.begin(), its.end());
   sort(contacts);
   return patch_corners(contacts, bodies, slop);
 }
@@ -346,8 +377,7 @@ std::vector<Contact> Collisions::find_pair(int a, int b, const BodyState& at_a, 
       const PlacedPart placed{&part, place_a};
       const PartBox box = box_of(part, placed, slop);
       for (std::size_t k = 0; k < parts_b.size(); ++k)
-        if (meet(box, boxes_b[k]))
-          Touches(placed, parts_b[k], slop, contacts).find(state_->parted(part, *parts_b[k].part));
+        if (meet(box, boxes_b[k])) Touches(placed, parts_b[k], slop, contacts).find(state_->of(part, *parts_b[k].part));
     }
   }
   sort(contacts);
@@ -376,7 +406,7 @@ std::vector<Contact> Collisions::of_body(int body, const std::vector<int>& witho
       if (!meet(s.boxes[i], other) || other.body == body || !(s.boxes[i].moves || other.moves)) continue;
       if (std::find(without.begin(), without.end(), other.body) != without.end()) continue;
       const PlacedPart &a = s.placed[std::min(i, k)], &b = s.placed[std::max(i, k)];
-      Touches(a, b, s.slop, contacts).find(s.parted(*a.part, *b.part));
+      Touches(a, b, s.slop, contacts).find(s.of(*a.part, *b.part));
     }
   }
   sort(contacts);

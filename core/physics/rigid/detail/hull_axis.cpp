@@ -191,11 +191,12 @@ Eigen::MatrixXd heights_over(const HullFeatures& hull, const Eigen::MatrixX3d& c
   return heights;
 }
 
-/// Edges that can be of an axis along which the hulls overlap less than by `-gap`. With a corner of the other hull at least that deep
-/// below both faces of an edge there is none: every direction between the two normals sees that corner as deep.
+/// Edges that can be of an axis along which the hulls overlap less than by `-gap`. With a point of the other hull at least that deep
+/// below both faces of an edge there is none: every direction between the two normals sees that point as deep (one that is above both is
+/// higher still along directions between).
 std::vector<std::size_t> edges_that_count(const HullFeatures& hull, const Eigen::MatrixXd& heights, double gap) {
   constexpr double kSameFace = 10 * kParallel;  // of the sizes: normals that are one
-  const double enough = gap - kSameFace * (hull.size + heights.cwiseAbs().maxCoeff());
+  const double enough = std::min(gap, 0.0) - kSameFace * (hull.size + heights.cwiseAbs().maxCoeff());
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < hull.edges.size(); ++i) {
     const auto& [left, right] = hull.edges[i].faces;
@@ -258,7 +259,42 @@ class EdgePairs {
 
 }  // namespace
 
-HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a, double near) {
+namespace {
+
+/// Axes that are faces' normals.
+class Faces {
+ public:
+  /// @param corners  of the other hull, in its frame  @param point  of the other hull, or none
+  Faces(const HullFeatures& hull, const Eigen::MatrixX3d& corners, const Vector3d* point, double at_least)
+      : hull_(hull), corners_(corners), at_least_(at_least) {
+    if (point != nullptr)
+      heights_ = (point->transpose() * hull.normals) - hull.offsets.transpose();
+    else
+      heights_ = heights_over(hull, corners);
+    known_ = point == nullptr;
+  }
+  Eigen::Index n() const { return heights_.cols(); }
+  /// Of the other hull's lowest corner, or of its point where that cannot part them better than what is known.
+  double gap(Eigen::Index f, double best) const {
+    constexpr double kSure = 1e-12;  // of the size
+    if (known_) return heights_.col(f).minCoeff();
+    if (heights_(0, f) < std::max(best, at_least_) - kSure * hull_.size) return -HUGE_VAL;
+    return lowest(corners_, hull_.normals.col(f)) - hull_.offsets[f];
+  }
+  const Eigen::MatrixXd& heights() const { return heights_; }
+
+ private:
+  const HullFeatures& hull_;
+  const Eigen::MatrixX3d& corners_;
+  double at_least_;
+  Eigen::MatrixXd heights_;  // a column per face, a row per corner or the point
+  bool known_;
+};
+
+}  // namespace
+
+HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Isometry3d& b_to_a, double near,
+                   const HullHint* hint) {
   const Eigen::Isometry3d a_to_b = b_to_a.inverse();
   const Eigen::MatrixX3d corners_b = placed(b.by_axis, b_to_a);
   HullAxis best;
@@ -267,19 +303,28 @@ HullAxis hull_axis(const HullFeatures& a, const HullFeatures& b, const Eigen::Is
     if (gap > best.gap) best = {normal, gap, {}};
     return gap > near;
   };
-  const Eigen::MatrixXd over_a = heights_over(a, corners_b);
-  for (Eigen::Index f = 0; f < a.normals.cols(); ++f)
-    if (take(-a.normals.col(f), over_a.col(f).minCoeff())) return best;
-  const Eigen::MatrixXd over_b = heights_over(b, placed(a.by_axis, a_to_b));
-  for (Eigen::Index f = 0; f < b.normals.cols(); ++f)
-    if (take(b_to_a.linear() * b.normals.col(f), over_b.col(f).minCoeff())) return best;
+  Vector3d on_a, on_b;
+  if (hint != nullptr) on_a = a_to_b * hint->on_a, on_b = b_to_a * hint->on_b;
+  const double at_least = hint != nullptr ? hint->gap : -HUGE_VAL;
+  const Faces over_a(a, corners_b, hint != nullptr ? &on_b : nullptr, at_least);
+  for (Eigen::Index f = 0; f < over_a.n(); ++f)
+    if (take(-a.normals.col(f), over_a.gap(f, best.gap))) return best;
+  const Eigen::MatrixX3d corners_a = placed(a.by_axis, a_to_b);
+  const Faces over_b(b, corners_a, hint != nullptr ? &on_a : nullptr, at_least);
+  for (Eigen::Index f = 0; f < over_b.n(); ++f)
+    if (take(b_to_a.linear() * b.normals.col(f), over_b.gap(f, best.gap))) return best;
+  const double parted = std::max(best.gap, at_least - kTie * (a.size + b.size));
+  const std::vector<std::size_t> of_a = edges_that_count(a, over_a.heights(), parted);
   std::vector<Edge> edges_b;
-  const std::vector<std::size_t> of_b = edges_that_count(b, over_b, best.gap);
+  const std::vector<std::size_t> of_b = edges_that_count(b, over_b.heights(), parted);
   for (const std::size_t j : of_b) edges_b.push_back(moved(b.edges[j], b_to_a));
   const EdgePairs pairs(a, b, corners_b, near);
-  for (const std::size_t i : edges_that_count(a, over_a, best.gap))
+  for (const std::size_t i : of_a)
     for (std::size_t k = 0; k < of_b.size(); ++k)
       if (pairs.try_pair(a.edges[i], i, edges_b[k], of_b[k], best)) return best;
+  constexpr double kLost =
+      1e-9;  // of the sizes: edges that are nearly parallel have no axis, and faces were left out for theirs
+  if (best.gap < at_least - kLost * (a.size + b.size)) return hull_axis(a, b, b_to_a, near);
   return best;
 }
 

@@ -48,10 +48,31 @@ TEST(ConvexParts, OfShapesFillThem) {
   }
 }
 
-TEST(ConvexParts, ThoseOfAClosedHollowFillIt) {
-  const std::vector<ConvexPart> parts = parts_of({"shell_box", {{"edge_m", 0.05}, {"wall_m", 0.0025}}, {}});
-  ASSERT_EQ(parts.size(), 1u);
-  EXPECT_LE(std::abs(mass_of(parts) - 1.25e-4), 1e-16);
+// A ball falls within a hollow box, which falls too and lands: it comes to lie on the inner floor.
+TEST(ConvexParts, OfAClosedHollowAreItsWalls) {
+  const mesh::ShapeSpec shape{"shell_box", {{"edge_m", 0.1}, {"wall_m", 0.004}}, {}};
+  const std::vector<ConvexPart> parts = parts_of(shape);
+  ASSERT_EQ(parts.size(), 6u);
+  EXPECT_LE(std::abs(mass_of(parts) - mesh::shape_volume_m3(shape)), 1e-15);
+  RigidWorldOptions options;
+  options.rate_hz = 5000;
+  options.floor = skin(0.3, 0.4);
+  RigidWorld world(options);
+  RigidBodySpec box;
+  box.name = "box";
+  box.parts = parts;
+  set_mass_from_parts(box, 1200);
+  box.skin = skin(0.3, 0.4);
+  box.position_m = Eigen::Vector3d(0, 0, 0.07);
+  RigidBodySpec inside = ball("ball", 0.01, 0.01);
+  inside.skin = box.skin;
+  inside.position_m = Eigen::Vector3d(0.004, -0.003, 0.08);
+  world.add(box);
+  world.add(inside);
+  EXPECT_FALSE(world.overlap(1e-9));
+  for (int i = 0; i < 5000; ++i) world.step();
+  EXPECT_NEAR(world.centre_m(0).z(), 0.05, 1e-5);
+  EXPECT_NEAR(world.centre_m(1).z(), 0.014, 1e-5);
 }
 
 TEST(ConvexParts, OfAConvexMeshAreItsHullAndOfAnAngleJustTwo) {

@@ -80,6 +80,29 @@ Eigen::Isometry3d drawn_place(klang::RandomStream& random, double reach) {
   return place;
 }
 
+// Whatever points of the hulls and lower bound of the gap a hint brings.
+TEST(HullAxis, AHintChangesNothing) {
+  klang::RandomStream random(11, 0);
+  const auto inside = [&](const HullFeatures& hull) -> Vector3d {
+    Eigen::VectorXd shares(hull.corners.cols());
+    for (Eigen::Index i = 0; i < shares.size(); ++i) shares[i] = random.uniform();
+    return hull.corners * (shares / shares.sum());
+  };
+  for (int k = 0; k < 3000; ++k) {
+    const HullFeatures a = k % 2 ? box(1, 0.7, 0.4) : tetrahedron(0.8),
+                       b = k % 4 < 2 ? box(0.5, 0.9, 0.6) : tetrahedron(0.6);
+    const Eigen::Isometry3d place = drawn_place(random, 0.9);
+    const double near = k % 3 == 0 ? 0.5 : 2e-5;
+    const HullAxis plain = hull_axis(a, b, place, near);
+    const HullHint hint{inside(a), inside(b), k % 5 == 0 ? plain.gap : plain.gap - random.uniform()};
+    const HullAxis hinted = hull_axis(a, b, place, near, &hint);
+    EXPECT_EQ(plain.gap > near, hinted.gap > near) << k;
+    if (plain.gap > near) continue;
+    EXPECT_EQ(plain.gap, hinted.gap) << k;
+    EXPECT_EQ(plain.normal, hinted.normal) << k;
+  }
+}
+
 /// Edges are left out by corners deep below their faces: of bodies of many faces most, by touches that are shallow or deep.
 TEST(HullAxis, OverlapOfStonesIsTheLeastOfAllAxes) {
   klang::RandomStream random(11, 0);

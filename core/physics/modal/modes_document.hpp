@@ -27,7 +27,7 @@ struct ModeRecord {
     visit({"relative_error_bound",
            "how much too high the frequency may be: for polynomial what the last raise of the degrees took off, twice; "
            "for harmonics "
-           "the estimate; for tetrahedra twice the estimate; null: not asked for"},
+           "the estimate; for tetrahedra twice the estimate, none where that is above 3 %; null: not asked for, or none"},
           self.relative_error_bound);
   }
 };

@@ -44,7 +44,7 @@ std::array<int, 3> default_box(const std::array<double, 3>& sides) {
   std::array<int, 3> n;
   n[rank[0]] = 2 * rounded(5.0 + 11.0 * std::min(1.0, 0.08 * longest / shortest), 5, 16);
   if (longest > 4.0 * middle) {
-    n[rank[0]] = 2 * rounded(25.0 * std::cbrt(longest / (15.0 * shortest)), 20, 60);
+    n[rank[0]] = 2 * rounded(26.0 * std::cbrt(longest / (15.0 * shortest)), 20, 60);
     n[rank[1]] = middle > 1.5 * shortest ? 10 : 6;
     n[rank[2]] = 4;
     return n;

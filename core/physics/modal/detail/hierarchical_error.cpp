@@ -14,10 +14,10 @@ using Eigen::VectorXd;
 // Modes at once: what an element needs besides is shared by them, but fields of large bodies take memory.
 constexpr Index kChunk = 16, kChunkOfLarge = 8;
 constexpr int kLargeNodes = 40000;
-constexpr int kMaxSteps = 3;
-constexpr double kEnough = 0.1;  // a step that adds less than this share is the last
+constexpr int kMaxSteps = 30;
+constexpr double kLastStep = 0.03, kToCome = 0.1;  // shares: what the last step adds, what is left to come
 constexpr double kSameOmegaSq = 2e-7;
-constexpr double kLargestRatio = 0.5;  // of what neighbouring steps add
+constexpr double kLargestRatio = 0.9;  // of what neighbouring steps add; thin elements have 0.8 and more
 
 // Rows 3 node + axis and one column per mode, from and to the layout of EnrichedSpace.
 MatrixXd to_fields(const Eigen::Ref<const MatrixXd>& columns) {
@@ -92,10 +92,13 @@ VectorXd hierarchical_frequency_error(const ModalModel& model, const solid::Asse
       const VectorXd alpha = ratio(rz, dot(p, q));
       const Eigen::ArrayXd added = alpha.cwiseProduct(rz).array();
       energy += added;
-      if (step >= 2 && (step == kMaxSteps || (added <= kEnough * energy).all())) {
+      if (step >= 2) {
         const Eigen::ArrayXd factor = ratio(added, before).array().min(kLargestRatio);
-        energy += added * factor / (1 - factor);  // what further steps would add, as a geometric series
-        break;
+        const Eigen::ArrayXd to_come = added * factor / (1 - factor);  // by further steps, as a geometric series
+        if (step == kMaxSteps || (added <= kLastStep * energy && to_come <= kToCome * energy).all()) {
+          energy += to_come;
+          break;
+        }
       }
       before = added;
       r -= alpha.replicate(3, 1).asDiagonal() * q;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/physics/modal/box_modes.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "tests/core/physics/modal/reference_bodies.hpp"
 
@@ -51,6 +52,24 @@ TEST(MeshErrorEstimate, LiesWithin25PercentOfTheTrueErrorOfABallOfCurvedElements
 
 TEST(MeshErrorEstimate, LiesWithin20PercentOfTheTrueErrorOfATileOneElementThick) {
   expect_within(effectivity(klang::test::reference_tile(), {{12, 12, 1}}, 12), 0.8, 1.2);
+}
+
+// 1 : 125, where steps of conjugate gradients add little each for long.
+TEST(MeshErrorEstimate, TwiceOfItBoundsTheErrorOfAFlatClampedAndAFreePlate) {
+  const mesh::ShapeSpec plate{"box", {{"length_m", 0.1}, {"width_m", 0.08}, {"height_m", 8e-4}}, {}};
+  const solid::Material material = solid::from_youngs_modulus(200e9, 0.29, 7800.0);
+  for (const char* held : {"clamped:x=min", "free"}) {
+    const solid::Support support = solid::parse_support(held);
+    const mesh::TetMesh body = mesh::mesh_shape(plate, mesh::ShapeDivisions{{14, 11, 1}}, 2);
+    const EigenResult result = lowest_modes(body, material, 8, support);
+    EigenOptions options;
+    options.count = 8;
+    const Eigen::VectorXd exact = solve_box_modes(plate, body, material, support, options).model.frequency_hz();
+    const Eigen::VectorXd error = result.model.frequency_hz().cwiseQuotient(exact).array() - 1;
+    EXPECT_LE(error.maxCoeff(), 0.06);
+    // Bending of one layer of 7 mm elements is not all in cubic functions either.
+    expect_within(result.mesh_relative_error->cwiseQuotient(error), 0.6, 1.2);
+  }
 }
 
 TEST(MeshErrorEstimate, LiesWithin20PercentOfTheTrueErrorOfAThinTube) {

@@ -40,10 +40,18 @@ std::vector<std::string> same_recordings(const std::vector<fit::IetSpecimen>& sp
 
 void print_summary(const fit::IetDocument& document, const CommonOptions& common) {
   for (const fit::IetRow& row : document.specimens) {
-    say(common, "%-16s %10.2f Hz", row.given.specimen.c_str(), row.flexural_hz.value_or(0.0));
+    if (row.flexural_hz) {
+      say(common, "%-16s %10.2f Hz", row.given.specimen.c_str(), *row.flexural_hz);
+    } else {
+      say(common, "%-16s %13s", row.given.specimen.c_str(), "no frequency");
+    }
     if (row.e_e1876_pa) say(common, "  E %9.5g Pa (full model %9.5g)", *row.e_e1876_pa, row.e_model_pa.value_or(0.0));
     if (row.g_e1876_pa) say(common, "  G %9.5g Pa", *row.g_e1876_pa);
-    say(common, "%s%s%s\n", row.outlier ? "  outlier" : "", row.remark.empty() ? "" : "  ", row.remark.c_str());
+    say(common, "%s%s%s\n",
+        row.implausible ? "  implausible"
+        : row.outlier   ? "  outlier"
+                        : "",
+        row.remark.empty() ? "" : "  ", row.remark.c_str());
   }
   for (const fit::IetSummary& line : document.summary) {
     say(common, "%s %-20s %.6g", to_text(line.shape).c_str(), line.quantity.c_str(), line.mean);

@@ -188,22 +188,62 @@ struct Reading {
   const Partial* first = nullptr;
   const Partial* second = nullptr;
   double youngs_modulus_pa = 0.0, nu = kAssumedNu;
-  double explained = -1.0;  ///< share of the partials' strength on a mode
+  double explained = -1.0;             ///< share of the partials' strength on a mode
+  const Partial* not_taken = nullptr;  ///< for the second one: may be another mode
 };
 
+/// Of each mode from a frequency, without sign.
+Eigen::ArrayXd cents_off(const Eigen::VectorXd& f, double frequency_hz) {
+  return (1200.0 * (f.array() / frequency_hz).log() / std::log(2.0)).abs();
+}
+
 /// Share of the strength (square root of amplitude) of the partials up to the model's highest mode that lies on modes.
-double explained_share(const IetModel& model, const std::vector<Partial>& partials, double young_pa, double nu) {
+double explained_share(const Eigen::VectorXd& f, const std::vector<Partial>& partials) {
   constexpr double kWidthCents = 25.0;
-  const Eigen::VectorXd f = model.frequencies_hz(young_pa, nu);
   double all = 0.0, explained = 0.0;
   for (const Partial& partial : partials) {
     if (partial.frequency_hz > 1.02 * f.maxCoeff()) continue;
     const double strength = std::sqrt(partial.amplitude.value_or(1.0));
-    const double off = (1200.0 * (f.array() / partial.frequency_hz).log() / std::log(2.0)).abs().minCoeff();
+    const double off = cents_off(f, partial.frequency_hz).minCoeff();
     all += strength;
     explained += strength * std::exp(-0.5 * std::pow(off / kWidthCents, 2));
   }
   return all > 0.0 ? explained / all : 0.0;
+}
+
+/// How far partials lie from modes: the sum of ln(1 + (off / 1 cent)^2), minus twice the logarithm of a likelihood with long tails.
+/// @param second  this one last: it may not lie on the mode that is not_on (-1: none), nor on one that another partial has
+double misfit(const Eigen::VectorXd& f, const std::vector<Partial>& partials, const Partial* second, int not_on) {
+  constexpr double kCents = 1.0, kNoMode = 25.0;
+  double sum = 0.0;
+  std::vector<Eigen::Index> taken;
+  if (not_on >= 0) taken.push_back(not_on);
+  const auto add = [&](Eigen::ArrayXd off) {
+    Eigen::Index nearest = 0;
+    const double least = off.minCoeff(&nearest);
+    sum += std::log1p(std::pow(std::min(least, kNoMode) / kCents, 2));
+    return nearest;
+  };
+  for (const Partial& partial : partials)
+    if (&partial != second && partial.frequency_hz <= 1.02 * f.maxCoeff())
+      taken.push_back(add(cents_off(f, partial.frequency_hz)));
+  Eigen::ArrayXd off = cents_off(f, second->frequency_hz);
+  if (not_on >= 0) off(taken) = kNoMode;
+  add(off);
+  return sum;
+}
+
+/// Whether the second partial of a reading can be another mode of a body with the same first one, at some Poisson's ratio, that
+/// explains what rings about as well.
+bool second_may_be_another(const IetModel& model, const std::vector<Partial>& partials, const Reading& reading) {
+  constexpr double kNuStep = 0.0025, kAboutAsWell = 4.0;  // e^2 times less likely
+  const Eigen::VectorXd read = model.frequencies_hz(reading.youngs_modulus_pa, reading.nu);
+  const double taken = misfit(read, partials, reading.second, -1);
+  for (double nu = kLowestNu; nu <= kHighestNu; nu += kNuStep) {
+    const Eigen::VectorXd f = model.frequencies_hz(model.youngs_modulus_pa(reading.first->frequency_hz, nu), nu);
+    if (misfit(f, partials, reading.second, model.second()) <= taken + kAboutAsWell) return true;
+  }
+  return false;
 }
 
 Reading best_reading(const IetModel& model, const std::vector<Partial>& partials) {
@@ -214,7 +254,7 @@ Reading best_reading(const IetModel& model, const std::vector<Partial>& partials
   Reading best;
   double best_score = -1.0;
   const auto consider = [&](Reading reading) {
-    reading.explained = explained_share(model, partials, reading.youngs_modulus_pa, reading.nu);
+    reading.explained = explained_share(model.frequencies_hz(reading.youngs_modulus_pa, reading.nu), partials);
     const double score = reading.explained + (reading.second != nullptr ? kBonus : 0.0);
     if (score <= best_score) return;
     best_score = score;
@@ -232,6 +272,13 @@ Reading best_reading(const IetModel& model, const std::vector<Partial>& partials
       const auto nu = model.poissons_ratio(ratio);
       if (nu) consider({&first, &second, model.youngs_modulus_pa(first.frequency_hz, *nu), *nu, 0.0});
     }
+  }
+  if (best.second != nullptr && second_may_be_another(model, partials, best)) {
+    best.not_taken = best.second;
+    best.second = nullptr;
+    best.nu = kAssumedNu;
+    best.youngs_modulus_pa = model.youngs_modulus_pa(best.first->frequency_hz, kAssumedNu);
+    best.explained = explained_share(model.frequencies_hz(best.youngs_modulus_pa, best.nu), partials);
   }
   return best;
 }
@@ -295,6 +342,29 @@ IetRow bare_row(const IetSpecimen& given) {
   return row;
 }
 
+/// What no solid has, or what the two ways contradict each other in.
+void judge(IetRow& row) {
+  constexpr double kFarApartPercent = 5.0;
+  constexpr double kStiffest_pa = 1.2e12,
+                   kFastest_m_s = 18.5e3;  // diamond has 1.05e12 to 1.2e12 Pa and 17.3 to 18.4 km/s
+  const auto doubt = [&row](const std::string& remark) {
+    row.implausible = true;
+    add_remark(row, remark);
+  };
+  const auto is_ratio = [](double nu) { return nu >= 0.0 && nu <= 0.5; };
+  char text[160];
+  if (std::abs(*row.difference_percent) > kFarApartPercent) {
+    std::snprintf(text, sizeof text, "closed form and full model are %+.3g %% apart%s", *row.difference_percent,
+                  row.given.shape == IetShape::kBar ? ": are width and thickness changed over?" : "");
+    doubt(text);
+  } else if (row.nu_e1876 && !is_ratio(*row.nu_e1876)) {
+    std::snprintf(text, sizeof text, "Poisson's ratio %.3g of the closed forms is that of no solid", *row.nu_e1876);
+    doubt(text);
+  }
+  if (!(*row.e_model_pa <= kStiffest_pa && std::sqrt(*row.e_model_pa / *row.density_kg_m3) <= kFastest_m_s))
+    doubt("stiffer than any solid: is that the first flexural frequency?");
+}
+
 /// @param partials  that decay; not empty
 IetRow measured_row(const IetSpecimen& given, const IetModel& model, const std::vector<Partial>& partials) {
   IetRow row = bare_row(given);
@@ -313,17 +383,25 @@ IetRow measured_row(const IetSpecimen& given, const IetModel& model, const std::
     row.nu_model = reading.nu;
     row.g_model_pa = reading.youngs_modulus_pa / (2.0 * (1.0 + reading.nu));
   } else {
-    add_remark(row, given.shape == IetShape::kDisc ? "no second natural frequency: Poisson's ratio is assumed (0.3)"
-                                                   : "no torsional frequency: Poisson's ratio is assumed (0.3)");
+    std::string why = given.shape == IetShape::kDisc ? "no second natural frequency" : "no torsional frequency";
+    if (reading.not_taken != nullptr)
+      why += " that is not another mode as well (" +
+             to_text(std::round(10.0 * reading.not_taken->frequency_hz) / 10.0) + " Hz)";
+    add_remark(row, why + ": Poisson's ratio is assumed (0.3)");
   }
   if (reading.explained < 0.5) add_remark(row, "most of what rings is no mode of this body");
   row.difference_percent = 100.0 * (*row.e_e1876_pa / *row.e_model_pa - 1.0);
+  judge(row);
   return row;
 }
 
 IetRow measured_row(const IetSpecimen& given, const std::filesystem::path& folder) {
   IetRow row = bare_row(given);
   const audio::Signal recording = audio::read_sound(folder / given.recording);
+  if (!(recording.samples.cwiseAbs().maxCoeff() > 0.0)) {
+    add_remark(row, "the recording is silent");
+    return row;
+  }
   RingdownOptions ringdown;
   ringdown.band = {20.0, 0.48 * recording.sample_rate_hz};
   const RingdownResult rings = identify_ringdown(recording, ringdown, silent_monitor());

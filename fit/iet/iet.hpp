@@ -21,7 +21,8 @@ void check_dimensions(const IetSpecimen& specimen, const std::string& place);
 
 /// Frequencies, moduli and damping of each, in parallel. Which partial is which: every pair of partials that can be the first
 /// flexural and first torsional (of a disc: first and second natural) frequency gives a material; the one is taken under which most of what
-/// rings is a mode of this body (reduced model of the full three-dimensional one).
+/// rings is a mode of this body (reduced model of the full three-dimensional one). A second one that is another mode as well, of the same
+/// first and some Poisson's ratio, is not taken: bars struck in the middle have no torsion, and a flexural overtone would be it.
 /// @param folder  that recordings are relative to
 std::vector<IetRow> measure_specimens(const std::vector<IetSpecimen>& specimens, const std::filesystem::path& folder,
                                       Monitor& monitor = silent_monitor());
@@ -30,7 +31,7 @@ std::vector<IetRow> measure_specimens(const std::vector<IetSpecimen>& specimens,
 /// (Iglewicz and Hoaglin, How to Detect and Handle Outliers, 1993).
 void mark_outliers(std::vector<IetRow>& rows);
 
-/// Mean and standard deviation (n - 1) by shape of what was measured, without outliers.
+/// Mean and standard deviation (n - 1) by shape of what was measured, without outliers and what is implausible.
 std::vector<IetSummary> summary_of(const std::vector<IetRow>& rows);
 
 }  // namespace klang::fit

@@ -50,7 +50,10 @@ struct IetRow {
   std::optional<double> e_e1876_pa, g_e1876_pa, nu_e1876, e_model_pa, g_model_pa, nu_model;
   std::optional<double> difference_percent;
   std::optional<double> q_inverse_flexural, density_kg_m3, explained_share;
-  bool nu_assumed = false, outlier = false;
+  bool nu_assumed = false, outlier = false, implausible = false;
+  /// Part of the summary.
+  bool counts() const { return !outlier && !implausible; }
+
   std::string remark;
 
   template <class Self, class Visitor>
@@ -73,6 +76,10 @@ struct IetRow {
           self.explained_share);
     visit({"nu_assumed", "no second frequency was found: 0.3 is assumed for the closed form"}, self.nu_assumed);
     visit({"outlier", "modified z-score of E or G above 3.5: left out of the summary"}, self.outlier);
+    visit({"implausible",
+           "Poisson's ratio or stiffness of no solid, or closed form and model more than 5 % apart: left out of the "
+           "summary"},
+          self.implausible);
     visit({"remark", "empty, or what is doubtful"}, self.remark);
   }
 };
@@ -88,7 +95,7 @@ struct IetSummary {
   static void describe(Self& self, Visitor&& visit) {
     visit({"shape", "of these specimens"}, self.shape);
     visit({"quantity", "a column of iet.csv"}, self.quantity);
-    visit({"mean", "without outliers"}, self.mean);
+    visit({"mean", "without outliers and what is implausible"}, self.mean);
     visit({"std", "standard deviation of one specimen, n - 1 in the divisor; null for one"}, self.std);
     visit({"n", "specimens"}, self.n);
   }
@@ -105,7 +112,7 @@ struct IetDocument {
     ResultHeader::describe(self.header, visit);
     visit({"name", "of the specimens' file"}, self.name);
     visit({"specimens", "as in the file"}, self.specimens);
-    visit({"summary", "mean and standard deviation by shape, without outliers"}, self.summary);
+    visit({"summary", "mean and standard deviation by shape, without outliers and what is implausible"}, self.summary);
   }
 };
 

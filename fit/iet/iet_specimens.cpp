@@ -144,7 +144,7 @@ void mark_outliers(std::vector<IetRow>& rows) {
     for (const auto member : {&IetRow::e_e1876_pa, &IetRow::g_e1876_pa}) {
       std::vector<double> values, distances;
       for (const IetRow& row : rows)
-        if (row.given.shape == shape && row.*member) values.push_back(*(row.*member));
+        if (row.given.shape == shape && !row.implausible && row.*member) values.push_back(*(row.*member));
       if (values.size() < kFewest) continue;
       const double centre = median(values);
       for (const double value : values) distances.push_back(std::abs(value - centre));
@@ -172,7 +172,7 @@ std::vector<IetSummary> summary_of(const std::vector<IetRow>& rows) {
     for (const auto& [name, member] : quantities) {
       std::vector<double> values;
       for (const IetRow& row : rows)
-        if (row.given.shape == shape && !row.outlier && row.*member) values.push_back(*(row.*member));
+        if (row.given.shape == shape && row.counts() && row.*member) values.push_back(*(row.*member));
       if (values.empty()) continue;
       double sum = 0.0, squares = 0.0;
       for (const double value : values) sum += value;

@@ -88,7 +88,9 @@ std::string specimen_table(const fit::IetDocument& data) {
 std::string result_table(const fit::IetDocument& data) {
   std::string body;
   for (const fit::IetRow& row : data.specimens) {
-    const std::string mark = row.outlier ? " <span class=\"tag fair\">outlier</span>" : "";
+    const std::string mark = row.implausible ? " <span class=\"tag bad\">implausible</span>"
+                             : row.outlier   ? " <span class=\"tag fair\">outlier</span>"
+                                             : "";
     body += std::string("<tr") + (row.remark.empty() ? "" : " class=\"pair\"") + ">" +
             tag("th", escaped(row.given.specimen) + mark, "scope=\"row\"") + cell(row.flexural_hz, 1.0, 7) +
             cell(row.torsional_hz ? row.torsional_hz : row.second_hz, 1.0, 7) + cell(row.e_e1876_pa, 1e-9, 5) +
@@ -147,7 +149,8 @@ std::string summary_table(const fit::IetDocument& data) {
             number_cell(std::to_string(line.n)) + "</tr>\n";
   }
   return scrolled(
-      "<table><caption>Mean and standard deviation s of one specimen (n − 1), without outliers. The spread among "
+      "<table><caption>Mean and standard deviation s of one specimen (n − 1), without outliers and what is "
+      "implausible. The spread among "
       "specimens, without the tolerances of dimensions and mass.</caption>" +
           head({{"Shape", false}, {"Quantity", false}, {"Mean", true}, {"s", true}, {"s [%]", true}, {"n", true}}) +
           body + "</tbody></table>",
@@ -155,13 +158,14 @@ std::string summary_table(const fit::IetDocument& data) {
 }
 
 std::vector<std::string> sentences_of(const fit::IetDocument& data) {
-  std::size_t n_measured = 0, n_outliers = 0, n_assumed = 0;
+  std::size_t n_measured = 0, n_outliers = 0, n_implausible = 0, n_assumed = 0;
   double widest = 0.0;
   for (const fit::IetRow& row : data.specimens) {
     n_measured += row.flexural_hz ? 1 : 0;
-    n_outliers += row.outlier ? 1 : 0;
+    n_outliers += row.outlier && !row.implausible ? 1 : 0;
+    n_implausible += row.implausible ? 1 : 0;
     n_assumed += row.flexural_hz && row.nu_assumed ? 1 : 0;
-    widest = std::max(widest, std::abs(row.difference_percent.value_or(0.0)));
+    if (!row.implausible) widest = std::max(widest, std::abs(row.difference_percent.value_or(0.0)));
   }
   std::vector<std::string> sentences{
       "<b>" + std::to_string(n_measured) + "</b> of " +
@@ -169,6 +173,10 @@ std::vector<std::string> sentences_of(const fit::IetDocument& data) {
       (n_outliers > 0 ? "; " + counted(n_outliers, "is an outlier and", "are outliers and") + " left out of the means"
                       : "") +
       "."};
+  if (n_implausible > 0)
+    sentences.push_back("<b>" + counted(n_implausible, "specimen has", "specimens have") +
+                        " values that cannot be</b> and " + (n_implausible == 1 ? "is" : "are") +
+                        " left out of the means: the remarks say why.");
   sentences.push_back(
       "Closed forms and full model differ by " + fixed(widest, 2) +
       " % in E at most. The closed forms are those of slender bodies with a correction for their thickness; "

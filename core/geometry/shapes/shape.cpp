@@ -6,6 +6,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/nearest_word.hpp"
 #include "core/geometry/shapes/detail/block_shape.hpp"
+#include "core/geometry/shapes/round_surfaces.hpp"
 #include "core/geometry/shapes/shape_registry.hpp"
 
 namespace klang::mesh {
@@ -95,6 +96,7 @@ void validate(const ShapeSpec& spec) {
 }
 
 std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec) { return validated(spec).convex_parts(spec); }
+std::vector<RoundSurface> round_surfaces(const ShapeSpec& spec) { return validated(spec).round_surfaces(spec); }
 
 double shape_volume_m3(const ShapeSpec& spec) { return validated(spec).volume_m3(spec); }
 

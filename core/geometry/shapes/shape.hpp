@@ -29,7 +29,7 @@ void validate(const ShapeSpec& spec);
 double shape_volume_m3(const ShapeSpec& spec);
 double shape_area_m2(const ShapeSpec& spec);
 
-/// Convex pieces that fill the body as others can touch it (a closed hollow is filled, too), for collisions: the hull of each
+/// Convex pieces that fill the body as others can touch it, for collisions: the hull of each
 /// piece's corners [m], one corner per column. Pieces touch and do not overlap. Where the surface is round they leave out, or add in hollows, up to 1 % of the body's largest extent.
 /// A body that is convex is one piece. @throws InputError for a bad spec
 std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec);

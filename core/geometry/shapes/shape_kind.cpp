@@ -29,6 +29,10 @@ std::vector<Eigen::Matrix3Xd> ShapeKind::convex_parts(const ShapeSpec& spec) con
   return detail::convex_wedges(section_patches(spec, {1, 1, 0}));
 }
 
+std::vector<RoundSurface> ShapeKind::round_surfaces(const ShapeSpec& spec) const {
+  return is_axisymmetric(spec) ? detail::outline_rings(section_patches(spec, {1, 1, 0})) : std::vector<RoundSurface>();
+}
+
 ShapeDivisions ShapeKind::resonance_divisions(const ShapeSpec& spec, double, double) const {
   return refined(counts(spec, 0.0), 0);
 }

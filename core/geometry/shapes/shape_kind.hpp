@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/mesh/round_surface.hpp"
 #include "core/geometry/shapes/shape.hpp"
 
 namespace klang::mesh {
@@ -67,6 +68,8 @@ class ShapeKind {
 
   /// convex_parts() of shape.hpp. Default: wedges of the section of a body of revolution.
   virtual std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec) const;
+  /// round_surfaces() of round_surfaces.hpp. Default: rings of the section of a body of revolution.
+  virtual std::vector<RoundSurface> round_surfaces(const ShapeSpec& spec) const;
 
   /// resonance_divisions() and reference_divisions() of shape.hpp. Defaults: the default counts; twice as fine.
   virtual ShapeDivisions resonance_divisions(const ShapeSpec& spec, double bar_speed_m_s, double highest_hz) const;

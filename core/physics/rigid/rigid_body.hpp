@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/mesh/round_surface.hpp"
+
 namespace klang::rigid {
 
 /// A convex piece of a body by its corners in the body's frame [m], one per column. The hull of the corners collides; a face is
@@ -35,6 +37,8 @@ struct RigidBodySpec {
   Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();  ///< about the centre, axes of the body's frame
   double ball_radius_m = 0.0;                               ///< > 0: a ball about its centre, which has no parts
   std::vector<ConvexPart> parts;
+  std::vector<mesh::RoundSurface>
+      round;  ///< of which the parts' hull is: the floor touches these, not their facets; none: corners
   Skin skin;
   Curvature curvature = {};                              ///< none: it touches with edges and corners alone
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the body's frame, in the world

@@ -8,6 +8,7 @@
 #include "core/geometry/files/surface_file.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
+#include "core/geometry/shapes/round_surfaces.hpp"
 #include "core/geometry/shapes/surface_curvature.hpp"
 #include "core/physics/rigid/convex_parts.hpp"
 #include "core/sound/scene/detail/link_reader.hpp"
@@ -90,6 +91,7 @@ rigid::RigidBodySpec rigid_body_of(const Scene& scene, const SceneBody& body, co
       for (const std::string& warning : mesh::body_warnings(mesh, 1.0, {}))
         if (notes.warning) notes.warning("body " + body.name + ": " + warning);
       for (Eigen::Matrix3Xd& corners_m : mesh::convex_parts(*body.shape)) rigid.parts.push_back({std::move(corners_m)});
+      rigid.round = mesh::round_surfaces(*body.shape);
       rigid.curvature = mesh::surface_curvature(*body.shape, rigid.touch_radius_m());
     } else {
       const mesh::TetMesh mesh = loaded(body, 0.0, notes, monitor);

@@ -41,6 +41,12 @@ std::vector<Eigen::Matrix3Xd> BallShape::convex_parts(const ShapeSpec& spec) con
   return {semi_axes_m(spec).asDiagonal() * corners};
 }
 
+std::vector<RoundSurface> BallShape::round_surfaces(const ShapeSpec& spec) const {
+  RoundSurface whole;
+  whole.axes_m = semi_axes_m(spec).asDiagonal();
+  return {whole};
+}
+
 bool BallShape::is_axisymmetric(const ShapeSpec& spec) const {
   const Vector3d axes_m = semi_axes_m(spec);
   return axes_m.x() == axes_m.y();

@@ -13,6 +13,7 @@ class BallShape : public BlockShape {
   std::array<int, 3> counts(const ShapeSpec& spec, double edge_m) const final;
   std::vector<Block> blocks(const ShapeSpec& spec, std::array<int, 3> n) const final;
   std::vector<Eigen::Matrix3Xd> convex_parts(const ShapeSpec& spec) const final;
+  std::vector<RoundSurface> round_surfaces(const ShapeSpec& spec) const final;
   bool is_axisymmetric(const ShapeSpec& spec) const final;
   double section_thickness_m(const ShapeSpec& spec) const final;
   std::array<int, 3> section_counts(const ShapeSpec& spec, double edge_m) const final;

@@ -6,6 +6,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/shapes/detail/block_shape.hpp"
+#include "core/geometry/shapes/detail/convex_wedges.hpp"
 #include "core/geometry/shapes/detail/disk_blocks.hpp"
 #include "core/geometry/shapes/detail/section_patches.hpp"
 
@@ -85,6 +86,18 @@ class BowlShape : public BlockShape {
                         },
                         {"", piece.ring ? "z_max" : "", "", "", "inner", "outer"}});
     return blocks;
+  }
+
+  /// The sphere below and the rim; the inner circle of the rim lies within the outer one.
+  std::vector<RoundSurface> round_surfaces(const ShapeSpec& spec) const override {
+    const Bowl bowl = bowl_of(spec);
+    RoundSurface sphere;
+    sphere.centre_m.z() = bowl.outer_m;
+    sphere.axes_m = bowl.outer_m * Eigen::Matrix3d::Identity();
+    sphere.pole = -Vector3d::UnitZ();
+    sphere.least_cosine = 1.0 - bowl.depth_m / bowl.outer_m;
+    const double rim_m = std::sqrt(bowl.depth_m * (2.0 * bowl.outer_m - bowl.depth_m));
+    return {sphere, ring(rim_m, bowl.depth_m)};
   }
 
   ShapeDivisions resonance_divisions(const ShapeSpec& spec, double, double) const override {

@@ -35,8 +35,8 @@ int divisions(const SectionPatch& patch, bool along_u, double left_out_m) {
   return std::max(1, static_cast<int>(std::ceil(std::sqrt(sagitta / left_out_m))));
 }
 
-std::vector<Cell> cells_of(const std::vector<SectionPatch>& patches) {
-  const double left_out_m = kLeftOut * extent_m(patches);
+std::vector<Cell> cells_of(const std::vector<SectionPatch>& patches, double left_out) {
+  const double left_out_m = left_out * extent_m(patches);
   std::vector<Cell> cells;
   for (const SectionPatch& patch : patches) {
     const int n_u = divisions(patch, true, left_out_m), n_v = divisions(patch, false, left_out_m);
@@ -101,8 +101,32 @@ Eigen::Matrix3Xd cuboid_corners(const Eigen::Vector3d& low_m, const Eigen::Vecto
   return corners;
 }
 
+RoundSurface ring(double radius_m, double z_m) {
+  RoundSurface surface;
+  surface.centre_m.z() = z_m;
+  surface.axes_m(0, 0) = surface.axes_m(1, 1) = radius_m;
+  return surface;
+}
+
+std::vector<RoundSurface> outline_rings(const std::vector<SectionPatch>& patches) {
+  constexpr double kFine = 1e-4;
+  const double on_axis_m = 1e-9 * extent_m(patches);
+  std::vector<Vector2d> both_sides;
+  for (const Cell& cell : cells_of(patches, kFine)) {
+    for (const Vector2d& point : cell) {
+      const double r = std::abs(point.x()) <= on_axis_m ? 0.0 : point.x();
+      both_sides.emplace_back(r, point.y());
+      both_sides.emplace_back(-r, point.y());
+    }
+  }
+  std::vector<RoundSurface> rings;
+  for (const Vector2d& point : hull(both_sides))
+    if (point.x() >= 0.0) rings.push_back(ring(point.x(), point.y()));
+  return rings;
+}
+
 std::vector<Eigen::Matrix3Xd> convex_wedges(const std::vector<SectionPatch>& patches) {
-  std::vector<Cell> cells = cells_of(patches);
+  std::vector<Cell> cells = cells_of(patches, kLeftOut);
   const double on_axis_m = 1e-9 * extent_m(patches);
   double filled_m2 = 0.0;
   std::vector<Vector2d> both_sides;

@@ -23,10 +23,11 @@ using Eigen::Vector3d;
 /// A convex part as it collides.
 struct CollisionPart {
   int body = 0, number = 0;
-  Eigen::Matrix3Xd corners;                                     // from the centre of mass, body axes; of a ball none
-  Eigen::Matrix3Xd on_floor;                                    // corners that no earlier part of the body has
-  double floor_radius = 0.0;                                    // of the farthest of these
-  double radius = 0.0;                                          // of a ball
+  Eigen::Matrix3Xd corners;               // from the centre of mass, body axes; of a ball none
+  Eigen::Matrix3Xd on_floor;              // corners that no earlier part of the body has
+  std::vector<mesh::RoundSurface> round;  // in place of these, of the whole body, with its first part
+  double floor_radius = 0.0;              // of the farthest of these
+  double radius = 0.0;                    // of a ball
   Vector3d middle = Vector3d::Zero(), half = Vector3d::Zero();  // of its box in body axes
   bool moves = true;
   std::unique_ptr<HullFeatures> features;
@@ -216,6 +217,21 @@ PartBox box_of(const CollisionPart& part, const PlacedPart& placed, double slop)
   return {middle - half, middle + half, part.body, part.moves};
 }
 
+/// Where a plane across that direction touches: the farthest place, or eight of a disc that lies flat on it.
+std::vector<Vector3d> lowest_of(const mesh::RoundSurface& surface, const Vector3d& down) {
+  constexpr double kFlat = 1e-5;  // inner length, between the two ends of a disc
+  constexpr int kPlaces = 8;
+  if (down.dot(surface.pole) < surface.least_cosine) return {};
+  if (!surface.is_disc() || 2 * surface.half_width_m(down) > kFlat) return {surface.farthest_m(down)};
+  std::vector<Vector3d> places;
+  for (int i = 0; i < kPlaces; ++i) {
+    const double angle = 2 * M_PI * i / kPlaces;
+    places.push_back(surface.centre_m + std::cos(angle) * surface.axes_m.col(0) +
+                     std::sin(angle) * surface.axes_m.col(1));
+  }
+  return places;
+}
+
 void add_floor_contacts(const CollisionPart& part, const BodyState& body, double slop, std::vector<Contact>& contacts) {
   const auto add = [&](const Vector3d& lowest) {
     if (!(lowest.z() <= slop)) return;
@@ -231,6 +247,9 @@ void add_floor_contacts(const CollisionPart& part, const BodyState& body, double
   if (part.radius > 0) return add(body.centre - part.radius * Vector3d::UnitZ());
   if (body.centre.z() - part.floor_radius > slop) return;
   const Eigen::Matrix3d r = body.turn.toRotationMatrix();
+  const Vector3d down = -r.row(2).transpose();
+  for (const mesh::RoundSurface& surface : part.round)
+    for (const Vector3d& lowest : lowest_of(surface, down)) add(body.centre + r * lowest);
   const double near = slop + 1e-9 * part.floor_radius;
   for (Eigen::Index i = 0; i < part.on_floor.cols(); ++i)
     if (body.centre.z() + r.row(2).dot(part.on_floor.col(i)) <= near) add(body.centre + r * part.on_floor.col(i));
@@ -320,8 +339,16 @@ void Collisions::add(int body, const RigidBodySpec& spec, double scale, bool mov
     part.half = 0.5 * (part.corners.rowwise().maxCoeff() - part.corners.rowwise().minCoeff());
     part.features = features_of(part.corners);
     if (!part.features) part.shape = hull_of(part.corners);
-    part.on_floor = corners_of_its_own(part.corners, parts);
+    if (spec.round.empty()) part.on_floor = corners_of_its_own(part.corners, parts);
     if (part.on_floor.cols() > 0) part.floor_radius = part.on_floor.colwise().norm().maxCoeff();
+    if (parts.empty()) {
+      for (mesh::RoundSurface surface : spec.round) {
+        surface.centre_m = scale * (surface.centre_m - spec.centre_m);
+        surface.axes_m *= scale;
+        part.floor_radius = std::max(part.floor_radius, surface.centre_m.norm() + surface.axes_m.norm());
+        part.round.push_back(surface);
+      }
+    }
     add_part(std::move(part));
   }
 }

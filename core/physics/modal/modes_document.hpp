@@ -24,11 +24,12 @@ struct ModeRecord {
     visit({"mesh_relative_error",
            "estimate of (f_h - f)/f >= 0 against an infinitely fine mesh of the same surface, or null"},
           self.mesh_relative_error);
-    visit({"relative_error_bound",
-           "how much too high the frequency may be: for polynomial what the last raise of the degrees took off, twice; "
-           "for harmonics "
-           "the estimate; for tetrahedra twice the estimate, none where that is above 3 %; null: not asked for, or none"},
-          self.relative_error_bound);
+    visit(
+        {"relative_error_bound",
+         "how much too high the frequency may be: for polynomial what the last raise of the degrees took off, twice; "
+         "for harmonics "
+         "the estimate; for tetrahedra twice the estimate, none where that is above 3 %; null: not asked for, or none"},
+        self.relative_error_bound);
   }
 };
 

@@ -216,6 +216,25 @@ TEST(FullDisk, EarlierResultStaysWhenTheFileSizeIsLimited) {
   EXPECT_EQ(std::filesystem::file_size(scratch.path() / "m.vtu"), 7U);
 }
 
+TEST(FullDisk, ASceneThatFindsNoRoomSaysSoInOneLineAndHalvesNothing) {
+  const Scratch scratch;
+  scratch.write(
+      "ball.toml",
+      "duration_s = 0.2\n[world.floor]\nmaterial = \"steel\"\n[[material]]\nname = \"steel\"\npreset = \"steel\"\n"
+      "[[body]]\nname = \"ball\"\nshape = { kind = \"sphere\", radius_m = 0.01 }\nmaterial = \"steel\"\n"
+      "position_m = [0.0, 0.0, 0.05]\n");
+  // In blocks of 512 bytes: at none of these does everything fit, and files of HDF5 end within their head, tables and rows.
+  for (const int blocks : {1, 8, 20, 60, 120}) {
+    const auto result = run_klang("scene run ball.toml -o out", scratch.path(),
+                                  "trap '' XFSZ; ulimit -f " + std::to_string(blocks) + ";");
+    EXPECT_EQ(result.exit_code, 2) << blocks << ": " << result.err;
+    EXPECT_EQ(result.err_lines(), 1) << blocks << ": " << result.err;
+    EXPECT_NE(result.err.find("cannot write"), std::string::npos) << result.err;
+    for (const std::string& file : scratch.files()) EXPECT_EQ(file.find("tmp"), std::string::npos) << file;
+    std::filesystem::remove_all(scratch.path() / "out");
+  }
+}
+
 TEST(Output, AFolderThatCannotBeMadeIsRefusedBeforeTheWork) {
   const Scratch scratch;
   scratch.write("file", "x");

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/physics/solid/material.hpp"
 #include "fit/ringdown/merge_partials.hpp"
@@ -85,6 +86,44 @@ const Reason* reason_of(const Judgement& judgement, ReasonKind kind) {
 TEST(Judge, FitThatAgreesWithAllIsTrusted) {
   const Judgement judgement = judge_fit(steel_bar(208e9));
   EXPECT_EQ(judgement.verdict, Verdict::kTrusted) << (judgement.reasons.empty() ? "" : judgement.reasons[0].text);
+}
+
+/// The bar with amplitudes and decays, and lines beside its partials: of one decay, or each of its own.
+JudgeInput bar_with_lines(double first_decay, double decay_ratio) {
+  JudgeInput input = steel_bar(208e9);
+  JudgedSpecimen& bar = input.specimens[0];
+  for (Partial& partial : bar.partials.partials) {
+    partial.amplitude = 0.1;
+    partial.decay_per_s = 5.0 + 1e-3 * partial.frequency_hz;
+  }
+  for (int k = 0; k < 8; ++k) {
+    Partial line;
+    line.frequency_hz = bar.frequency_hz[k / 2] + (k % 2 == 0 ? -3.0 : 4.5);
+    line.amplitude = 0.05;
+    line.decay_per_s = first_decay * std::pow(decay_ratio, k);
+    bar.partials.partials.push_back(line);
+    bar.mode_of_partial.push_back(-1);
+  }
+  return input;
+}
+
+TEST(Judge, LinesOfOneDecayBesidePartialsAreTheRoomAndContradictNothing) {
+  const Judgement judgement = judge_fit(bar_with_lines(8.0, 1.1));
+  EXPECT_EQ(judgement.verdict, Verdict::kDoubtful);
+  const Reason* room = reason_of(judgement, ReasonKind::kRoom);
+  ASSERT_NE(room, nullptr);
+  EXPECT_NE(room->text.find("8 lines"), std::string::npos) << room->text;
+  EXPECT_NE(room->text.find("reverberation"), std::string::npos) << room->text;
+  EXPECT_EQ(reason_of(judgement, ReasonKind::kUnmatched), nullptr);
+}
+
+TEST(Judge, LinesOfTheirOwnDecaysOrFarFromPartialsAreNoRoom) {
+  const Judgement own = judge_fit(bar_with_lines(3.0, 2.3));
+  EXPECT_EQ(reason_of(own, ReasonKind::kRoom), nullptr);
+  EXPECT_NE(reason_of(own, ReasonKind::kUnmatched), nullptr);
+  JudgeInput far = bar_with_lines(8.0, 1.1);
+  for (std::size_t i = 6; i < 14; ++i) far.specimens[0].partials.partials[i].frequency_hz += 150.0;
+  EXPECT_EQ(reason_of(judge_fit(far), ReasonKind::kRoom), nullptr);
 }
 
 TEST(Judge, SixMillimetresTypedForEightIsNoSteelAndTheHeightIsNamed) {

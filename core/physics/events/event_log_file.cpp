@@ -193,15 +193,12 @@ void add_bodies(EventLog& log) {
 
 void write_event_log(const std::filesystem::path& path, const EventLog& log) {
   log.validate();
-  write_file_with(path, [&](const std::filesystem::path& temporary) {
-    detail::Hdf5Output file(temporary);
-    file.attribute("format", std::string(kFormat));
-    file.attribute("schema_version", kSchemaVersion);
-    EventLog::describe_tables(log, [&](const char* table, const char* meaning, const auto& rows) {
-      write_table(file, table, meaning, rows);
-    });
-    file.close();
-  });
+  detail::Hdf5Output file(path);
+  file.attribute("format", std::string(kFormat));
+  file.attribute("schema_version", kSchemaVersion);
+  EventLog::describe_tables(
+      log, [&](const char* table, const char* meaning, const auto& rows) { write_table(file, table, meaning, rows); });
+  write_file(path, file.bytes());
 }
 
 EventLog read_event_log(const std::filesystem::path& path) {

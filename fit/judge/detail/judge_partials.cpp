@@ -33,23 +33,62 @@ std::string named(const JudgedSpecimen& specimen, const std::vector<std::size_t>
   return text + (rows.size() > 3 ? ", ..." : "");
 }
 
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What a room makes of a ring: its echoes are noise with the room's decay, and a fit finds lines of about that decay in it, beside each
+/// partial as far as such noise is wide. Four or more without a mode, beside partials that have one, and of one decay.
+std::vector<std::size_t> room_lines(const JudgedSpecimen& specimen) {
+  constexpr std::size_t kFewest = 4;
+  constexpr double kWidths = 3.0, kLeastHz = 3.0, kLouder = 2.0, kSameDecay = 2.5, kMost = 0.6;
+  const std::vector<Partial>& partials = specimen.partials.partials;
+  std::vector<std::size_t> beside;
+  std::vector<double> decays;
+  for (std::size_t i = 0; i < partials.size(); ++i) {
+    const Partial& line = partials[i];
+    if (item(specimen.mode_of_partial, i) >= 0 || !line.decay_per_s || !line.amplitude) continue;
+    const double width_hz = std::max(kLeastHz, kWidths * *line.decay_per_s / kPi);
+    for (std::size_t j = 0; j < partials.size(); ++j) {
+      if (item(specimen.mode_of_partial, j) < 0 || !partials[j].amplitude) continue;
+      if (std::abs(partials[j].frequency_hz - line.frequency_hz) > width_hz) continue;
+      if (*line.amplitude > kLouder * *partials[j].amplitude) continue;
+      beside.push_back(i);
+      decays.push_back(*line.decay_per_s);
+      break;
+    }
+  }
+  if (beside.size() < kFewest) return {};
+  const double decay = median_of(decays);
+  std::vector<std::size_t> of_room;
+  for (std::size_t k = 0; k < beside.size(); ++k)
+    if (std::max(decays[k] / decay, decay / decays[k]) <= kSameDecay) of_room.push_back(beside[k]);
+  const bool most = static_cast<double>(of_room.size()) >= kMost * static_cast<double>(beside.size());
+  return of_room.size() >= kFewest && most ? of_room : std::vector<std::size_t>{};
+}
+
 struct Shares {
   double energy = 1.0;
   std::size_t n_strong = 0, n_strong_matched = 0;
-  std::vector<std::size_t> missed;  ///< strong ones without a mode, strongest first
+  std::vector<std::size_t> missed;   ///< strong ones without a mode, strongest first
+  std::vector<std::size_t> of_room;  ///< left out of all that
 };
 
 Shares shares_of(const JudgedSpecimen& specimen) {
-  const std::vector<double> energy = energies(specimen.partials);
+  std::vector<double> energy = energies(specimen.partials);
   Shares shares;
   if (energy.empty()) return shares;
+  shares.of_room = room_lines(specimen);
+  for (const std::size_t i : shares.of_room) energy[i] = 0.0;
   const double strongest = *std::max_element(energy.begin(), energy.end());
   double matched = 0.0, sum = 0.0;
   for (std::size_t i = 0; i < energy.size(); ++i) {
     const bool has_mode = item(specimen.mode_of_partial, i) >= 0;
     sum += energy[i];
     matched += has_mode ? energy[i] : 0.0;
-    if (10.0 * std::log10(energy[i] / strongest) < -kStrongDb) continue;
+    if (!(10.0 * std::log10(energy[i] / strongest) >= -kStrongDb)) continue;
     ++shares.n_strong;
     shares.n_strong_matched += has_mode;
     if (!has_mode) shares.missed.push_back(i);
@@ -80,6 +119,24 @@ void judge_shares(const JudgedSpecimen& specimen, const Shares& shares, std::vec
                 " strong partials and " + shown("%.0f %%", 100.0 * shares.energy) +
                 " of the ring's energy lie on modes; the strongest without one: " + named(specimen, shares.missed);
   reasons.push_back(std::move(reason));
+}
+
+void judge_room(const JudgedSpecimen& specimen, const Shares& shares, std::vector<Reason>& reasons) {
+  if (shares.of_room.empty()) return;
+  std::vector<double> decays;
+  for (const std::size_t i : shares.of_room) decays.push_back(*specimen.partials.partials[i].decay_per_s);
+  reasons.push_back({ReasonKind::kRoom,
+                     Verdict::kDoubtful,
+                     specimen.name,
+                     "",
+                     std::to_string(shares.of_room.size()) + " lines beside partials of the body (" +
+                         named(specimen, shares.of_room) + ") decay alike, by about " +
+                         shown("%.3g", median_of(decays)) +
+                         " per s: a room's reverberation, which the intervals do not hold; a microphone closer to the "
+                         "body hears less of it",
+                     static_cast<double>(shares.of_room.size()),
+                     {},
+                     {}});
 }
 
 /// Strong rings by a mode that should sound and has no partial, yet left out.
@@ -183,6 +240,7 @@ void judge_partials(const JudgeInput& input, std::vector<Reason>& reasons) {
   for (const JudgedSpecimen& specimen : input.specimens) {
     const Shares shares = shares_of(specimen);
     judge_shares(specimen, shares, reasons);
+    judge_room(specimen, shares, reasons);
     judge_left_out(specimen, shares, reasons);
     judge_unheard(specimen, reasons);
     judge_takes(specimen, reasons);

@@ -53,8 +53,11 @@ bool Hdf5Handle::close() {
   return id < 0 || close_(id) >= 0;
 }
 
-Hdf5Output::Hdf5Output(std::filesystem::path path)
-    : path_(std::move(path)), file_(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose) {
+Hdf5Output::Hdf5Output(std::filesystem::path path) : path_(std::move(path)) {
+  constexpr std::size_t kGrowBytes = std::size_t{1} << 20;
+  const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  check(H5Pset_fapl_core(access, kGrowBytes, false) >= 0, {});
+  file_ = Hdf5Handle(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
   check(file_.ok(), {});
 }
 
@@ -111,7 +114,14 @@ void Hdf5Output::texts(const std::string& name, const std::string& meaning, std:
   dataset(name, meaning, text_type(longest), bytes.data(), values.size(), 1);
 }
 
-void Hdf5Output::close() { check(file_.close(), {}); }
+std::string Hdf5Output::bytes() {
+  check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, {});
+  const ssize_t n = H5Fget_file_image(file_, nullptr, 0);
+  check(n > 0, {});
+  std::string bytes(static_cast<std::size_t>(n), '\0');
+  check(H5Fget_file_image(file_, bytes.data(), bytes.size()) == n, {});
+  return bytes;
+}
 
 Hdf5Input::Hdf5Input(std::filesystem::path path) : path_(std::move(path)) {
   std::error_code error;

@@ -43,9 +43,11 @@ class Hdf5Handle {
   int (*close_)(std::int64_t) = nullptr;
 };
 
-/// A file that is written from the start. Every failure is an InputError with the file and the name.
+/// A file that is made in memory: closing one whose disk is full leaves the library in a state in which it crashes later. Every
+/// failure is an InputError with the file and the name.
 class Hdf5Output {
  public:
+  /// @param path  where it will be, for messages
   explicit Hdf5Output(std::filesystem::path path);
   void attribute(const std::string& name, int value);
   void attribute(const std::string& name, const std::string& value);
@@ -55,7 +57,8 @@ class Hdf5Output {
                std::size_t n_columns);
   void integers(const std::string& name, const std::string& meaning, std::span<const int> values);
   void texts(const std::string& name, const std::string& meaning, std::span<const std::string> values);
-  void close();
+  /// The file as it is to stand on the disk.
+  std::string bytes();
 
  private:
   void dataset(const std::string& name, const std::string& meaning, std::int64_t type, const void* data,

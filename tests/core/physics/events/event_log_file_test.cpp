@@ -40,7 +40,7 @@ class EventLogFile : public testing::Test {
     detail::Hdf5Output file(path_);
     file.attribute("schema_version", 1);
     write(file);
-    file.close();
+    write_file(path_, file.bytes());
   }
   std::filesystem::path path_;
 };
@@ -111,7 +111,7 @@ TEST_F(EventLogFile, WrongFilesAreRefusedInOneLine) {
   }
   {
     detail::Hdf5Output file(path_);
-    file.close();
+    write_file(path_, file.bytes());
   }
   expect_refused("schema_version");
   write_foreign([](detail::Hdf5Output& file) { file.group("images", ""); });

@@ -28,7 +28,7 @@ struct CollisionPart {
   std::vector<mesh::RoundSurface> round;  // in place of these, of the whole body, with its first part
   double floor_radius = 0.0;              // of the farthest of these
   double radius = 0.0;                    // of a ball
-  Vector3d middle = Vector3d::Zero(), half = Vector3d::Zero();  // of its box in body axes
+  Eigen::MatrixX3d by_axis;               // the corners, one per row
   bool moves = true;
   std::unique_ptr<HullFeatures> features;
   std::unique_ptr<btConvexShape> shape;  // of a ball, and of a hull without volume
@@ -211,10 +211,21 @@ class Touches {
   std::vector<Contact>& found_;
 };
 
+/// As tight as can be: of a stone's box turned with it half the volume is empty, and pairs are many.
 PartBox box_of(const CollisionPart& part, const PlacedPart& placed, double slop) {
-  const Vector3d middle = placed.place * part.middle;
-  const Vector3d half = (placed.place.linear().cwiseAbs() * part.half).array() + slop;
-  return {middle - half, middle + half, part.body, part.moves};
+  const Vector3d& centre = placed.place.translation();
+  if (part.radius > 0) {
+    const Vector3d half = Vector3d::Constant(part.radius + slop);
+    return {centre - half, centre + half, part.body, part.moves};
+  }
+  PartBox box{centre, centre, part.body, part.moves};
+  for (int i = 0; i < 3; ++i) {
+    const auto row = placed.place.linear().row(i);
+    const auto heights = row[0] * part.by_axis.col(0) + row[1] * part.by_axis.col(1) + row[2] * part.by_axis.col(2);
+    box.low[i] += heights.minCoeff() - slop;
+    box.high[i] += heights.maxCoeff() + slop;
+  }
+  return box;
 }
 
 /// Where a plane across that direction touches: the farthest place, or eight of a disc that lies flat on it.
@@ -328,15 +339,13 @@ void Collisions::add(int body, const RigidBodySpec& spec, double scale, bool mov
   if (spec.ball_radius_m > 0) {
     CollisionPart part;
     part.radius = scale * spec.ball_radius_m;
-    part.half = Vector3d::Constant(part.radius);
     part.shape = std::make_unique<btSphereShape>(part.radius);
     add_part(std::move(part));
   }
   for (const ConvexPart& given : spec.parts) {
     CollisionPart part;
     part.corners = scale * (given.corners_m.colwise() - spec.centre_m);
-    part.middle = 0.5 * (part.corners.rowwise().minCoeff() + part.corners.rowwise().maxCoeff());
-    part.half = 0.5 * (part.corners.rowwise().maxCoeff() - part.corners.rowwise().minCoeff());
+    part.by_axis = part.corners.transpose();
     part.features = features_of(part.corners);
     if (!part.features) part.shape = hull_of(part.corners);
     if (spec.round.empty()) part.on_floor = corners_of_its_own(part.corners, parts);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
 #include "tests/core/physics/rigid/bodies.hpp"
 
 using namespace klang::rigid;
@@ -139,6 +140,27 @@ TEST(RigidWorld, ASceneFourTimesAsLargeMovesInTheSameBitsTwiceAsSlowly) {
     EXPECT_EQ(4 * small.centre_m(b), large.centre_m(b));
     EXPECT_EQ(small.pose(b).orientation_wxyz, large.pose(b).orientation_wxyz);
   }
+}
+
+// Four hundred stones packed so that more pairs of boxes meet than one thread takes.
+TEST(RigidWorld, AHeapMovesInTheSameBitsOnAnyNumberOfThreads) {
+  const auto places = [](int n_threads) {
+    klang::set_thread_count(n_threads);
+    RigidWorld world(on_the_floor(5000, skin(0.5, 0.3)));
+    for (int i = 0; i < 400; ++i) {
+      RigidBodySpec body = stone(0.01);
+      body.skin = skin(0.5, 0.3);
+      body.position_m = 0.0201 * Vector3d(i % 8, i / 8 % 8, 0.6 + i / 64);
+      body.orientation = Eigen::AngleAxisd(0.1 * i, Vector3d::UnitZ());
+      world.add(body);
+    }
+    for (int i = 0; i < 250; ++i) world.step();
+    std::vector<Vector3d> all;
+    for (int i = 0; i < world.n_bodies(); ++i) all.push_back(world.centre_m(i));
+    klang::set_thread_count(0);
+    return all;
+  };
+  EXPECT_EQ(places(1), places(4));
 }
 
 TEST(RigidWorld, ABodyFasterThanItsHalfWidthPerStepIsRefusedByName) {

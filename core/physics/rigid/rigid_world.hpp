@@ -16,8 +16,8 @@ inline constexpr double kMostTurnPerStep = 2.0;
 
 /// How impacts that happen in one step are solved.
 enum class CollisionOrder {
-  kPairwise,  ///< one pair after the other, in the order of their touch, at most five rounds: what is seen in a cradle
-  kSimultaneous  ///< all at once with v+ = -e v- at every point (Newton)
+  kPairwise,  ///< one pair after the other, in the order of their touch, one at most five times: what is seen in a cradle
+  kSimultaneous  ///< all that hang together by touching at once, with v+ = -e v- at every point (Newton)
 };
 constexpr auto words_of(CollisionOrder) {
   return std::array{Word{CollisionOrder::kPairwise, "pairwise"}, Word{CollisionOrder::kSimultaneous, "simultaneous"}};

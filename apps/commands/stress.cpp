@@ -214,7 +214,7 @@ Subcommand add_stress(CLI::App& program, CommonOptions& common) {
   add_fields(*app, common, *options, {{"gamma1"}, {"gamma2"}, {"yield_stress_pa"}, {"plastic_strain_limit"}});
   app->footer(
       "Examples:\n"
-      "  klang stress --shape box --dims length_m=0.2,width_m=0.02,height_m=0.01 --material glass --force "
+      "  klang stress --shape box --dims length_m=0.2,width_m=0.02,height_m=0.01 --material soda_lime_glass --force "
       "0,0,0.005:0,0,-100 --tensile-strength-pa 45e6\n"
       "  klang stress --mesh bowl.msh --material youngs_modulus_pa=72e9,poissons_ratio=0.19,density_kg_m3=2700 --force "
       "0.06,0,0.04:-200,0,0 --force -0.06,0,0.04:200,0,0 -o bowl-stress.vtu --json s.json\n"

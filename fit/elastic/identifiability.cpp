@@ -154,6 +154,20 @@ std::string determined_instead(const ParameterSpace& space, const ElasticFit& fi
   return text;
 }
 
+/// Empty where all are there.
+std::string missing_tolerances(const std::vector<GivenQuantity>& given) {
+  constexpr std::size_t kNamed = 3;
+  std::vector<std::string> missing;
+  for (const GivenQuantity& quantity : given)
+    if (!quantity.relative_std) missing.push_back(quantity.name);
+  if (missing.empty()) return {};
+  if (missing.size() == given.size()) return kWithoutTolerances;
+  std::string text = missing.size() == 1 ? "without the tolerance of " : "without the tolerances of ";
+  for (std::size_t i = 0; i < std::min(kNamed, missing.size()); ++i) text += (i > 0 ? ", " : "") + missing[i];
+  if (missing.size() > kNamed) text += " and " + std::to_string(missing.size() - kNamed) + " more";
+  return text;
+}
+
 }  // namespace
 
 Eigen::VectorXd regularisation_factors(const ParameterSpace& space, const ElasticFit& fit) {
@@ -243,9 +257,7 @@ ElasticReport elastic_report(const ParameterSpace& space, const ElasticFit& fit,
       gradients.push_back(space.quantity(name, fit.x).gradient);
     }
     parameter.given = derived && !space.ratio_is_free() && quantity_is_given(space, fit.x, name);
-    const bool lacks =
-        std::any_of(fit.given.begin(), fit.given.end(), [](const GivenQuantity& given) { return !given.relative_std; });
-    if (parameter.std && lacks) parameter.caveat = kWithoutTolerances;
+    if (parameter.std) parameter.caveat = missing_tolerances(fit.given);
     if (parameter.std) add_budget(space, fit, parameter, posterior, report.budget);
     report.parameters.push_back(std::move(parameter));
   }

@@ -26,7 +26,7 @@ struct ChimeNote {
            "not known"},
           self.length_std_m);
     visit(absent_if_empty(
-              {"length_caveat", "what length_std_m leaves out: \"without the tolerances of dimensions and mass\""}),
+              {"length_caveat", "what length_std_m leaves out: \"without the tolerances of ...\""}),
           self.length_caveat);
     visit({"cents_per_tenth_mm", "by which the note falls when it is cut 0.1 mm too long (negative)"},
           self.cents_per_tenth_mm);

@@ -197,11 +197,15 @@ Eigen::MatrixXd heights_over(const HullFeatures& hull, const Eigen::MatrixX3d& c
 std::vector<std::size_t> edges_that_count(const HullFeatures& hull, const Eigen::MatrixXd& heights, double gap) {
   constexpr double kSameFace = 10 * kParallel;  // of the sizes: normals that are one
   const double enough = std::min(gap, 0.0) - kSameFace * (hull.size + heights.cwiseAbs().maxCoeff());
+  const auto counts = [&](const Edge& edge) {
+    const double *left = heights.col(edge.faces[0]).data(), *right = heights.col(edge.faces[1]).data();
+    for (Eigen::Index k = 0; k < heights.rows(); ++k)
+      if (std::max(left[k], right[k]) <= enough) return false;
+    return true;
+  };
   std::vector<std::size_t> kept;
-  for (std::size_t i = 0; i < hull.edges.size(); ++i) {
-    const auto& [left, right] = hull.edges[i].faces;
-    if (!hull.whole || heights.col(left).cwiseMax(heights.col(right)).minCoeff() > enough) kept.push_back(i);
-  }
+  for (std::size_t i = 0; i < hull.edges.size(); ++i)
+    if (!hull.whole || counts(hull.edges[i])) kept.push_back(i);
   return kept;
 }
 

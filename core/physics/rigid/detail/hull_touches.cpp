@@ -20,11 +20,11 @@ const HullFeatures::Plate* outermost(const HullFeatures& hull, const Vector3d& d
   int most = 1;
   double facing = 0.0;
   for (const HullFeatures::Plate& plate : hull.plates) {
-    int n = 0;
-    for (const int corner : plate.corners) n += heights[corner] >= enough ? 1 : 0;
-    n = std::min(n, 2);  // a corner, an edge; a face faces the direction
     const double cosine = plate.normal.dot(direction);
-    if (!(cosine > 0) || n < most || (n == most && cosine <= facing)) continue;
+    if (!(cosine > 0) || (most == 2 && cosine <= facing)) continue;
+    int n = 0;  // a corner, an edge; a face faces the direction
+    for (std::size_t i = 0; i < plate.corners.size() && n < 2; ++i) n += heights[plate.corners[i]] >= enough ? 1 : 0;
+    if (n < most || (n == most && cosine <= facing)) continue;
     most = n;
     facing = cosine;
     best = &plate;

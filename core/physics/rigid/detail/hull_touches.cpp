@@ -32,31 +32,29 @@ const HullFeatures::Plate* outermost(const HullFeatures& hull, const Vector3d& d
   return best;
 }
 
-Polygon placed(const HullFeatures& hull, const HullFeatures::Plate& plate, const Eigen::Isometry3d& to) {
-  Polygon polygon;
-  for (const int corner : plate.corners) polygon.push_back(to * hull.corners.col(corner));
-  return polygon;
+void place(const HullFeatures& hull, const HullFeatures::Plate& plate, const Eigen::Isometry3d& to, Polygon& placed) {
+  placed.clear();
+  for (const int corner : plate.corners) placed.push_back(to * hull.corners.col(corner));
 }
 
 /// What lies behind a plane.
-Polygon behind(const Polygon& polygon, const Vector3d& normal, double offset) {
-  Polygon kept;
+void keep_behind(const Polygon& polygon, const Vector3d& normal, double offset, Polygon& kept) {
+  kept.clear();
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vector3d &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
     const double d0 = normal.dot(from) - offset, d1 = normal.dot(to) - offset;
     if (d0 <= 0) kept.push_back(from);
     if ((d0 < 0 && d1 > 0) || (d0 > 0 && d1 < 0)) kept.push_back(from + d0 / (d0 - d1) * (to - from));
   }
-  return kept;
 }
 
-/// What of a polygon lies over another, seen along the other's way out.
-Polygon within(Polygon polygon, const Polygon& other, const Vector3d& out, double tolerance) {
+/// Leaves of a polygon what lies over another, seen along the other's way out.
+void cut_within(Polygon& polygon, const Polygon& other, const Vector3d& out, double tolerance, Polygon& spare) {
   for (std::size_t i = 0; i < other.size() && !polygon.empty(); ++i) {
     const Vector3d side = (other[(i + 1) % other.size()] - other[i]).cross(out).normalized();
-    polygon = behind(polygon, side, side.dot(other[i]) + tolerance);
+    keep_behind(polygon, side, side.dot(other[i]) + tolerance, spare);
+    polygon.swap(spare);
   }
-  return polygon;
 }
 
 HullTouch where_edges_cross(const HullFeatures::Edge& a, const HullFeatures::Edge& b, const Eigen::Isometry3d& b_to_a,
@@ -89,16 +87,19 @@ std::vector<HullTouch> hull_touches(const HullFeatures& a, const HullFeatures& b
   std::vector<HullTouch> touches;
   bool face_of_a = true;
   if (of_a != nullptr && of_b != nullptr) {
-    const Polygon face_a = placed(a, *of_a, Eigen::Isometry3d::Identity()), face_b = placed(b, *of_b, b_to_a);
+    static thread_local Polygon face_a, face_b, spare;  // their room is kept from call to call
+    place(a, *of_a, Eigen::Isometry3d::Identity(), face_a);
+    place(b, *of_b, b_to_a, face_b);
     const Vector3d normal_b = b_to_a.linear() * of_b->normal;
     const double cosine_a = -n.dot(of_a->normal), cosine_b = n.dot(normal_b), tolerance = kOnSide * (a.size + b.size);
     face_of_a = cosine_a >= cosine_b - 1e-12;
     if (face_of_a) {
-      for (const Vector3d& x : within(face_b, face_a, -n, tolerance))
-        touches.push_back({x, (of_a->normal.dot(x) - of_a->offset) / cosine_a});
+      cut_within(face_b, face_a, -n, tolerance, spare);
+      for (const Vector3d& x : face_b) touches.push_back({x, (of_a->normal.dot(x) - of_a->offset) / cosine_a});
     } else {
       const double offset = of_b->offset + normal_b.dot(b_to_a.translation());
-      for (const Vector3d& x : within(face_a, face_b, n, tolerance)) {
+      cut_within(face_a, face_b, n, tolerance, spare);
+      for (const Vector3d& x : face_a) {
         const double gap = (normal_b.dot(x) - offset) / cosine_b;
         touches.push_back({x - gap * n, gap});
       }

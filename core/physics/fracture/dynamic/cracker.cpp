@@ -162,18 +162,22 @@ int Cracker::open(ExplicitSolid& solid) {
   };
   std::vector<Candidate> found, fronts;
   const Viscosity* extra = options_.total_stress ? &viscosity_ : nullptr;
-  SplitStresses split(mesh.n_elements());
   const double now = solid.time_s();
   const bool runs = running_s_ >= 0.0 && now < running_s_ + pause_s_;
-  for (int i = 0; i < mesh.n_nodes(); ++i) {
-    if (!asked[at(i)] || mesh.held[at(i)] >= 0 || mesh.star(i).size() < 2) continue;
-    const bool is_front = options_.new_crack_factor > 1.0 && now < front_until_s_[at(i)];
-    if (now < ready_s_[at(i)] && !is_front) continue;
-    const Separation separation = separation_at(mesh, i, material_, options_.criterion, extra, &split);
+  const auto counts_as_front = [&](int i) { return options_.new_crack_factor > 1.0 && now < front_until_s_[at(i)]; };
+  std::vector<int> nodes;
+  for (int i = 0; i < mesh.n_nodes(); ++i)
+    if (asked[at(i)] && mesh.held[at(i)] < 0 && mesh.star(i).size() >= 2 &&
+        (now >= ready_s_[at(i)] || counts_as_front(i)))
+      nodes.push_back(i);
+  const std::vector<Separation> separations = separations_at(mesh, nodes, material_, options_.criterion, extra);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const int i = nodes[k];
+    const Separation& separation = separations[k];
     const double over = options_.strength_pa ? separation.stress_pa / *options_.strength_pa
                                              : separation.force_n / *options_.toughness_n;
     highest_ = std::max(highest_, over);
-    if (is_front) fronts.push_back({over, i, separation.normal});
+    if (counts_as_front(i)) fronts.push_back({over, i, separation.normal});
     if (!(over > 1.0) || now < ready_s_[at(i)]) continue;
     if (on_crack_[at(i)] || !runs || over > options_.new_crack_factor) found.push_back({over, i, separation.normal});
   }

@@ -2,10 +2,12 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
 #include "core/physics/fracture/dynamic/detail/at.hpp"
 #include "core/physics/fracture/dynamic/detail/element_kernel.hpp"
 
@@ -15,6 +17,12 @@ namespace {
 using Eigen::Vector3d;
 
 using detail::at;
+/// That many at once on a thread: below, what sharing them costs is as much.
+constexpr std::size_t kBlocksAtOnce = 32, kNodesAtOnce = 256;
+
+Eigen::Map<Eigen::ArrayXd> flat(std::vector<Vector3d>& values, std::size_t begin, std::size_t end) {
+  return {values[begin].data(), 3 * static_cast<Eigen::Index>(end - begin)};
+}
 Vector3d row(const std::vector<double>& values, std::size_t node) {
   return {values[3 * node], values[3 * node + 1], values[3 * node + 2]};
 }
@@ -33,8 +41,22 @@ void validate(const SolidOptions& options) {
 
 }  // namespace
 
+struct ExplicitSolid::ElementForces {
+  detail::CornerForces forces;
+  std::vector<detail::BlockSums> sums;
+  detail::NodeTerms terms;
+};
+
+ExplicitSolid::~ExplicitSolid() = default;
+ExplicitSolid::ExplicitSolid(ExplicitSolid&& other) noexcept = default;
+ExplicitSolid& ExplicitSolid::operator=(ExplicitSolid&& other) noexcept = default;
+
 ExplicitSolid::ExplicitSolid(CrackMesh mesh, const SolidOptions& options, std::vector<HoldPath> holds, Pushes pushes)
-    : mesh_(std::move(mesh)), options_(options), holds_(std::move(holds)), make_pushes_(std::move(pushes)) {
+    : mesh_(std::move(mesh)),
+      options_(options),
+      holds_(std::move(holds)),
+      make_pushes_(std::move(pushes)),
+      elements_(std::make_unique<ElementForces>()) {
   validate(options_);
   for (std::size_t i = 0; i < mesh_.held.size(); ++i) {
     if (mesh_.held[i] < 0) continue;
@@ -68,6 +90,10 @@ void ExplicitSolid::refresh() {
 void ExplicitSolid::update_limits() {
   if (changes_seen_ == mesh_.n_changes()) return;
   changes_seen_ = mesh_.n_changes();
+  elements_->terms.read(mesh_);
+  held_.clear();
+  for (std::size_t i = 0; i < mesh_.held.size(); ++i)
+    if (mesh_.held[i] >= 0) held_.push_back(i);
   const std::size_t n = at(mesh_.n_elements());
   const bool is_first = limit_of_.empty();
   limit_of_.resize(2 * n, 0.0);  // limit and the volume it belongs to
@@ -94,18 +120,23 @@ void ExplicitSolid::update_limits() {
 
 double ExplicitSolid::step_limit_s() const { return options_.safety * rest_limit_s_ / stretch_; }
 
-void ExplicitSolid::compute_forces() {
-  const std::size_t n = mesh_.rest_m.size();
-  elastic_.assign(3 * n, 0.0);
+/// Elements, then nodes, each on its own and with its sum in the elements' order: any number of threads gives the same bits.
+void ExplicitSolid::compute_element_forces() {
+  const std::size_t n_blocks = mesh_.blocks.size();
   const bool damped = options_.viscosity_mu_pa_s > 0.0 || options_.viscosity_lambda_pa_s > 0.0;
-  if (damped) viscous_.assign(3 * n, 0.0);
-  stress_sq_.resize(mesh_.blocks.size() * kLanes);
+  elements_->forces.resize(n_blocks, damped);
+  elements_->sums.resize(n_blocks);
+  stress_sq_.resize(n_blocks * kLanes);
   const detail::KernelConstants constants = {options_.material.lame_lambda_pa, options_.material.lame_mu_pa,
                                              options_.viscosity_lambda_pa_s,   options_.viscosity_mu_pa_s,
                                              options_.plasticity.gamma1,       options_.plasticity.gamma2};
-  const detail::KernelSums sums =
-      detail::element_forces(mesh_.blocks, mesh_.place_m.front().data(), mesh_.velocity_m_s.front().data(), constants,
-                             elastic_.data(), damped ? viscous_.data() : nullptr, stress_sq_.data());
+  parallel_for(n_blocks, kBlocksAtOnce, [&](std::size_t begin, std::size_t end) {
+    detail::element_forces(mesh_.blocks.data() + begin, end - begin, mesh_.place_m.front().data(),
+                           mesh_.velocity_m_s.front().data(), constants,
+                           {elements_->forces.of_block(begin), damped, elements_->sums.data() + begin,
+                            stress_sq_.data() + begin * kLanes});
+  });
+  const detail::KernelSums sums = detail::sum_of(elements_->sums);
   if (!(sums.least_det > 0.0)) {
     int element = 0;
     while (element + 1 < mesh_.n_elements() && mesh_.gradient_of(element).determinant() > 0.0) ++element;
@@ -115,26 +146,47 @@ void ExplicitSolid::compute_forces() {
   energies_.elastic_j = sums.elastic_j;
   energies_.plastic_j += sums.dissipated_j;
   stretch_ = std::sqrt(1.0 + 1.5 * std::sqrt(sums.largest_strain_sq));
+}
+
+void ExplicitSolid::compute_forces() {
+  compute_element_forces();
   pushes_now_.clear();
   if (make_pushes_) make_pushes_(mesh_, time_s_, pushes_now_);
-  for (std::size_t i = 0; i < n; ++i) {
-    Vector3d force = row(elastic_, i);
-    if (damped) force += row(viscous_, i);
-    acceleration_[i] = force;
-  }
-  for (const NodePush& push : pushes_now_) acceleration_[at(push.node)] += push.normal_n + push.friction_n;
   rub_now_.clear();
+  std::array<const NodeForces*, 2> contacts = {nullptr, nullptr};
   if (contact_) {
     const ElementContact::Forces& forces = contact_->forces({&mesh_}, last_dt_s_ > 0.0 ? last_dt_s_ : step_limit_s());
-    if (forces.any()) add_contact(forces.of.front());
+    if (forces.any()) contacts[0] = &forces.of.front();
   }
-  if (mutual_) add_contact(mutual_());
-  acceleration_term_ = 0.0;
+  if (mutual_) contacts[1] = &mutual_();
+  const std::size_t n = mesh_.rest_m.size();
+  const bool damped = elements_->forces.is_damped(), pushed = contacts[0] || contacts[1] || !pushes_now_.empty();
+  elastic_.resize(3 * n);
+  if (damped) viscous_.resize(3 * n);
+  node_terms_.resize(n);
   const double share = options_.integrator == Integrator::kLeapfrog ? 0.125 : 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    acceleration_[i] = acceleration_[i] / mesh_.mass_kg_of[i] + options_.gravity_m_s2;
-    if (mesh_.held[i] < 0) acceleration_term_ += share * mesh_.mass_kg_of[i] * acceleration_[i].squaredNorm();
+  const auto finish = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      acceleration_[i] = acceleration_[i] / mesh_.mass_kg_of[i] + options_.gravity_m_s2;
+      node_terms_[i] = mesh_.held[i] < 0 ? share * mesh_.mass_kg_of[i] * acceleration_[i].squaredNorm() : 0.0;
+    }
+  };
+  parallel_for(n, kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
+    detail::gather_forces(elements_->terms, begin, end, elements_->forces, elastic_.data(), viscous_.data());
+    for (std::size_t i = begin; i < end; ++i) {
+      acceleration_[i] = row(elastic_, i);
+      if (damped) acceleration_[i] += row(viscous_, i);
+    }
+    if (!pushed) finish(begin, end);
+  });
+  if (pushed) {
+    for (const NodePush& push : pushes_now_) acceleration_[at(push.node)] += push.normal_n + push.friction_n;
+    for (const NodeForces* forces : contacts)
+      if (forces != nullptr) add_contact(*forces);
+    parallel_for(n, kNodesAtOnce, finish);
   }
+  acceleration_term_ = 0.0;
+  for (const double term : node_terms_) acceleration_term_ += term;
 }
 
 void ExplicitSolid::add_contact(const NodeForces& forces) {
@@ -146,8 +198,7 @@ void ExplicitSolid::add_contact(const NodeForces& forces) {
 }
 
 void ExplicitSolid::move_held(double dt_s, bool places) {
-  for (std::size_t i = 0; i < mesh_.held.size(); ++i) {
-    if (mesh_.held[i] < 0) continue;
+  for (const std::size_t i : held_) {
     const HoldPath& hold = holds_[at(mesh_.held[i])];
     if (places) {
       mesh_.place_m[i] = hold_origin_m_[i] + hold.displacement_m(time_s_ + dt_s);
@@ -167,25 +218,28 @@ void ExplicitSolid::go(double dt_s) {
   const std::size_t n = mesh_.rest_m.size();
   stepping_lost_j_ += acceleration_term_ * (dt_s * dt_s - last_dt_s_ * last_dt_s_);
   last_dt_s_ = dt_s;
-  place_before_ = mesh_.place_m;
-  velocity_before_ = mesh_.velocity_m_s;
-  viscous_before_ = viscous_;
+  std::swap(viscous_before_, viscous_);  // viscous_ is made anew on arrival
   pushes_before_ = pushes_now_;
   rub_before_ = rub_now_;
-  total_before_.assign(n, Vector3d::Zero());
-  for (std::size_t i = 0; i < n; ++i)
-    if (mesh_.held[i] >= 0) total_before_[i] = mesh_.mass_kg_of[i] * acceleration_[i];
+  total_before_.resize(n);
+  for (const std::size_t i : held_) total_before_[i] = mesh_.mass_kg_of[i] * acceleration_[i];
   const bool leapfrog = options_.integrator == Integrator::kLeapfrog;
   const double drift = options_.integrator == Integrator::kTaylor ? 0.5 * dt_s * dt_s : 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
+  place_before_.resize(n);
+  velocity_before_.resize(n);
+  parallel_for(n, kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
+    Eigen::Map<Eigen::ArrayXd> place = flat(mesh_.place_m, begin, end), velocity = flat(mesh_.velocity_m_s, begin, end);
+    const Eigen::Map<Eigen::ArrayXd> acceleration = flat(acceleration_, begin, end);
+    flat(place_before_, begin, end) = place;
+    flat(velocity_before_, begin, end) = velocity;
     if (leapfrog) {
-      mesh_.velocity_m_s[i] += 0.5 * dt_s * acceleration_[i];
-      mesh_.place_m[i] += dt_s * mesh_.velocity_m_s[i];
+      velocity += (0.5 * dt_s) * acceleration;
+      place += dt_s * velocity;
     } else {
-      mesh_.place_m[i] += dt_s * mesh_.velocity_m_s[i] + drift * acceleration_[i];
-      mesh_.velocity_m_s[i] += dt_s * acceleration_[i];
+      place += dt_s * velocity + drift * acceleration;
+      velocity += dt_s * acceleration;
     }
-  }
+  });
   move_held(dt_s, true);
   time_s_ += dt_s;
 }
@@ -193,7 +247,9 @@ void ExplicitSolid::go(double dt_s) {
 void ExplicitSolid::arrive() {
   compute_forces();
   if (options_.integrator == Integrator::kLeapfrog)
-    for (std::size_t i = 0; i < acceleration_.size(); ++i) mesh_.velocity_m_s[i] += 0.5 * last_dt_s_ * acceleration_[i];
+    parallel_for(acceleration_.size(), kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
+      flat(mesh_.velocity_m_s, begin, end) += (0.5 * last_dt_s_) * flat(acceleration_, begin, end);
+    });
   move_held(last_dt_s_, false);
   book(last_dt_s_);
 }
@@ -207,16 +263,17 @@ void ExplicitSolid::book(double dt_s) {
     if (leapfrog || mesh_.held[i] >= 0) return mesh_.place_m[i] - place_before_[i];
     return 0.5 * dt_s * (velocity_before_[i] + mesh_.velocity_m_s[i]);
   };
-  for (std::size_t i = 0; i < mesh_.rest_m.size(); ++i) {
-    const bool is_held = mesh_.held[i] >= 0;
-    if (viscous_.empty() && !is_held) continue;
-    const Vector3d d = moved(i);
-    if (!viscous_.empty()) energies_.viscous_j -= (before * row(viscous_before_, i) + after * row(viscous_, i)).dot(d);
-    if (is_held) {
-      const double mass = mesh_.mass_kg_of[i];
-      energies_.work_j += 0.5 * mass * (mesh_.velocity_m_s[i].squaredNorm() - velocity_before_[i].squaredNorm()) -
-                          (before * total_before_[i] + after * mass * acceleration_[i]).dot(d);
-    }
+  if (!viscous_.empty()) {
+    parallel_for(mesh_.rest_m.size(), kNodesAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        node_terms_[i] = (before * row(viscous_before_, i) + after * row(viscous_, i)).dot(moved(i));
+    });
+    for (const double term : node_terms_) energies_.viscous_j -= term;
+  }
+  for (const std::size_t i : held_) {
+    const double mass = mesh_.mass_kg_of[i];
+    energies_.work_j += 0.5 * mass * (mesh_.velocity_m_s[i].squaredNorm() - velocity_before_[i].squaredNorm()) -
+                        (before * total_before_[i] + after * mass * acceleration_[i]).dot(moved(i));
   }
   for (const bool now : {false, true}) {
     const double share = now ? after : before;

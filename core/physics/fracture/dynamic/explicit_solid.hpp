@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -67,6 +68,10 @@ class ExplicitSolid {
   /// @throws InputError: a material or viscosity without positive energy, an integrator that grows at any step without damping
   ExplicitSolid(CrackMesh mesh, const SolidOptions& options, std::vector<HoldPath> holds = {}, Pushes pushes = {});
 
+  ~ExplicitSolid();
+  ExplicitSolid(ExplicitSolid&& other) noexcept;
+  ExplicitSolid& operator=(ExplicitSolid&& other) noexcept;
+
   /// One step of dt, at most step_limit_s(). @throws NumericalError where an element inverts, with its number and the time
   void step(double dt_s);
   /// A step in two halves, for solids that press on one another: all go to their new places, then all arrive there with the forces of then.
@@ -95,6 +100,7 @@ class ExplicitSolid {
   double mean_step_mass_kg() const { return mean_mass_kg_; }
 
  private:
+  void compute_element_forces();
   void compute_forces();
   void add_contact(const NodeForces& forces);
   void move_held(double dt_s, bool places);
@@ -110,7 +116,10 @@ class ExplicitSolid {
   int changes_seen_ = -1;
   std::size_t elements_seen_ = 0;
   std::vector<double> limit_of_;  ///< of elements
-  std::vector<double> elastic_, viscous_, viscous_before_, stress_sq_;
+  struct ElementForces;
+  std::unique_ptr<ElementForces> elements_;  ///< of this moment
+  std::vector<std::size_t> held_;            ///< nodes
+  std::vector<double> elastic_, viscous_, viscous_before_, stress_sq_, node_terms_;
   std::vector<NodePush> pushes_now_, pushes_before_, rub_now_, rub_before_;  ///< rub: friction with itself
   std::optional<ElementContact> contact_;
   MutualForces mutual_;

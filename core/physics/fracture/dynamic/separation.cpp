@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "core/foundation/base/parallel.hpp"
 #include "core/physics/fracture/dynamic/detail/at.hpp"
 
 namespace klang::fracture {
@@ -133,6 +135,28 @@ Separation separation_at(const CrackMesh& mesh, int node, const solid::Material&
   const double area = shown_area_m2(mesh, node, result.normal);
   if (area > 0.0) result.stress_pa = 3.0 * result.force_n / area;
   return result;
+}
+
+std::vector<Separation> separations_at(const CrackMesh& mesh, const std::vector<int>& nodes,
+                                       const solid::Material& material, CrackCriterion criterion,
+                                       const Viscosity* extra) {
+  constexpr std::size_t kAtOnce = 32;
+  SplitStresses split(mesh.n_elements());
+  if (criterion == CrackCriterion::kSeparation) {
+    std::vector<char> needed(at(mesh.n_elements()), 0);
+    for (const int node : nodes)
+      for (const int element : mesh.star(node)) needed[at(element)] = 1;
+    parallel_for(needed.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t e = begin; e < end; ++e)
+        if (needed[e] != 0) split.of(static_cast<int>(e)) = split_stress(mesh, static_cast<int>(e), material, extra);
+    });
+  }
+  std::vector<Separation> separations(nodes.size());
+  parallel_for(nodes.size(), kAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      separations[k] = separation_at(mesh, nodes[k], material, criterion, extra, &split);
+  });
+  return separations;
 }
 
 }  // namespace klang::fracture

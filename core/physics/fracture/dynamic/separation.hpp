@@ -51,6 +51,11 @@ class SplitStresses {
 Separation separation_at(const CrackMesh& mesh, int node, const solid::Material& material, CrackCriterion criterion,
                          const Viscosity* extra = nullptr, SplitStresses* split = nullptr);
 
+/// The same of several nodes, on all threads; each split stress is made once.
+std::vector<Separation> separations_at(const CrackMesh& mesh, const std::vector<int>& nodes,
+                                       const solid::Material& material, CrackCriterion criterion,
+                                       const Viscosity* extra);
+
 /// Direction of the largest principal Cauchy stress, elastic, of the mean of elements by their volume.
 Eigen::Vector3d mean_normal(const CrackMesh& mesh, const std::vector<int>& elements, const solid::Material& material);
 

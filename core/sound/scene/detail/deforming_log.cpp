@@ -60,6 +60,8 @@ std::vector<int> DeformingBody::add_to(const Scene& scene, SceneMotion& motion) 
   if (shapes_.n_bytes() > 0) motion.shapes.bodies.push_back(shapes_.shapes(row_of_element));
   // A piece's frames are those of the piece of then that held its oldest node.
   const auto is_broken = [&](double time_s) { return broken && time_s >= *broken; };
+  std::vector<std::vector<int>> rows_then;  ///< of the pieces of a version
+  std::size_t version_then = versions_.size();
   for (const Kept& kept : frames_) {
     events::Pose pose = kept.pose;
     pose.body = row_;
@@ -67,11 +69,16 @@ std::vector<int> DeformingBody::add_to(const Scene& scene, SceneMotion& motion) 
       if (kept.piece == 0) motion.log.poses.push_back(pose);
     }
     if (!is_broken(pose.time_s)) continue;
-    for (std::size_t p = 0; p < rows.size(); ++p)
-      if (piece_then(versions_[kept.version], nodes[p].front()) == kept.piece) {
-        pose.body = rows[p];
-        motion.log.poses.push_back(pose);
-      }
+    if (version_then != kept.version) {
+      version_then = kept.version;
+      rows_then.assign(index(versions_[version_then].n_pieces), {});
+      for (std::size_t p = 0; p < rows.size(); ++p)
+        rows_then[index(piece_then(versions_[version_then], nodes[p].front()))].push_back(rows[p]);
+    }
+    for (const int piece_row : rows_then[index(kept.piece)]) {
+      pose.body = piece_row;
+      motion.log.poses.push_back(pose);
+    }
   }
   for (const Contact& contact : contacts_) {
     auto impulse = impulse_of(contact, rows);
@@ -126,10 +133,12 @@ const DeformingBody::Kept* DeformingBody::frame_at(double time_s, int node) cons
   const auto frame = std::lower_bound(frames_.begin(), frames_.end(), time_s - 1e-9,
                                       [](const Kept& k, double t) { return k.pose.time_s < t; });
   if (frame == frames_.end()) return nullptr;
-  if (!versions_.empty())
-    for (auto k = frame; k != frames_.end() && k->pose.time_s == frame->pose.time_s; ++k)
-      if (piece_then(versions_[k->version], node) == k->piece) return &*k;
-  return &*frame;
+  if (versions_.empty()) return &*frame;
+  // Those of all pieces are kept at once, in their order.
+  const int piece = piece_then(versions_[frame->version], node);
+  if (frames_.end() - frame <= piece) return &*frame;
+  const auto own = frame + piece;
+  return own->pose.time_s == frame->pose.time_s && own->piece == piece ? &*own : &*frame;
 }
 
 void DeformingBody::add_pulls(const std::vector<int>& row_of_piece, const std::vector<int>& piece_of_element,

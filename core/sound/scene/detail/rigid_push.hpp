@@ -24,6 +24,10 @@ class PressedBody {
   void begin(const rigid::RigidWorld& world, double dt_s, const Eigen::Vector3d& gravity_m_s2);
   /// @param x  in the world
   std::optional<Depth> depth_of(const Eigen::Vector3d& x) const;
+  /// False: depth_of() has nothing. Cheap.
+  bool may_have(const Eigen::Vector3d& x) const {
+    return (x - centre_).squaredNorm() <= 1.000001 * reach_m_ * reach_m_;
+  }
   Eigen::Vector3d velocity_at(const Eigen::Vector3d& x) const { return velocity_ + spin_.cross(x - centre_); }
   void push(const Eigen::Vector3d& x, const Eigen::Vector3d& impulse_n_s);
   /// The same by friction, whose share of the energy is told apart.

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/parallel.hpp"
 #include "tests/core/physics/fracture/dynamic/lattice.hpp"
 
 namespace klang::fracture {
@@ -254,6 +255,29 @@ TEST(CrackMesh, HangingNodesAndInvertedElementsAreRefused) {
   mesh::TetMesh one = test::lattice({1, 1, 1}, {1, 1, 1});
   std::swap(one.elements(0, 0), one.elements(0, 1));
   EXPECT_THROW(CrackMesh(one, 1.0), InputError);
+}
+
+TEST(ExplicitSolid, AnyNumberOfThreadsGivesTheSameBits) {
+  const auto shaken = [](int n_threads) {
+    set_thread_count(n_threads);
+    SolidOptions options = soft();
+    options.viscosity_mu_pa_s = options.viscosity_lambda_pa_s = 5.0;
+    options.plasticity = {1e-5, 0.2};
+    CrackMesh mesh(test::lattice({7, 7, 7}, {0.3, 0.3, 0.3}, 0.2), options.material.density_kg_m3);
+    for (std::size_t i = 0; i < mesh.rest_m.size(); ++i)
+      mesh.velocity_m_s[i].x() = 0.3 * std::sin(20.0 * mesh.rest_m[i].y());
+    ExplicitSolid solid(std::move(mesh), options);
+    for (int k = 0; k < 50; ++k) solid.step(0.5 * solid.step_limit_s());
+    set_thread_count(0);
+    return solid;
+  };
+  const ExplicitSolid one = shaken(1), two = shaken(2);
+  EXPECT_EQ(one.mesh().place_m, two.mesh().place_m);
+  EXPECT_EQ(one.mesh().velocity_m_s, two.mesh().velocity_m_s);
+  EXPECT_EQ(one.energies().sum_j(), two.energies().sum_j());
+  EXPECT_EQ(one.energies().viscous_j, two.energies().viscous_j);
+  EXPECT_EQ(one.energies().plastic_j, two.energies().plastic_j);
+  EXPECT_GT(one.energies().viscous_j, 0.0);
 }
 
 }  // namespace

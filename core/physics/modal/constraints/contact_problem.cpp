@@ -8,6 +8,7 @@
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/physics/modal/constraints/friction_statuses.hpp"
 
 namespace klang::modal {
 namespace {
@@ -117,16 +118,19 @@ ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
                              const FrictionSweeps& sweeps) {
   const Eigen::Index n = friction.size();
   KLANG_CHECK(b.size() == 3 * n, "three rows per contact");
+  const FrictionProblem problem = {a, b, friction};
   ContactForces result;
   result.forces = sweeps.start.size() == 3 * n ? sweeps.start : Eigen::VectorXd(Eigen::VectorXd::Zero(3 * n));
-  const double scale_w = std::max(b.size() > 0 ? b.cwiseAbs().maxCoeff() : 0.0, 1e-300);
+  if (n == 0) return result;
+  result = solve_by_statuses(problem, result.forces, sweeps.tolerance);
+  if (result.residual <= (sweeps.fine > 0 ? sweeps.tolerance : sweeps.enough)) return result;
   const auto projected = [&](Eigen::Index i, Eigen::Vector3d f) {
     f[0] = std::max(0.0, f[0]);
     const double slip = f.tail<2>().norm(), most = friction[i] * f[0];
     if (slip > most) f.tail<2>() *= slip > 0.0 ? most / slip : 0.0;
     return f;
   };
-  for (; result.iterations < sweeps.most; ++result.iterations) {
+  for (result.iterations = 0; result.iterations < sweeps.most; ++result.iterations) {
     for (Eigen::Index i = 0; i < n; ++i) {
       // Local problem with fixed forces elsewhere: fixed point of projections, normal first, then tangents.
       const Eigen::Vector3d rest = b.segment<3>(3 * i) + a.middleRows(3 * i, 3) * result.forces -
@@ -143,19 +147,7 @@ ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
       }
       result.forces.segment<3>(3 * i) = f;
     }
-    const Eigen::VectorXd w = a * result.forces + b;
-    const double scale_f = std::max(result.forces.size() > 0 ? result.forces.cwiseAbs().maxCoeff() : 0.0, 1e-300);
-    result.residual = 0.0;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::Vector3d f = result.forces.segment<3>(3 * i), v = w.segment<3>(3 * i);
-      const double unit = scale_f / scale_w;
-      Eigen::Vector3d next = f;
-      next[0] = std::max(0.0, f[0] - unit * v[0]);
-      next.tail<2>() -= unit * v.tail<2>();
-      const double most = friction[i] * f[0], slip = next.tail<2>().norm();
-      if (slip > most) next.tail<2>() *= slip > 0.0 ? most / slip : 0.0;
-      result.residual = std::max(result.residual, (next - f).norm() / scale_f);
-    }
+    result.residual = friction_residual(problem, result.forces);
     if (result.residual <= (result.iterations < sweeps.fine ? sweeps.tolerance : sweeps.enough)) break;
   }
   return result;

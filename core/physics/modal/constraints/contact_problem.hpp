@@ -27,7 +27,8 @@ struct FrictionSweeps {
 };
 
 /// Coulomb's friction: three rows per contact (normal, two tangents), |f_t| <= mu f_n, normal complementarity, and tangential forces against the
-/// sliding (De Saxce's associated form at velocity level): block Gauss-Seidel with the exact projection on the cone.
+/// sliding (De Saxce's associated form at velocity level): by guesses of which contacts stick and slide (friction_statuses.hpp), and where those do not
+/// get there from the best of them by block Gauss-Seidel with the exact projection on the cone.
 /// @param friction  per contact
 ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, const Eigen::VectorXd& friction,
                              const FrictionSweeps& sweeps = {});

@@ -17,6 +17,7 @@ using Eigen::VectorXd;
 
 constexpr int kMostCorrections = 20, kMostSweeps = 20000, kFineSweeps = 1000;
 constexpr double kFineTolerance = 1e-9, kSweepTolerance = 1e-7;
+constexpr double kNotMet = 1e-6;     ///< a residual that is no more is the solver's last digits
 constexpr double kHeldShare = 1e-6;  ///< of its mobility: less is left to a touch that is held
 
 std::size_t number(int i) { return static_cast<std::size_t>(i); }
@@ -261,7 +262,8 @@ void ModalIsland::find_impulses() {
     }
     impulses_.tail(n_down_) = solved.forces;
     const VectorXd apart = inner * solved.forces + right;
-    for (Index i = 0; i < n_down_; i += per_) given_j_ += std::max(0.0, solved.forces[i] * apart[i]);
+    if (solved.residual > kNotMet)
+      for (Index i = 0; i < n_down_; i += per_) given_j_ += std::max(0.0, solved.forces[i] * apart[i]);
     for (const int member : members_)
       if (is_modal(member))
         world_.bodies[number(member)].residual = std::max(world_.bodies[number(member)].residual, solved.residual);

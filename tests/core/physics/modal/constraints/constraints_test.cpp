@@ -121,6 +121,42 @@ TEST(ContactProblem, ABlockOnAnInclineSticksUpToTheAngleOfFriction) {
   }
 }
 
+TEST(ContactProblem, AFaceOfManyCornersSticksOrSlidesInFewGuesses) {
+  // 25 corners of a block with 6 modes: 75 forces for 12 motions.
+  std::srand(7);
+  const double mu = 0.3, speed_down = 1e-3;
+  Eigen::MatrixXd rows(75, 12);
+  for (Eigen::Index i = 0; i < 25; ++i) {
+    const Eigen::Vector3d arm(0.02 * static_cast<double>(i % 5 - 2), 0.015 * static_cast<double>(i / 5 - 2), -0.02);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Eigen::Vector3d along = Eigen::Vector3d::Unit((k + 2) % 3);  // normal first
+      rows.block<1, 3>(3 * i + k, 0) = along.transpose() / std::sqrt(0.3);
+      rows.block<1, 3>(3 * i + k, 3) = arm.cross(along).transpose() / std::sqrt(3e-4);
+      rows.block<1, 6>(3 * i + k, 6) = 0.3 * Eigen::RowVectorXd::Random(6);
+    }
+  }
+  for (const double along : {0.0, 0.5 * mu * speed_down, 1.0}) {
+    Eigen::VectorXd motion = Eigen::VectorXd::Zero(12);
+    motion[2] = -speed_down * std::sqrt(0.3);
+    motion[0] = along * std::sqrt(0.3);
+    const Eigen::VectorXd b = rows * motion;
+    const ContactForces solved =
+        solve_friction(rows * rows.transpose(), b, Eigen::VectorXd::Constant(25, mu), {0, 0, 1e-10, 1e-10, {}});
+    EXPECT_LE(solved.residual, 1e-10) << along;  // without a sweep
+    const Eigen::VectorXd left = rows * (motion + rows.transpose() * solved.forces);
+    if (along <= mu * speed_down) {
+      EXPECT_LE(left.norm(), 1e-9 * speed_down) << along;
+    } else {
+      EXPECT_GT(left.norm(), 0.5) << along;
+    }
+    for (Eigen::Index i = 0; i < 25; ++i) {
+      EXPECT_GE(left[3 * i], -1e-9 * speed_down);
+      EXPECT_GE(solved.forces[3 * i], 0.0);
+      EXPECT_LE(solved.forces.segment<2>(3 * i + 1).norm(), mu * solved.forces[3 * i] * (1 + 1e-9));
+    }
+  }
+}
+
 TEST(BarOnWall, ReboundAndShockAreThoseOfTheModesThatAreKept) {  // erratum 72
   for (const auto& row : reference(true).at("bar_on_wall").at("rows")) {
     BarOnWall bar;

@@ -11,7 +11,7 @@
 #include "core/geometry/mesh/surface_point.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/rigid/convex_parts.hpp"
-#include "core/sound/scene/detail/held_nodes.hpp"
+#include "core/sound/scene/detail/held_basis.hpp"
 
 namespace klang::scene::detail {
 namespace {
@@ -28,22 +28,62 @@ ModalPlace place_of(const modal::ModalModel& model, Eigen::Index n_modes, int no
   return place;
 }
 
-modal::ModalModel modes_for(const Scene& scene, const SceneBody& body, const SceneNotes& notes, Monitor& monitor) {
-  modal::ModalModel model;
+constexpr double kMeshErrorToSay = 0.04;
+
+/// Elastic motions of a body.
+struct Elastic {
+  modal::ModalModel model;  ///< as meshed
+  Eigen::VectorXd
+      lambda;  ///< without what the mesh adds, by its estimate; with residual flexibility, which is the mesh's, as meshed
+};
+
+void warn_of_mesh(const SceneBody& body, const std::optional<Eigen::VectorXd>& error, const SceneNotes& notes) {
+  if (!notes.warning || !error || error->size() == 0 || !(error->maxCoeff() > kMeshErrorToSay)) return;
+  const auto percent = [](double share) { return std::to_string(std::lround(100.0 * share)) + " %"; };
+  notes.warning("body " + body.name + ": its mesh makes modes that it moves by too high, by up to " +
+                percent(error->maxCoeff()) + " and by " + percent(error->mean()) + " in the mean, by its estimate" +
+                (body.modal.residual_flexibility
+                     ? "; how it rebounds may be off by more: a smaller max_edge_m, or fewer n_modes"
+                     : "; that is taken off their frequencies, not off their shapes"));
+}
+
+Elastic elastic_of(const Scene& scene, int row, const SceneNotes& notes, Monitor& monitor) {
+  const SceneBody& body = scene.bodies[static_cast<std::size_t>(row)];
+  Elastic elastic;
+  modal::ModalModel& model = elastic.model;
   model.mesh = mesh_of(body, notes, monitor);
   model.shapes = Eigen::MatrixXd(3 * model.mesh.n_nodes(), 0);
-  if (body.modal.n_modes == 0) return model;
+  if (body.modal.n_modes == 0) return elastic;
+  const std::vector<HeldNodes> holds = held_nodes_of(scene, row, model.mesh);
+  const solid::Material& material = scene.material_of(body).elastic;
+  if (holds_a_face(holds, model.mesh)) {
+    HeldBasis basis = located(body.place, [&] {
+      return held_basis(model.mesh, material, holds, body.modal.n_modes, !body.modal.residual_flexibility, monitor);
+    });
+    warn_of_mesh(body, basis.mesh_error, notes);
+    elastic.lambda = std::move(basis.lambda);
+    model.angular_frequency_rad_s = elastic.lambda.cwiseSqrt();
+    model.shapes = std::move(basis.shapes);
+    return elastic;
+  }
   modal::ModesBody what;
   what.shape = body.shape;
   modal::ModesOptions options;
   options.eigen.count = body.modal.n_modes;
+  options.eigen.estimate_mesh_error = true;
   options.mesh_is_wanted = body.max_edge_m > 0.0 && body.shape;
-  modal::EigenResult found = located(
-      body.place, [&] { return modal::modes_of(what, model.mesh, scene.material_of(body).elastic, options, monitor); });
+  modal::EigenResult found =
+      located(body.place, [&] { return modal::modes_of(what, model.mesh, material, options, monitor); });
   if (!found.usable()) throw NumericalError("modes of " + body.name + ": " + found.message);
   if (found.model.n_modes() < body.modal.n_modes)
     throw InputError(body.place, "has fewer modes than n_modes", std::to_string(found.model.n_modes()));
-  return std::move(found.model);
+  Eigen::VectorXd omega = found.model.angular_frequency_rad_s;
+  warn_of_mesh(body, found.mesh_relative_error, notes);
+  if (found.mesh_relative_error && !body.modal.residual_flexibility)
+    omega.array() /= 1.0 + found.mesh_relative_error->array();
+  elastic.lambda = omega.cwiseAbs2();
+  elastic.model = std::move(found.model);
+  return elastic;
 }
 
 void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::RigidBodySpec& spec) {
@@ -204,7 +244,12 @@ void ModalBody::push(const ModalPlace& place, const Vector3d& impulse_n_s) {
 }
 
 void ModalBody::note(const ModalPlace& place, int other, bool is_new, const Vector3d& impulse_n_s) {
-  touches.push_back({time_s, dt_s, other, is_new, rest_centre_m + place.rest_m, turn.conjugate() * impulse_n_s});
+  touches.push_back({time_s, dt_s, other, is_new, rest_centre_m + place.rest_m, impulse_n_s});
+}
+
+void ModalBody::turn_touches(std::size_t from) {
+  for (std::size_t i = from; i < touches.size(); ++i)
+    touches[i].impulse_n_s = turn.conjugate() * touches[i].impulse_n_s;
 }
 
 ModalPlace ModalBody::nearest(const Vector3d& own, Vector3d& normal) const {
@@ -326,15 +371,11 @@ ModalBody modal_body_of(const Scene& scene, int row, const rigid::RigidBodySpec&
       mesh::refuse_hanging_nodes(mesh_of(body, notes, monitor));
       return 0;
     });
-  const modal::ModalModel model = modes_for(scene, body, notes, monitor);
-  const Eigen::Index n_modes = body.modal.n_modes;
-  Eigen::VectorXd lambda(n_modes), damping(n_modes);
-  for (Eigen::Index k = 0; k < n_modes; ++k) {
-    const double omega = model.angular_frequency_rad_s[k];
-    lambda[k] = omega * omega;
-    damping[k] =
-        material.damping ? 2.0 * material.damping->law->decay_per_s(omega, material.damping->parameters.data()) : 0.0;
-  }
+  const auto [model, lambda] = elastic_of(scene, row, notes, monitor);
+  const Eigen::Index n_modes = lambda.size();
+  Eigen::VectorXd damping = Eigen::VectorXd::Zero(n_modes);
+  for (Eigen::Index k = 0; k < n_modes && material.damping; ++k)
+    damping[k] = 2.0 * material.damping->law->decay_per_s(std::sqrt(lambda[k]), material.damping->parameters.data());
   made.modes = modal::ModalState(lambda, damping);
   made.mass_kg = spec.mass_kg;
   made.inertia = spec.inertia_kg_m2;
@@ -349,8 +390,9 @@ ModalBody modal_body_of(const Scene& scene, int row, const rigid::RigidBodySpec&
   made.linear_program = body.modal.linear_program;
   add_surface(made, model, spec);
   if (body.modal.residual_flexibility)
-    made.discarded =
-        located(body.place, [&] { return std::make_shared<ResidualFlexibility>(model, n_modes, material.elastic); });
+    made.discarded = located(body.place, [&, &kept = model] {
+      return std::make_shared<ResidualFlexibility>(kept, n_modes, material.elastic);
+    });
   add_holds(made, scene, model, spec.centre_m);
   const double highest_hz = n_modes > 0 ? std::sqrt(lambda.maxCoeff()) / (2.0 * kPi) : 0.0;
   const double step_s = 1.0 / scene.solver.rate_hz;

@@ -26,7 +26,8 @@ struct HeldPlace {
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< in the world, at the start
 };
 
-/// What pushed a modal body, both in its own frame.
+/// What pushed a modal body, in its own frame; the impulse in the world's axes until the step of the world ends, then in those of the body then,
+/// as its pose has them that readers turn it back by.
 struct ModalTouch {
   double time_s = 0.0, duration_s = 0.0;
   int other = -1;  ///< row of a body, or -1: the floor
@@ -111,6 +112,7 @@ struct ModalBody {
   bool may_hold(const Eigen::Vector3d& centre, double radius_m) const;
   /// An impulse at a place, without what it costs.
   void push(const ModalPlace& place, const Eigen::Vector3d& impulse_n_s);
+  void turn_touches(std::size_t from);  ///< impulses of touches from there on to its own axes
   void note(const ModalPlace& place, int other, bool is_new, const Eigen::Vector3d& impulse_n_s);
   /// The place of the surface nearest to a point about the centre of mass at rest, and its outward normal.
   ModalPlace nearest(const Eigen::Vector3d& own, Eigen::Vector3d& normal) const;

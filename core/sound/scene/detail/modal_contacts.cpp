@@ -13,6 +13,27 @@ constexpr double kNear = 1.5;  ///< of reaches: what may touch
 
 std::size_t nth(int i) { return static_cast<std::size_t>(i); }
 
+TouchSide side(int member, const Vector3d& x) {
+  TouchSide made;
+  made.member = member;
+  made.x = x;
+  return made;
+}
+TouchSide side(int member, const Vector3d& x, const ModalPlace& place) {
+  TouchSide made = side(member, x);
+  made.place = place;
+  return made;
+}
+ModalTouching touching(const TouchSide& a, const TouchSide& b, const Vector3d& out, double gap_m, int b_row) {
+  ModalTouching made;
+  made.a = a;
+  made.b = b;
+  made.out = out;
+  made.gap_m = gap_m;
+  made.b_row = b_row;
+  return made;
+}
+
 }  // namespace
 
 ModalContacts::ModalContacts(const Scene& scene, std::vector<ModalBody>& bodies, std::vector<JointPlace> joints)
@@ -67,25 +88,20 @@ void ModalContacts::find_corners(std::size_t a, std::vector<PressedBody>& others
   for (const int corner : body.looked_at) {
     const Vector3d x = body.corners_m.col(corner);
     const ModalPlace& place = body.places[nth(corner)];
+    const TouchSide mine = side(own, x, place);
     if (scene_.solver.floor && x.z() <= 0.0)
-      add({{own, x, place}, {kWorld, x, {}}, Vector3d::UnitZ(), x.z()}, {own, corner, -1}, *scene_.solver.floor);
+      add(touching(mine, side(kWorld, x), Vector3d::UnitZ(), x.z(), -1), {own, corner, -1}, *scene_.solver.floor);
     for (int b = 0; b < n_bodies; ++b) {
-      if (b == own || bodies_[nth(b)].corners_m.cols() == 0 || !bodies_[nth(b)].is_near(x, 0.0)) continue;
-      if (const auto depth = bodies_[nth(b)].depth_of(x))
-        add({{own, x, place}, {b, x, depth->place}, depth->out, -depth->depth_m, 0, 0, 0, bodies_[nth(b)].row},
-            {own, corner, b}, bodies_[nth(b)].skin);
+      const ModalBody& other = bodies_[nth(b)];
+      if (b == own || other.corners_m.cols() == 0 || !other.is_near(x, 0.0)) continue;
+      if (const auto depth = other.depth_of(x))
+        add(touching(mine, side(b, x, depth->place), depth->out, -depth->depth_m, other.row), {own, corner, b},
+            other.skin);
     }
     for (std::size_t k = 0; k < others.size(); ++k) {
       if (others[k].ball_radius_m() > 0.0) continue;
       if (const auto depth = others[k].depth_of(x))
-        add({{own, x, place},
-             {n_bodies + static_cast<int>(k), x, {}},
-             depth->out,
-             -depth->depth_m,
-             0,
-             0,
-             0,
-             others[k].body()},
+        add(touching(mine, side(n_bodies + static_cast<int>(k), x), depth->out, -depth->depth_m, others[k].body()),
             {own, corner, -2 - others[k].body()}, others[k].skin());
     }
   }
@@ -93,16 +109,11 @@ void ModalContacts::find_corners(std::size_t a, std::vector<PressedBody>& others
     if (others[k].ball_radius_m() > 0.0) continue;
     const std::vector<Vector3d> corners = others[k].corners_m();
     for (std::size_t c = 0; c < corners.size(); ++c) {
-      if (!body.is_near(corners[c], 0.0)) continue;
-      if (const auto depth = body.depth_of(corners[c]))
-        add({{own, corners[c], depth->place},
-             {n_bodies + static_cast<int>(k), corners[c], {}},
-             -depth->out,
-             -depth->depth_m,
-             0,
-             0,
-             0,
-             others[k].body()},
+      const Vector3d& x = corners[c];
+      if (!body.is_near(x, 0.0)) continue;
+      if (const auto depth = body.depth_of(x))
+        add(touching(side(own, x, depth->place), side(n_bodies + static_cast<int>(k), x), -depth->out, -depth->depth_m,
+                     others[k].body()),
             {own, -1 - static_cast<int>(c), -2 - others[k].body()}, others[k].skin());
     }
   }

@@ -33,7 +33,7 @@ void CrackingBodies::State::add_row(double time_s) {
     row.plastic_j += e.plastic_j;
     row.contact_j += e.contact_j;
     row.friction_j += e.friction_j;
-    row.correction_j += e.lost_j;
+    row.correction_j += e.lost_j - body->lumped_j();
     row.work_j += e.work_j;
   }
   if (meeting) {

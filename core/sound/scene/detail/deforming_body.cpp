@@ -14,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSmallestStepS = 1e-10;
+constexpr double kSmallestStepS = 1e-10, kInertiaToSay = 0.02;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -95,8 +95,8 @@ struct DeformingBody::Pressing {
       if (!body.is_near(box.min(), box.max())) continue;
       const double friction = rigid::pair_friction(skin, body.skin());
       for (int i = 0; i < mesh.n_nodes(); ++i) {
-        if (mesh.held[at(i)] >= 0) continue;
         const Vector3d& x = mesh.place_m[at(i)];
+        if (!body.may_have(x) || mesh.held[at(i)] >= 0) continue;
         auto depth = body.depth_of(x);
         if (!depth) continue;
         double& spared = spared_m[at(i)];
@@ -131,6 +131,17 @@ DeformingBody::DeformingBody(const Scene& scene, int row, const rigid::RigidBody
       cracks.place_m[i] = spec.position_m + turn * cracks.rest_m[i];
       cracks.velocity_m_s[i] = spec.velocity_m_s + spec.angular_velocity_rad_s.cross(cracks.place_m[i] - centre);
     }
+    // Masses at corners have a larger moment of inertia than the body, of second order in the edges.
+    const Vector3d& spin = spec.angular_velocity_rad_s;
+    const double own_j = 0.5 * spin.dot(turn * (spec.inertia_kg_m2 * (turn.transpose() * spin)));
+    for (std::size_t i = 0; i < cracks.rest_m.size(); ++i)
+      lumped_j_ += 0.5 * cracks.mass_kg_of[i] * spin.cross(cracks.place_m[i] - centre).squaredNorm();
+    lumped_j_ -= own_j;
+    if (notes.warning && lumped_j_ > kInertiaToSay * own_j)
+      notes.warning("body " + name_ + ": the masses of its mesh have " +
+                    std::to_string(std::lround(100.0 * lumped_j_ / own_j)) +
+                    " % more moment of inertia about its spin than its shape (correction_j has that energy): a smaller "
+                    "max_edge_m");
     std::vector<fracture::HoldPath> paths;
     for (const HeldNodes& held : holds) {
       for (const int node : held.nodes) cracks.held[at(node)] = static_cast<int>(paths.size());

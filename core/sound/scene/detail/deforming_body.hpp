@@ -50,6 +50,7 @@ class DeformingBody {
   int row() const { return row_; }
   int n_elements_start() const { return n_elements_start_; }
   int n_pieces() const { return n_pieces_; }
+  double lumped_j() const { return lumped_j_; }  ///< of its spin at the start, that its shape would not have
   Eigen::AlignedBox3d box() const;
   const std::vector<CrackSummary::Split>& splits() const { return splits_; }
   ShapeKeeper& shapes() { return shapes_; }
@@ -110,6 +111,7 @@ class DeformingBody {
   std::map<std::pair<int, int>, Eigen::Vector3d> pushes_;     ///< impulses in this step, by node and other body
   std::map<std::array<int, 2>, Eigen::Vector3d> own_pushes_;  ///< of pairs of its elements
   std::vector<std::array<double, 2>> steps_s_;                ///< of the world: begin and end
+  double lumped_j_ = 0.0;
   bool heard_ = false;
   bool pressed_ = false;  ///< by others, since frames were kept
   std::vector<char> touched_;

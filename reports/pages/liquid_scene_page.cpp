@@ -339,6 +339,16 @@ std::string stage_table(const RunDocument& data) {
       "Stages");
 }
 
+std::string error_words(const liquid_scene::TransferRecord& transfer) {
+  if (!transfer.error_estimate) return ", without an estimate of its error.";
+  const auto percent = [](double share) { return rounded(100.0 * share, 2); };
+  if (!transfer.error_interval)
+    return "; how far it is off is not determined: " + std::to_string(transfer.n_checked) + " solves were checked.";
+  return ", off by an estimated " + percent(*transfer.error_estimate) + " % (median of " +
+         std::to_string(transfer.n_checked) + " solves, between " + percent((*transfer.error_interval)[0]) + " and " +
+         percent((*transfer.error_interval)[1]) + " %).";
+}
+
 std::vector<std::string> sentences_of(const RunDocument& data) {
   std::vector<std::string> sentences;
   if (data.n_frames == 0)
@@ -358,10 +368,7 @@ std::vector<std::string> sentences_of(const RunDocument& data) {
                      ? "; the number of those that were entrained follows the rate of attempts that the scene gives."
                      : "; the scene or its file says where."));
   if (data.transfer)
-    sentences.push_back("Transfer by the method " + escaped(data.transfer->method) +
-                        (data.transfer->error_estimate
-                             ? ", off by an estimated " + rounded(100.0 * *data.transfer->error_estimate, 2) + " %."
-                             : ", without an estimate of its error."));
+    sentences.push_back("Transfer by the method " + escaped(data.transfer->method) + error_words(*data.transfer));
   if (data.transfer && data.transfer->n_airs > 0)
     sentences.push_back("The air was solved " + std::to_string(data.transfer->n_airs) +
                         " times, around the liquid's body and the solids as they stood then; walls that rise above the "
@@ -376,7 +383,10 @@ std::string key_figures(const RunDocument& data) {
   if (!data.imported && data.n_frames > 0)
     keys.add("Volume kept to", rounded(100.0 * data.volume.max_drift_relative, 2) + "\u202f%", "largest drift");
   if (data.transfer && data.transfer->error_estimate)
-    keys.add("Transfer off by", rounded(100.0 * *data.transfer->error_estimate, 2) + "\u202f%", "estimate, median");
+    keys.add("Transfer off by",
+             data.transfer->error_interval ? rounded(100.0 * *data.transfer->error_estimate, 2) + "\u202f%" : "–",
+             data.transfer->error_interval ? "estimate, median of " + std::to_string(data.transfer->n_checked)
+                                           : "not determined");
   if (data.sound)
     keys.add("Peak at the ear", rounded(data.sound->peak_pressure_pa, 3) + "\u202fPa",
              data.sound->peak_pressure_pa > 0.0
@@ -389,7 +399,8 @@ Page make(const RunDocument& data, ReportFolder& folder) {
   Page page;
   page.over = "Klangprobe · liquids that sound";
   page.title = data.name.empty() ? "Liquid" : data.name;
-  const bool doubtful = data.transfer && data.transfer->error_estimate && !(*data.transfer->error_estimate <= 0.2);
+  const bool doubtful = data.transfer && data.transfer->error_estimate &&
+                        (!data.transfer->error_interval || !(*data.transfer->error_estimate <= 0.2));
   page.verdict = doubtful ? Verdict{"Transfer doubtful", "fair", ""} : Verdict{"Done", "good", ""};
   page.sentences = sentences_of(data);
   page.key_figures = key_figures(data);
@@ -426,7 +437,7 @@ Page make(const RunDocument& data, ReportFolder& folder) {
                folder, page.downloads);
   for (const auto& [file, what] :
        {std::pair("bubbles.csv", "– every bubble"), std::pair("flow.csv", "– volume, a row per step"),
-        std::pair("frames.pvd", "– surfaces, for ParaView")})
+        std::pair("solids.csv", "– where moving solids were"), std::pair("frames.pvd", "– surfaces, for ParaView")})
     if (folder.has(file)) page.downloads.push_back({file, what});
   page.downloads.push_back(kFiguresDownload);
   page.footer =

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -162,6 +164,49 @@ TEST(LiquidImport, SurfacesKeepTheirRegionsAndUnevenTimesAreRefused) {
   std::ofstream(scratch.path() / "D/frames.pvd") << pvd;
   expect_refused(scratch, "scene import D/frames.pvd --kind vtp -o F", {"uneven in time"});
   expect_refused(scratch, "scene import D/frames.pvd --kind abc -o F", {"vdb, vtp, openfoam"});
+}
+
+/// A closed box of water from 0 to size, each side of n x n quads, without groups.
+std::string box_obj(const std::array<double, 3>& size, int n) {
+  std::map<std::array<int, 3>, int> number;  // of the corners
+  std::string vertices, faces;
+  const auto corner = [&](const std::array<int, 3>& at) {
+    const auto [it, is_new] = number.emplace(at, static_cast<int>(number.size()) + 1);
+    if (is_new) {
+      vertices += "v";
+      for (std::size_t axis = 0; axis < 3; ++axis) vertices += " " + std::to_string(size[axis] * at[axis] / n);
+      vertices += "\n";
+    }
+    return " " + std::to_string(it->second);
+  };
+  for (int side = 0; side < 6; ++side)
+    for (int b = 0; b < n; ++b)
+      for (int a = 0; a < n; ++a) {
+        const std::size_t axis = static_cast<std::size_t>(side % 3), u = (axis + 1) % 3, v = (axis + 2) % 3;
+        const auto at = [&](int along_u, int along_v) {
+          std::array<int, 3> x{};
+          x[axis] = side < 3 ? 0 : n;
+          x[u] = along_u;
+          x[v] = along_v;
+          return corner(x);
+        };
+        faces += "f" + at(a, b) + (side < 3 ? at(a, b + 1) : at(a + 1, b)) + at(a + 1, b + 1) +
+                 (side < 3 ? at(a + 1, b) : at(a, b + 1)) + "\n";
+      }
+  return vertices + faces;
+}
+
+TEST(LiquidImport, FloorAndSidesOfAnObjWithoutGroupsAreWalls) {
+  const Scratch scratch;
+  for (const char* name : {"w_0.obj", "w_1.obj", "w_2.obj"}) scratch.write(name, box_obj({0.12, 0.1, 0.074}, 10));
+  const auto import = run_klang("scene import w_#.obj --kind vtp --frame-step-s 0.01 -o E", scratch.path());
+  ASSERT_EQ(import.exit_code, 0) << import.err;
+  EXPECT_NE(import.err.find("no regions"), std::string::npos) << import.err;
+  std::ofstream(scratch.path() / "E/scene.toml", std::ios::app)
+      << "[[bubble]]\nradius_m = 0.003\nposition_m = [0.06, 0.05, 0.01]\nbirth_s = 0.005\n[transfer]\nmethod = "
+         "\"half_space\"\n";
+  ASSERT_EQ(run_klang("scene run E/scene.toml -o E --stage bubbles", scratch.path()).exit_code, 0);
+  EXPECT_LE(std::abs(depth_m(scratch.path() / "E") - 0.064), 5e-4) << "not the 10 mm to the floor";
 }
 
 TEST(LiquidImport, AnOpenFoamCaseIsReadWhereHalfIsWater) {

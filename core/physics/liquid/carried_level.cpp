@@ -19,7 +19,7 @@ void correct_by_carried(const GridShape& shape, const Particles& particles, cons
     if (!(std::abs(carried) < near)) continue;
     const Vector3d g = particles.x_m[p] / h - Vector3d::Constant(0.5);
     const double difference = carried - trilinear(phi, g.x(), g.y(), g.z());
-    const double off = std::copysign(std::clamp(std::abs(difference) - least, 0.0, most), difference);
+    const double off = std::abs(difference) > least ? std::clamp(difference, -most, most) : 0.0;
     const GridPlace at(phi, g.x(), g.y(), g.z());
     for (int corner = 0; corner < 8; ++corner) {
       const int a = corner & 1, b = (corner >> 1) & 1, c = corner >> 2;
@@ -35,18 +35,45 @@ void correct_by_carried(const GridShape& shape, const Particles& particles, cons
       phi[c] += sums[c][1] / std::max(sums[c][0], options.full_weight);
 }
 
-void update_carried(const GridShape& shape, const Field& before, const Field& now, const CarriedLevel& options,
+namespace {
+
+/// n . (n . grad) u, n the normal of phi.
+double stretch_per_s(const Field& phi, const MacGrid& u, const Vector3d& x, double h) {
+  Vector3d n;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d half = 0.5 * h * Vector3d::Unit(axis);
+    n[axis] = at_centres(phi, x + half, h) - at_centres(phi, x - half, h);
+  }
+  const double length = n.norm();
+  if (!(length > 1e-6 * h)) return 0.0;
+  const Vector3d way = 0.25 * h / length * n;
+  return (velocity_at(u, x + way, h) - velocity_at(u, x - way, h)).dot(n) / (0.5 * h * length);
+}
+
+}  // namespace
+
+void update_carried(const GridShape& shape, const Field& phi, const CarriedStep& step, const CarriedLevel& options,
                     Particles& particles) {
   const double h = shape.cell_m, near = options.near_cells * h;
   parallel_for(particles.size(), 4096, [&](std::size_t first, std::size_t last) {
     for (std::size_t p = first; p < last; ++p) {
       const Vector3d& x = particles.x_m[p];
       double& carried = particles.phi_m[p];
-      const double there = at_centres(now, x, h);
-      carried = std::abs(carried) < near ? std::clamp(carried + there - at_centres(before, x, h), there - h, there + h)
-                                         : there;
+      const double there = at_centres(phi, x, h);
+      if (!(std::abs(carried) < near)) {
+        carried = there;
+        continue;
+      }
+      if (step.step_s > 0.0) carried *= 1.0 + std::clamp(step.step_s * stretch_per_s(phi, step.u, x, h), -0.5, 0.5);
+      carried = std::clamp(carried + step.shift_m, there - h, there + h);
     }
   });
+}
+
+double passed_on(double shift_m, double cell_m, const CarriedLevel& options, double& withheld_m) {
+  const double most = options.withheld_cells * cell_m, sum = withheld_m + shift_m;
+  withheld_m = std::clamp(sum, -most, most);
+  return sum - withheld_m;
 }
 
 }  // namespace klang::liquid

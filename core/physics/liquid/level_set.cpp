@@ -288,17 +288,18 @@ double liquid_volume_m3(const GridShape& shape, const Field& phi, const SolidFie
   return sum * h * h * h;
 }
 
-double shift_to_volume(const GridShape& shape, const SolidField& solid, double wanted, double most_m, Field& phi) {
-  double volume = liquid_volume_m3(shape, phi, solid);
+VolumeShift shift_to_volume(const GridShape& shape, const SolidField& solid, double wanted, double most_m, Field& phi) {
+  double volume = liquid_volume_m3(shape, phi, solid), sum = 0.0;
   for (int turn = 0; turn < 3 && std::abs(volume - wanted) > 1e-12 * wanted; ++turn) {
     const double step = 0.02 * shape.cell_m;
     const double area = (volume - liquid_volume_m3(shape, phi, solid, step)) / step;
     if (!(area > 0.0)) break;
     const double shift = std::clamp((volume - wanted) / area, -most_m, most_m);
     for (double& value : phi.data()) value += shift;
+    sum += shift;
     volume = liquid_volume_m3(shape, phi, solid);
   }
-  return volume;
+  return {volume, sum};
 }
 
 namespace {

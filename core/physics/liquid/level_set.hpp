@@ -25,8 +25,13 @@ double liquid_volume_m3(const GridShape& shape, const Field& phi_m, const SolidF
 /// Share of a cell that is liquid, by the same cut; solids are left out of account.
 double wet_share(const Field& phi_m, double cell_m, int i, int j, int k);
 
-/// Shifts the surface, by most_m at most, so that the volume is the one asked for. @return the volume then
-double shift_to_volume(const GridShape& shape, const SolidField& solid, double volume_m3, double most_m, Field& phi_m);
+/// Shifts the surface, by most_m at most, so that the volume is the one asked for.
+struct VolumeShift {
+  double volume_m3;  ///< then
+  double shift_m;    ///< that phi grew by
+};
+VolumeShift shift_to_volume(const GridShape& shape, const SolidField& solid, double volume_m3, double most_m,
+                            Field& phi_m);
 
 /// Share of a unit cube around 0 where value + slope . x < 0 (Scardovelli & Zaleski 2000).
 double plane_fraction(double value, const Eigen::Vector3d& slope);

@@ -8,7 +8,7 @@
 namespace klang::liquid {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x3253514c474e4c4bULL;  // "KLNGLQS2"
+constexpr std::uint64_t kMagic = 0x3353514c474e4c4bULL;  // "KLNGLQS3"
 
 constexpr const char* kName = "checkpoint";
 
@@ -36,7 +36,7 @@ void Liquid::save(std::ostream& out) const {
   write_value(out, time_s_);
   write_value(out, pending_kick_s_);
   write_value(out, n_steps_);
-  for (const double value : {volume_, start_volume_, inflow_, outflow_}) write_value(out, value);
+  for (const double value : {volume_, start_volume_, inflow_, outflow_, withheld_shift_}) write_value(out, value);
   write_list(out, emitted_);
   for (const Solid& solid : solids_) {
     write_value(out, solid.position_m);
@@ -56,7 +56,7 @@ void Liquid::load(std::istream& in) {
   time_s_ = get<double>(in);
   pending_kick_s_ = get<double>(in);
   n_steps_ = get<std::uint64_t>(in);
-  for (double* value : {&volume_, &start_volume_, &inflow_, &outflow_}) *value = get<double>(in);
+  for (double* value : {&volume_, &start_volume_, &inflow_, &outflow_, &withheld_shift_}) *value = get<double>(in);
   const std::size_t n_inlets = emitted_.size();
   get_list(in, emitted_, n_inlets);
   if (emitted_.size() != n_inlets) throw InputError(kName, "does not belong to this scene");

@@ -120,7 +120,7 @@ void Liquid::seed_particles() {
         }
       }
   particles_.sort(shape);
-  update_carried(shape, phi_, phi_, {}, particles_);
+  update_carried(shape, phi_, {u_}, {}, particles_);
   MacGrid weight(shape);
   particles_to_faces(shape, particles_, u_, weight);  // the first frame tells how drops fly
 }
@@ -303,7 +303,6 @@ LiquidStep Liquid::step(double step_s) {
   move_particles(shape, update, step_s, n_before, particles_.size(), particles_);
   advect_level_set(shape, u_, step_s, kBandCells * h, phi_);
   correct_by_carried(shape, particles_, {}, phi_);
-  const Field carried = phi_;
   move_solids(step_s);
   emit(step_s);
   push_out();
@@ -315,8 +314,9 @@ LiquidStep Liquid::step(double step_s) {
   correct_by_particles(shape, particles_, solid_, {}, phi_);
   drain();
   redistance(shape, kKeepCells * h, kReachCells * h, phi_);
-  keep_volume();
-  update_carried(shape, carried, phi_, {}, particles_);
+  const double shift_m = keep_volume();
+  update_carried(shape, phi_, {u_, step_s, passed_on(shift_m, h, {}, withheld_shift_)}, {}, particles_);
+  open_carried();
 
   time_s_ += step_s;
   pending_kick_s_ = 0.5 * step_s;
@@ -452,11 +452,32 @@ void Liquid::keep_density() {
       }
 }
 
-void Liquid::keep_volume() {
+double Liquid::keep_volume() {
   const GridShape& shape = setup_.shape;
   const double expected = start_volume_ + inflow_ - outflow_, most = kMostShiftCells * shape.cell_m;
-  volume_ = setup_.options.keep_volume && expected > 0.0 ? shift_to_volume(shape, solid_, expected, most, phi_)
-                                                         : liquid_volume_m3(shape, phi_, solid_);
+  if (!setup_.options.keep_volume || !(expected > 0.0)) {
+    volume_ = liquid_volume_m3(shape, phi_, solid_);
+    return 0.0;
+  }
+  const VolumeShift done = shift_to_volume(shape, solid_, expected, most, phi_);
+  volume_ = done.volume_m3;
+  return done.shift_m;
+}
+
+void Liquid::open_carried() {
+  if (setup_.outlets.empty() && setup_.inlets.empty()) return;
+  const double near = 2.0 * setup_.shape.cell_m;
+  parallel_for(particles_.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      double& carried = particles_.phi_m[p];
+      if (!(std::abs(carried) < near)) continue;
+      for (const Outlet& outlet : setup_.outlets)
+        carried = std::max(carried, -box_distance(particles_.x_m[p], outlet.low_m, outlet.high_m));
+      for (std::size_t s = 0; s < setup_.inlets.size(); ++s)
+        if (streams(setup_.inlets[s]))
+          carried = std::min(carried, solids_[setup_.solids.size() + s].distance_m(particles_.x_m[p]));
+    }
+  });
 }
 
 Field Liquid::distance_m() const {

@@ -14,7 +14,7 @@
 namespace klang::liquid_scene {
 namespace {
 
-constexpr std::uint64_t kCheckpointMagic = 0x3250434c474e4c4bULL;  // "KLNGLCP2"
+constexpr std::uint64_t kCheckpointMagic = 0x3350434c474e4c4bULL;  // "KLNGLCP3"
 
 /// What a checkpoint holds besides the liquid.
 struct Progress {
@@ -28,7 +28,14 @@ struct CheckpointHead {
   char key[64] = {};
   double time_s = 0.0;
   Progress progress;
-  std::uint64_t n_rows = 0;
+  std::uint64_t n_rows = 0, n_places = 0;
+};
+
+/// Where a solid was: a row of solids.csv without its name.
+struct SolidPlace {
+  double time_s;
+  std::int64_t solid;  ///< of the liquid's list
+  Eigen::Vector3d position_m, velocity_m_s;
 };
 
 class Flow {
@@ -36,6 +43,7 @@ class Flow {
   explicit Flow(StageRun& run) : run_(run), liquid_(run.scene.setup), key_(run_key(run.scene)) {
     solid_ = centres_of_solids();
     if (run_.resume) load();
+    if (places_.empty()) note_solids();
   }
 
   FlowResult go() {
@@ -43,7 +51,10 @@ class Flow {
     std::filesystem::create_directories(run_.folder.file("frames"));
     std::filesystem::create_directories(run_.folder.file("fields"));
     std::filesystem::create_directories(run_.folder.file("checkpoint"));
-    if (progress_.n_frames == 0) write_frame();
+    if (progress_.n_frames == 0) {
+      warn_of_small_drops();
+      write_frame();
+    }
     note(StageStatus::kRunning);
     FlowResult result = FlowResult::kDone;
     try {
@@ -73,11 +84,39 @@ class Flow {
  private:
   void take(const liquid::LiquidStep& step) {
     rows_.push_back({step.time_s, step.volume_m3, step.inflow_m3, step.outflow_m3, step.max_speed_m_s});
+    note_solids();
     progress_.max_drift = std::max(progress_.max_drift, step.drift_relative);
     progress_.max_divergence = std::max(progress_.max_divergence, step.pressure.max_divergence);
     progress_.iterations += step.pressure.iterations;
     progress_.n_particles = static_cast<std::int64_t>(step.n_particles);
     run_.monitor.progress("flow", step.time_s / run_.until_s);
+  }
+
+  void warn_of_small_drops() {
+    constexpr double kFewestCells = 1.5;
+    const liquid::LiquidSetup& setup = run_.scene.setup;
+    for (std::size_t d = 0; d < setup.drops.size(); ++d)
+      if (run_.warn && setup.drops[d].radius_m < kFewestCells * setup.shape.cell_m)
+        run_.warn("[[drop]] " + std::to_string(d + 1) +
+                  " has a radius below 1.5 cells: its volume is up to a fifth too large (0.1 % from 1.5 cells on)");
+  }
+
+  void note_solids() {
+    for (std::size_t s = 0; s < run_.scene.setup.solids.size(); ++s) {
+      const liquid::Solid& solid = liquid_.solids()[s];
+      if (solid.moves())
+        places_.push_back({liquid_.time_s(), static_cast<std::int64_t>(s), solid.position_m, solid.velocity_m_s});
+    }
+  }
+
+  std::vector<SolidRow> solid_rows() const {
+    std::vector<SolidRow> rows;
+    for (const SolidPlace& place : places_) {
+      const Eigen::Vector3d &x = place.position_m, &v = place.velocity_m_s;
+      rows.push_back({place.time_s, place.solid + 1, liquid_.solids()[static_cast<std::size_t>(place.solid)].name,
+                      x.x(), x.y(), x.z(), v.x(), v.y(), v.z()});
+    }
+    return rows;
   }
 
   /// Distance to the solids at centres, the inlets' mouthpieces among them.
@@ -119,6 +158,7 @@ class Flow {
     run_.folder.write_document(d);
     if (since_tables_.seconds() >= 10.0 || status != StageStatus::kRunning || rows_.empty()) {
       write_file(run_.folder.file("flow.csv"), csv_table(rows_));
+      if (!places_.empty()) write_file(run_.folder.file("solids.csv"), csv_table(solid_rows()));
       run_.folder.write_collection(run_.scene, progress_.n_frames);
       since_tables_.restart();
     }
@@ -136,12 +176,15 @@ class Flow {
     head.time_s = liquid_.time_s();
     head.progress = progress_;
     head.n_rows = rows_.size();
+    head.n_places = places_.size();
     slot_ = 1 - slot_;
     write_file_with(checkpoint(slot_), [&](const std::filesystem::path& temporary) {
       std::ofstream out(temporary, std::ios::binary);
       out.write(reinterpret_cast<const char*>(&head), sizeof head);
       out.write(reinterpret_cast<const char*>(rows_.data()),
                 static_cast<std::streamsize>(rows_.size() * sizeof(FlowRow)));
+      out.write(reinterpret_cast<const char*>(places_.data()),
+                static_cast<std::streamsize>(places_.size() * sizeof(SolidPlace)));
       liquid_.save(out);
       if (!out.flush()) throw InputError(checkpoint(slot_).string(), "cannot be written", "", "room on the disk");
       out.close();
@@ -171,6 +214,7 @@ class Flow {
     in.seekg(sizeof(CheckpointHead));
     progress_ = heads[slot_]->progress;
     read_list(in, rows_, heads[slot_]->n_rows, checkpoint(slot_).string());
+    read_list(in, places_, heads[slot_]->n_places, checkpoint(slot_).string());
     liquid_.load(in);
   }
 
@@ -180,6 +224,7 @@ class Flow {
   liquid::Field solid_;
   Progress progress_;
   std::vector<FlowRow> rows_;
+  std::vector<SolidPlace> places_;
   int slot_ = 1;
   Stopwatch wall_, since_checkpoint_, since_note_, since_tables_;
   double cpu_before_ = cpu_seconds();

@@ -86,7 +86,8 @@ class OpenFoamFrames : public ForeignFrames {
     vtkUnstructuredGrid* const mesh = grid_at(frame);
     vtkDataArray* const share = share_of(mesh);
     if (share == nullptr)
-      throw InputError(case_.string(), "has no field " + field_word() + " at " + to_text(time_s_[frame]) + " s");
+      throw InputError(case_.string(), field_word() + " cannot be read at " + to_text(time_s_[frame]) + " s", "",
+                       "finite numbers");
     vtkNew<vtkImageData> image;
     image->SetDimensions(shape_.nx, shape_.ny, shape_.nz);
     const double h = shape_.cell_m / options_.unit_m;
@@ -138,11 +139,15 @@ class OpenFoamFrames : public ForeignFrames {
     reader_->EnableAllCellArrays();
     reader_->SetPatchArrayStatus("internalMesh", 1);
     vtkDoubleArray* const times = reader_->GetTimeValues();
+    std::vector<double> without_field;
     for (vtkIdType k = 0; times != nullptr && k < times->GetNumberOfTuples(); ++k)
-      if (has_field(times->GetValue(k))) time_s_.push_back(times->GetValue(k));
+      (has_field(times->GetValue(k)) ? time_s_ : without_field).push_back(times->GetValue(k));
     if (time_s_.empty())
       throw InputError(case_.string(), "is no OpenFOAM case with times that hold " + field_word(), "",
                        "a folder with system/controlDict, constant/polyMesh and folders of times");
+    if (!without_field.empty())
+      warnings_.push_back(std::to_string(without_field.size()) + " time(s) without " + field_word() +
+                          " are left out, the first at " + to_text(without_field.front()) + " s");
   }
 
   Vector3d ours(const Vector3d& x) const {

@@ -86,6 +86,8 @@ struct TransferErrorRecord {
 struct TransferRecord {
   std::string method;
   std::optional<double> error_estimate;
+  std::int64_t n_checked = 0;
+  std::optional<std::array<double, 2>> error_interval;
   std::vector<TransferErrorRecord> errors;
   std::int64_t n_iterations = 0, n_airs = 0;
   std::vector<double> tank_modes_hz;
@@ -93,8 +95,13 @@ struct TransferRecord {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"method", "reciprocal, forward, half_space or unit"}, self.method);
-    visit(null_if_empty({"error_estimate", "relative, median of the solves; null: none was made"}),
+    visit(null_if_empty({"error_estimate", "relative, median of the solves that were checked; null: none was"}),
           self.error_estimate);
+    visit({"n_checked", "solves that were checked"}, self.n_checked);
+    visit(null_if_empty(
+              {"error_interval",
+               "between these two the median lies (90 %); null: fewer than 5 were checked, it is not determined"}),
+          self.error_interval);
     visit({"errors", "the same octave by octave, and where it comes from"}, self.errors);
     visit({"n_iterations", "of the liquid's cells, summed over the solves"}, self.n_iterations);
     visit({"n_airs", "how often the air's elements were made"}, self.n_airs);
@@ -181,6 +188,27 @@ struct RunDocument {
     visit(null_if_empty({"transfer", "how bubbles are heard; null: not done"}), self.transfer);
     visit(null_if_empty({"sound", "what was heard; null: not done"}), self.sound);
     visit(absent_if_empty({"imported", "from another program's files"}), self.imported);
+  }
+};
+
+/// A row of solids.csv: one per step, and one at the start, of each solid that moves.
+struct SolidRow {
+  double time_s = 0.0;
+  std::int64_t solid = 0;
+  std::string name;
+  double x_m = 0.0, y_m = 0.0, z_m = 0.0, velocity_x_m_s = 0.0, velocity_y_m_s = 0.0, velocity_z_m_s = 0.0;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit({"time_s", "end of the step"}, self.time_s);
+    visit({"solid", "which [[solid]] of the scene, from 1"}, self.solid);
+    visit({"name", "its name"}, self.name);
+    visit({"x_m", "centre"}, self.x_m);
+    visit({"y_m", "centre"}, self.y_m);
+    visit({"z_m", "centre"}, self.z_m);
+    visit({"velocity_x_m_s", "that moved it in this step"}, self.velocity_x_m_s);
+    visit({"velocity_y_m_s", "that moved it in this step"}, self.velocity_y_m_s);
+    visit({"velocity_z_m_s", "that moved it in this step"}, self.velocity_z_m_s);
   }
 };
 

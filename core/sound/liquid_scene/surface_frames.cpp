@@ -58,8 +58,10 @@ class SurfaceFrames : public ForeignFrames {
 
   ForeignFrame read(std::size_t frame) override {
     liquid::LiquidSurface surface = load(files_[frame]);
-    if (surface.region.empty() ||
-        (options_.low_m && std::all_of(surface.region.begin(), surface.region.end(), [](int r) { return r == 0; })))
+    // An .obj without groups comes with all of its faces free.
+    const bool all_free =
+        std::all_of(surface.region.begin(), surface.region.end(), [](int region) { return region == 0; });
+    if (surface.region.empty() || (all_free && (options_.low_m || files_[frame].extension() == ".obj")))
       find_walls(surface);
     surface.surface.vertices_m.rowwise() -= low_m_.transpose();
     bubble::BoundaryMesh body = main_body(surface, shape_.cell_m);

@@ -194,6 +194,26 @@ std::optional<double> LiquidTransfer::error_estimate() const {
   return all[all.size() / 2];
 }
 
+std::optional<std::array<double, 2>> LiquidTransfer::error_interval() const {
+  constexpr double kBeyond = 0.05;     // at each end
+  constexpr std::size_t kMost = 1000;  // of more, the first ones: 2^-n stays a number
+  const std::size_t n = std::min(errors.size(), kMost);
+  std::vector<double> all;
+  for (std::size_t e = 0; e < n; ++e) all.push_back(errors[e].relative);
+  std::sort(all.begin(), all.end());
+  // P(the median is below the entry of rank k) = P(at most k of n fair coins are heads)
+  double term = std::exp2(-static_cast<double>(n)), below = term;
+  if (below > kBeyond) return std::nullopt;
+  std::size_t rank = 0;
+  while (rank < n / 2) {
+    term *= static_cast<double>(n - rank) / static_cast<double>(rank + 1);
+    if (below + term > kBeyond) break;
+    below += term;
+    ++rank;
+  }
+  return std::array{all[rank], all[n - 1 - rank]};
+}
+
 void write_transfer_checkpoint(const std::filesystem::path& path, const std::string& key,
                                TransferCheckpoint checkpoint) {
   write_file_with(path, [&](const std::filesystem::path& temporary) {

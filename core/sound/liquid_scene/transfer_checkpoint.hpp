@@ -30,6 +30,9 @@ struct LiquidTransfer {
   std::string bad_frame;                         ///< why, of the first
   std::vector<double> modes_hz;                  ///< of the tank, in the first frame that was solved, up to 20 kHz
   std::optional<double> error_estimate() const;  ///< median of the errors
+  /// In which the median of all solves lies with 90 % at least: two of the sorted errors, by the binomial law (whatever their own law is). None
+  /// where fewer than 5 were checked.
+  std::optional<std::array<double, 2>> error_interval() const;
 };
 
 /// All that the rest of a transfer depends on, between two frames.

@@ -63,7 +63,14 @@ double median(std::vector<double> values) {
 }
 
 TransferRecord transfer_record(TransferMethod method, const LiquidTransfer& found) {
-  TransferRecord record{to_text(method), found.error_estimate(), {}, found.n_iterations, found.n_airs, found.modes_hz};
+  TransferRecord record{to_text(method),
+                        found.error_estimate(),
+                        static_cast<std::int64_t>(found.errors.size()),
+                        found.error_interval(),
+                        {},
+                        found.n_iterations,
+                        found.n_airs,
+                        found.modes_hz};
   std::map<int, std::vector<const TransferError*>> of_octave;  // 500 Hz times a power of 2
   for (const TransferError& error : found.errors)
     of_octave[static_cast<int>(std::floor(std::log2(error.frequency_hz / 500.0)))].push_back(&error);
@@ -123,10 +130,15 @@ void run_transfer(StageRun& run) {
              " bubble(s) were never inside the largest body of liquid: they are heard as below a wide plane surface");
   constexpr double kDoubtful = 0.2;
   const std::optional<double> off = found.error_estimate();
-  if (off && !(*off <= kDoubtful))
-    run.warn("the transfer is off by an estimated " + std::to_string(std::lround(100.0 * *off)) + " % (median of " +
-             std::to_string(found.errors.size()) +
-             " samples): elements of the air, cells or waves of the liquid are too coarse for its surface "
+  const auto percent = [](double share) { return std::to_string(std::lround(100.0 * share)); };
+  if (off && !found.error_interval())
+    run.warn("how far the transfer is off is not determined: only " + std::to_string(found.errors.size()) +
+             " solve(s) were checked (median " + percent(*off) + " %)");
+  else if (off && !(*off <= kDoubtful))
+    run.warn("the transfer is off by an estimated " + percent(*off) + " % (median of " +
+             std::to_string(found.errors.size()) + " samples, 90 % interval " + percent((*found.error_interval())[0]) +
+             " to " + percent((*found.error_interval())[1]) +
+             " %): elements of the air, cells or waves of the liquid are too coarse for its surface "
              "or for "
              "pitches this high; method half_space is the one to compare with");
   if (found.n_bad_frames > 0)

@@ -151,7 +151,7 @@ struct CarriedBall {
       if (at_centres(phi, x, 0.05) < 0.0) particles.add(x, Eigen::Vector3f::Zero());
     }
     particles.sort(shape);
-    update_carried(shape, phi, phi, {}, particles);
+    update_carried(shape, phi, {MacGrid(shape)}, {}, particles);
   }
 };
 
@@ -160,7 +160,7 @@ TEST(CarriedLevel, LeavesAGridThatAgreesAsItIs) {
   const Field before = ball.phi;
   correct_by_carried(ball.shape, ball.particles, {}, ball.phi);
   EXPECT_EQ(ball.phi.data(), before.data());
-  update_carried(ball.shape, before, ball.phi, {}, ball.particles);
+  update_carried(ball.shape, ball.phi, {MacGrid(ball.shape)}, {}, ball.particles);
   correct_by_carried(ball.shape, ball.particles, {}, ball.phi);
   EXPECT_EQ(ball.phi.data(), before.data());
 }
@@ -179,9 +179,44 @@ TEST(CarriedLevel, BringsBackWhatTheGridLostAndFollowsWhatWasDoneToIt) {
   EXPECT_LE(worst_below(0.0), 0.06) << "cells outside, which few particles reach, lag";
   ball.phi = before;
   for (double& value : ball.phi.data()) value -= 0.2 * 0.05;  // done on purpose
-  update_carried(ball.shape, before, ball.phi, {}, ball.particles);
+  const MacGrid still(ball.shape);
+  update_carried(ball.shape, ball.phi, {still, 1e-3, -0.2 * 0.05}, {}, ball.particles);
   correct_by_carried(ball.shape, ball.particles, {}, ball.phi);
   EXPECT_LE(worst_below(-0.2 * 0.05), 1e-12);
+}
+
+TEST(CarriedLevel, GrowsAsTheFlowStretchesItAlongTheNormal) {
+  const GridShape shape{20, 20, 20, 0.05};
+  Field phi(20, 20, 20);
+  for (int k = 0; k < 20; ++k)
+    for (int j = 0; j < 20; ++j)
+      for (int i = 0; i < 20; ++i) phi(i, j, k) = shape.centre_m(i, j, k).z() - 0.5;
+  MacGrid u(shape);  // up along z, together along x: rate 3 per second
+  for (int k = 0; k < u[2].nz(); ++k)
+    for (int j = 0; j < 20; ++j)
+      for (int i = 0; i < 20; ++i) u[2](i, j, k) = 3.0 * (face_m(shape, 2, i, j, k).z() - 0.5);
+  Particles particles;
+  for (int p = 0; p < 50; ++p) particles.add(Vector3d(0.3 + 0.005 * p, 0.5, 0.45), Eigen::Vector3f::Zero());
+  particles.sort(shape);
+  update_carried(shape, phi, {u}, {}, particles);
+  for (int turn = 0; turn < 10; ++turn) update_carried(shape, phi, {u, 0.01}, {}, particles);
+  for (const double carried : particles.phi_m) EXPECT_NEAR(carried, -0.05 * std::pow(1.03, 10), 1e-12);
+  for (int turn = 0; turn < 200; ++turn) update_carried(shape, phi, {u, 0.01}, {}, particles);
+  for (const double carried : particles.phi_m)
+    EXPECT_NEAR(carried, -0.05, 0.05 + 1e-12) << "a cell off the grid at most";
+}
+
+TEST(CarriedLevel, IsToldOfShiftsThatLast) {
+  CarriedLevel options;
+  options.withheld_cells = 0.1;
+  double withheld_m = 0.0;
+  EXPECT_EQ(passed_on(0.06, 1.0, options, withheld_m), 0.0);
+  EXPECT_EQ(passed_on(-0.06, 1.0, options, withheld_m), 0.0);
+  EXPECT_EQ(withheld_m, 0.0);
+  double sum = 0.0;
+  for (int step = 0; step < 100; ++step) sum += passed_on(-0.01, 1.0, options, withheld_m);
+  EXPECT_NEAR(sum, -0.9, 1e-12);
+  EXPECT_NEAR(withheld_m, -0.1, 1e-12);
 }
 
 }  // namespace

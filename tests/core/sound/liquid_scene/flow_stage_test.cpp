@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <sstream>
+
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
@@ -57,6 +60,35 @@ TEST(FlowStage, StoppedAndResumedItHasTheSameBits) {
   EXPECT_EQ(flow(cut, silent_monitor(), true), FlowResult::kDone);
   for (const char* file : {"flow.csv", "frames.pvd", "frames/boundary_000005.vtp", "fields/000005.klf"})
     EXPECT_TRUE(read_file(whole.path / file) == read_file(cut.path / file)) << file;
+}
+
+TEST(FlowStage, SaysWhereMovingSolidsAreAlsoWhenItIsResumed) {
+  const Folder whole("klang-flow-ball"), cut("klang-flow-ball-cut");
+  for (const Folder* folder : {&whole, &cut})
+    write_file(folder->path / "scene.toml",
+               "[domain]\nsize_m = [0.06, 0.06, 0.2]\ncell_m = 0.005\nduration_s = 0.05\nframe_rate_hz = 100\n"
+               "[[pool]]\ndepth_m = 0.041\n"
+               "[[solid]]\nshape = { kind = \"sphere\", radius_m = 0.012 }\nposition_m = [0.045, 0.03, 0.035]\n"
+               "[[solid]]\nname = \"ball\"\nshape = { kind = \"sphere\", radius_m = 0.012 }\n"
+               "position_m = [0.03, 0.03, 0.15]\nmotion = \"free\"\ndensity_kg_m3 = 2500\n");
+  EXPECT_EQ(flow(whole, silent_monitor(), false), FlowResult::kDone);
+  Impatient impatient(23);
+  EXPECT_THROW(flow(cut, impatient, false), Interrupted);
+  EXPECT_EQ(flow(cut, silent_monitor(), true), FlowResult::kDone);
+  const std::string text = read_file(whole.path / "solids.csv");
+  EXPECT_EQ(text, read_file(cut.path / "solids.csv"));
+  std::istringstream lines(text);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "time_s,solid,name,x_m,y_m,z_m,velocity_x_m_s,velocity_y_m_s,velocity_z_m_s");
+  int n = 0;
+  for (; std::getline(lines, line); ++n) {
+    double time_s = 0.0, z = 0.0, vz = 0.0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,2,ball,0.03,0.03,%lf,0,0,%lf", &time_s, &z, &vz), 3) << line;
+    EXPECT_NEAR(z, 0.15 - 0.5 * 9.81 * time_s * time_s, 1e-9) << time_s;
+    EXPECT_NEAR(vz, -9.81 * time_s, 9.81 * 1e-3) << "of half a step before";
+  }
+  EXPECT_EQ(n, 51) << "the start and 50 steps";
 }
 
 TEST(FlowStage, ADamagedStateIsNotGoneOnFrom) {

@@ -90,6 +90,22 @@ TEST(LiquidTransfer, OfACentralBubbleIsTheClosedFormAtItsPitchByBothMethods) {
   }
 }
 
+TEST(LiquidTransfer, ErrorsIntervalHoldsTheMedianNineTimesOfTen) {
+  LiquidTransfer found;
+  const auto checked = [&](int n) {
+    found.errors.clear();
+    for (int e = 0; e < n; ++e)
+      found.errors.push_back({1000.0, static_cast<double>((7 * e) % n)});  // 0 to n - 1, mixed
+    return found.error_interval();
+  };
+  for (const int n : {0, 1, 4}) EXPECT_FALSE(checked(n).has_value()) << n;
+  // Ranks of the binomial law of 1/2, 5 % at each end at most: P(X <= 1 of 8) = 0.035, P(X <= 9 of 26) = 0.084, P(X <= 8) = 0.038.
+  EXPECT_EQ(checked(5), (std::array{0.0, 4.0}));
+  EXPECT_EQ(checked(8), (std::array{1.0, 6.0}));
+  EXPECT_EQ(checked(26), (std::array{8.0, 17.0}));
+  EXPECT_EQ(found.error_estimate(), 13.0);
+}
+
 TEST(LiquidTransfer, HalfSpaceNeedsNoFramesAndUnitNoRows) {
   const LiquidTransfer half = find_transfer(nullptr, {central(1640.0)}, scene_of("half_space"), 1, silent_monitor());
   EXPECT_EQ(half.n_solves, 0);

@@ -276,10 +276,10 @@ double liquid_volume_m3(const GridShape& shape, const Field& phi, const SolidFie
         if (!(open > 0.0) || value > 1.0) continue;
         if (value < -1.0)
           sum += open;
-        else if (open < 1.0)
+        else if (!solid.whole(i, j, k))
           sum += cut_fraction(solid, h, {1.0 * i, 1.0 * j, 1.0 * k}, value, slope_at(phi, h, i, j, k));
         else
-          sum += cut_share(phi, h, shift_m, i, j, k);
+          sum += open * cut_share(phi, h, shift_m, i, j, k);
       }
     layers[static_cast<std::size_t>(k)] = sum;
   });
@@ -396,8 +396,10 @@ void extrapolate(const GridShape& shape, int layers, bool slopes, MacGrid& u, Fa
 }
 
 void continue_into_air(const GridShape& shape, const Field& phi, const Grid3<std::uint8_t>& liquid,
-                       const FaceMask& valid, MacGrid& u) {
+                       const FaceMask& valid, bool round, MacGrid& u) {
   const double h = shape.cell_m;
+  // In the round, faces across x are wider than the cell's middle (sector_field).
+  const auto width = [&](int face, int i) { return round ? face / (i + 0.5) : 1.0; };
   struct Change {
     int axis;
     std::size_t face;
@@ -412,8 +414,8 @@ void continue_into_air(const GridShape& shape, const Field& phi, const Grid3<std
         if (!wet(i - 1, j, k) && !wet(i + 1, j, k) && !wet(i, j - 1, k) && !wet(i, j + 1, k) && !wet(i, j, k - 1) &&
             !wet(i, j, k + 1))
           continue;
-        const double flux =
-            u[0](i + 1, j, k) - u[0](i, j, k) + u[1](i, j + 1, k) - u[1](i, j, k) + u[2](i, j, k + 1) - u[2](i, j, k);
+        const double flux = width(i + 1, i) * u[0](i + 1, j, k) - width(i, i) * u[0](i, j, k) + u[1](i, j + 1, k) -
+                            u[1](i, j, k) + u[2](i, j, k + 1) - u[2](i, j, k);
         const Vector3d away = slope_at(phi, h, i, j, k);
         std::array<double, 3> weight{};
         double sum = 0.0;
@@ -432,7 +434,7 @@ void continue_into_air(const GridShape& shape, const Field& phi, const Grid3<std
           if (share > 0.0)
             changes[static_cast<std::size_t>(k)].push_back(
                 {axis, u[axis].index(i + (axis == 0 ? up : 0), j + (axis == 1 ? up : 0), k + (axis == 2 ? up : 0)),
-                 (up == 1 ? -flux : flux) * share});
+                 (up == 1 ? -flux : flux) * share / (axis == 0 ? width(i + up, i) : 1.0)});
         }
       }
   });
@@ -458,7 +460,7 @@ std::size_t correct_by_particles(const GridShape& shape, const Particles& partic
     for (int j = 0; j < shape.ny; ++j)
       for (int i = 0; i < shape.nx; ++i) {
         const double value = before(i, j, k);
-        const bool bound = value < 0.0 && value > -1.5 * h && solid.open_volume(i, j, k) >= 1.0 &&
+        const bool bound = value < 0.0 && value > -1.5 * h && solid.whole(i, j, k) &&
                            (!solid.any || at_nodes(solid.distance_m, shape.centre_m(i, j, k), h) > h);
         if (!bound && !(value > 0.0)) continue;
         const Vector3d x = shape.centre_m(i, j, k);

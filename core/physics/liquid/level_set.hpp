@@ -53,9 +53,9 @@ struct FaceMask {
 void extrapolate(const GridShape& shape, int layers, bool slopes, MacGrid& u, FaceMask& known);
 
 /// The first layer of air carries on what the liquid does: div u = 0 there too, the difference put on the faces that lead away from
-/// the surface. Without it the surface's speed is of first order. @param liquid  cells of the solver
+/// the surface. Without it the surface's speed is of first order. @param liquid  cells of the solver  @param round  see sector_field()
 void continue_into_air(const GridShape& shape, const Field& phi_m, const Grid3<std::uint8_t>& liquid,
-                       const FaceMask& valid, MacGrid& u);
+                       const FaceMask& valid, bool round, MacGrid& u);
 
 /// Where particles know better than the level set.
 struct ParticleCorrection {

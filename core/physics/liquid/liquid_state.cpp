@@ -78,7 +78,7 @@ void Liquid::load(std::istream& in) {
   for (const Eigen::Vector3d& x : particles_.x_m)
     if (!x.allFinite()) throw InputError(kName, "is damaged");
   keep_.clear();
-  solid_ = liquid::solid_field(setup_.shape, solids_);
+  solid_ = setup_.round ? liquid::sector_field(setup_.shape) : liquid::solid_field(setup_.shape, solids_);
   particles_.sort(setup_.shape);
 }
 

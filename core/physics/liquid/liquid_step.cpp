@@ -82,7 +82,7 @@ Liquid::Liquid(LiquidSetup setup) : setup_(std::move(setup)), solids_(setup_.sol
   const GridShape& shape = setup_.shape;
   for (const Inlet& inlet : setup_.inlets) solids_.push_back(inlet.mouthpiece(shape.cell_m));
   emitted_.assign(setup_.inlets.size(), 0.0);
-  solid_ = liquid::solid_field(shape, solids_);
+  solid_ = setup_.round ? liquid::sector_field(shape) : liquid::solid_field(shape, solids_);
   phi_ = Field(shape.nx, shape.ny, shape.nz);
   pressure_ = phi_;
   u_ = MacGrid(shape);
@@ -290,7 +290,7 @@ LiquidStep Liquid::step(double step_s) {
   known = valid;
   set_solid_faces(known);
   extrapolate(shape, kAirLayers, true, u_, known);
-  continue_into_air(shape, phi_, liquid, valid, u_);
+  continue_into_air(shape, phi_, liquid, valid, solid_.round, u_);
   if (o.flip_share > 0.0)
     for (int axis = 0; axis < 3; ++axis)
       for (std::size_t f = 0; f < u_[axis].size(); ++f) before[axis][f] = u_[axis][f] - before[axis][f];
@@ -443,7 +443,7 @@ void Liquid::keep_density() {
         const auto count = static_cast<int>(particles_.begin[c + 1] - particles_.begin[c]);
         for (int extra = 2 * full; extra < count; ++extra)
           keep_[particles_.begin[c] + static_cast<std::size_t>(extra)] = 0;
-        if (count >= (3 * full) / 8 || !(phi_(i, j, k) < -h) || solid_.open_volume(i, j, k) < 1.0) continue;
+        if (count >= (3 * full) / 8 || !(phi_(i, j, k) < -h) || !solid_.whole(i, j, k)) continue;
         RandomStream random(setup_.options.seed ^ 0x9d1f00dULL, n_steps_ * shape.n_cells() + c);
         for (int add = count; add < full / 2; ++add) {
           const Vector3d x = h * Vector3d(i + random.uniform(), j + random.uniform(), k + random.uniform());

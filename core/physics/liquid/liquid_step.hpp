@@ -67,6 +67,8 @@ struct LiquidSetup {
   std::vector<Inlet> inlets;
   std::vector<Outlet> outlets;
   std::vector<Solid> solids;
+  bool round =
+      false;  ///< the same all around the axis x = 0: one layer of cells (ny = 1), no solids, inlets or outlets; volumes are a sector's
 
   double phi_m(const Eigen::Vector3d& x_m) const;  ///< of pools and drops at the start
 };

@@ -160,8 +160,17 @@ int closing_solid(const Assembly& a, const std::array<int, 3>& low, const std::a
 
 double surface_pressure(const Assembly& a, const std::array<int, 3>& wet, const std::array<int, 3>& dry, double theta) {
   if (a.options.tension_m3_s2 <= 0.0) return 0.0;
-  const double inside = curvature_per_m(a.phi, a.shape.cell_m, wet[0], wet[1], wet[2]),
-               outside = curvature_per_m(a.phi, a.shape.cell_m, dry[0], dry[1], dry[2]);
+  const double h = a.shape.cell_m;
+  const auto curvature = [&](const std::array<int, 3>& c) {
+    double sum = curvature_per_m(a.phi, h, c[0], c[1], c[2]);
+    if (!a.open.round) return sum;
+    const Eigen::Vector3d slope =
+        slope_at(a.phi, h, c[0], c[1], c[2]);  // and around the axis: its share across it over the distance
+    const double length = slope.norm();
+    if (length > 1e-6) sum += slope.x() / length / (h * (c[0] + 0.5));
+    return sum;
+  };
+  const double inside = curvature(wet), outside = curvature(dry);
   const double most = 1.0 / a.shape.cell_m;
   return a.options.tension_m3_s2 * std::clamp((1.0 - theta) * inside + theta * outside, -2.0 * most, 2.0 * most);
 }

@@ -150,4 +150,18 @@ SolidField solid_field(const GridShape& shape, const std::vector<Solid>& solids)
   return field;
 }
 
+SolidField sector_field(const GridShape& shape) {
+  SolidField field = solid_field(shape, {});
+  field.round = true;
+  const double per = 1.0 / shape.nx;
+  for (int k = 0; k <= shape.nz; ++k)
+    for (int i = 0; i <= shape.nx; ++i) {
+      if (k < shape.nz) field.open[0](i, 0, k) *= per * i;
+      if (i == shape.nx) continue;
+      field.open[2](i, 0, k) *= per * (i + 0.5);
+      if (k < shape.nz) field.open_volume(i, 0, k) = per * (i + 0.5);
+    }
+  return field;
+}
+
 }  // namespace klang::liquid

@@ -45,10 +45,16 @@ struct SolidField {
   Grid3<int> nearest;  ///< per cell: which solid is nearest to its centre; -1: none
   Field open_volume;   ///< share of each cell
   bool any = false;    ///< there are solids
+  bool round = false;  ///< shares are those of a sector about the axis x = 0, see sector_field()
+  bool whole(int i, int j, int k) const { return round || open_volume(i, j, k) >= 1.0; }
 };
 
 /// Shares by the plane through the distances at corners (exact for planes).
 SolidField solid_field(const GridShape& shape, const std::vector<Solid>& solids);
+
+/// Of a liquid that is the same all around an axis: the grid is a layer of cells (ny = 1), x the distance from the axis. Faces and cells
+/// have shares x / (nx h), as a narrow sector has: with them what flows in and out is what does so in the round.
+SolidField sector_field(const GridShape& shape);
 
 /// Share of the square with these values at its corners (in order around it) that is positive.
 double positive_area(double a, double b, double c, double d);

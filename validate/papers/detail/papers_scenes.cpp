@@ -222,6 +222,7 @@ struct Kept {
 constexpr const char* kYieldingContacts = "0.1.0+g0f8d7e3afe";  ///< since contacts are as long as curvature says
 constexpr const char* kKeptOptions = " --no-sound --no-frames";
 
+constexpr const char* kSolvesQuantity = "solves of the transfer";
 constexpr const char* kModalBodies = "0.1.0+gbd0d72bab8";
 const Kept kKept[] = {
     {"sb/plate", "dc360936c6f1", kPieces, 21},
@@ -264,6 +265,10 @@ const Kept kKept[] = {
     {"h03/bat", "936433a9949e", kModes, 20, kModalBodies},
     {"h03/sheet", "8ebf67a09f4e", kModes, 20, kModalBodies},
     {"h03/sphere", "f7cbd054584d", kModes, 40, kModalBodies},
+    {"liquid/pouring", "b205ac76e6e8", "bubbles", 3826, "0.1.0"},
+    {"liquid/pouring", "b205ac76e6e8", "particles", 773442, "0.1.0"},
+    {"liquid/pouring", "b205ac76e6e8", kSolvesQuantity, 15524, "0.1.0"},
+    {"liquid/water_step", "63aeb51ac7dd", "particles", 157518, "0.1.0+g7f62e35f87"},
 };
 
 std::string folder_name(std::string scene) {
@@ -364,7 +369,7 @@ void take_kept(const Row& row, PaperScene& scene, const std::filesystem::path& r
   for (const Kept& kept : kKept) {
     if (row.scene != std::string(kept.scene) || row.quantity != std::string(kept.quantity)) continue;
     scene.ours = kept.value;
-    scene.command += kKeptOptions;
+    if (!std::string(kept.scene).starts_with("liquid/")) scene.command += kKeptOptions;
     scene.version = kept.version;
     scene.reason = !unchanged(kept, root / scene.scene) ? "the scene file has changed since"
                                                         : std::string(row.unjudged != nullptr ? row.unjudged : "");

@@ -55,6 +55,15 @@ TEST(HydrostaticRest, StaysAtRestInATiltedTankWithTension) {
   EXPECT_LE(fastest_in_a_second(std::move(setup)), 1e-10);
 }
 
+TEST(HydrostaticRest, StaysAtRestInARoundTank) {
+  LiquidSetup setup;
+  setup.round = true;
+  setup.shape = {12, 1, 14, 0.01};
+  setup.pools.push_back({Vector3d::Zero(), Vector3d(0.12, 0.01, 0.0837), {}});
+  setup.options.tension = true;
+  EXPECT_LE(fastest_in_a_second(std::move(setup)), 1e-10);
+}
+
 TEST(FreeFall, DropFollowsTheParabolaExactly) {
   LiquidSetup setup;
   setup.shape = {20, 20, 40, 0.005};

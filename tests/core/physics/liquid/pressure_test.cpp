@@ -4,6 +4,9 @@
 
 #include <cmath>
 
+#include "core/foundation/base/conventions.hpp"
+#include "core/physics/liquid/level_set.hpp"
+
 namespace klang::liquid {
 namespace {
 
@@ -69,6 +72,47 @@ TEST(Pressure, InADropIsLaplaces) {
   options.tolerance = 1e-9;
   EXPECT_TRUE(project(shape, phi, open, solids, {u, pressure}, options).converged);
   EXPECT_LE(std::abs(pressure(10, 10, 10) / (2.0 * options.tension_m3_s2 / radius) - 1.0), 0.01);
+}
+
+/// A drop on the axis of a grid that is the same all around.
+struct RoundDrop {
+  GridShape shape{20, 1, 40, 0.001};
+  double radius_m = 0.012;
+  Field phi{20, 1, 40}, pressure{20, 1, 40};
+  std::vector<Solid> solids;
+  SolidField open = sector_field(shape);
+  MacGrid u{shape};
+  RoundDrop() {
+    for (int k = 0; k < 40; ++k)
+      for (int i = 0; i < 20; ++i) phi(i, 0, k) = std::hypot(0.001 * (i + 0.5), 0.001 * (k + 0.5) - 0.0203) - radius_m;
+  }
+};
+
+TEST(Pressure, InARoundDropIsLaplaces) {
+  RoundDrop drop;
+  PressureOptions options;
+  options.tension_m3_s2 = 7.26e-5;
+  options.tolerance = 1e-9;
+  EXPECT_TRUE(project(drop.shape, drop.phi, drop.open, drop.solids, {drop.u, drop.pressure}, options).converged);
+  for (const int i : {0, 5})
+    EXPECT_LE(std::abs(drop.pressure(i, 0, 20) / (2.0 * options.tension_m3_s2 / drop.radius_m) - 1.0), 0.01) << i;
+}
+
+TEST(Pressure, LeavesARoundFlowWithoutDivergenceAsItIs) {
+  RoundDrop drop;
+  for (int k = 0; k < 40; ++k)
+    for (int i = 0; i <= 20; ++i) drop.u[0](i, 0, k) = -0.5 * 3.0 * 0.001 * i;  // together, and up and down
+  for (int k = 0; k <= 40; ++k)
+    for (int i = 0; i < 20; ++i) drop.u[2](i, 0, k) = 3.0 * (0.001 * k - 0.02);
+  const MacGrid before = drop.u;
+  PressureOptions options;
+  options.tolerance = 1e-12;
+  EXPECT_TRUE(project(drop.shape, drop.phi, drop.open, drop.solids, {drop.u, drop.pressure}, options).converged);
+  for (int k = 12; k < 28; ++k)
+    for (int i = 0; i < 8; ++i) EXPECT_NEAR(drop.u[0](i, 0, k), before[0](i, 0, k), 1e-12);
+  const double volume = liquid_volume_m3(drop.shape, drop.phi, drop.open) * 2.0 * kPi * drop.shape.nx;
+  EXPECT_LE(std::abs(volume / (4.0 / 3.0 * kPi * std::pow(drop.radius_m, 3)) - 1.0), 0.003)
+      << "of the sector, times sectors";
 }
 
 }  // namespace

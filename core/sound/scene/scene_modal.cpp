@@ -262,7 +262,7 @@ void ModalBodies::add_to(SceneMotion& motion) const {
     motion.contact_residual = std::max(*motion.contact_residual, body.residual);
     FinalState& end = motion.final[static_cast<std::size_t>(body.row)];
     end.position_m = body.centre_m;
-    end.orientation_wxyz = body.poses.back().orientation_wxyz;
+    end.orientation_wxyz = {body.turn.w(), body.turn.x(), body.turn.y(), body.turn.z()};  // the last pose may be older
     end.velocity_m_s = body.velocity_m_s - body.ahead_m_s;
     end.angular_velocity_rad_s = body.inverse_inertia() * (body.angular_momentum - body.ahead_momentum);
     motion.log.poses.insert(motion.log.poses.end(), body.poses.begin(), body.poses.end());

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -115,6 +116,19 @@ TEST(SceneModalTouch, TwoModalBodiesKeepMomentumAndTheirEnergyNeverGrows) {
   const Eigen::Vector3d momentum =
       motion.mass_kg[0] * motion.final[0].velocity_m_s + motion.mass_kg[1] * motion.final[1].velocity_m_s;
   EXPECT_LE((momentum - motion.mass_kg[1] * Eigen::Vector3d(0.0, 0.2, 0.0)).norm(), 1e-12 * motion.mass_kg[0]);
+  // Moment of momentum about the origin, of bodies as they lie at the end.
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero(), before = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d own = 0.48 / 12.0 * Eigen::Vector3d(0.0064 + 0.0036, 0.01 + 0.0036, 0.01 + 0.0064);
+  for (const std::size_t i : {0, 1}) {
+    const FinalState& end = motion.final[i];
+    const Eigen::Vector4d& q = end.orientation_wxyz;
+    const Eigen::Matrix3d turn = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
+    moment += 0.48 * end.position_m.cross(end.velocity_m_s) +
+              turn * own.cwiseProduct(turn.transpose() * end.angular_velocity_rad_s);
+    before += 0.48 * scene.bodies[i].position_m.cross(scene.bodies[i].velocity_m_s);
+  }
+  EXPECT_LE((moment - before).norm(), 1e-12);
+  EXPECT_GT(motion.final[0].angular_velocity_rad_s.norm(), 1.0);
   EXPECT_LT(motion.final[0].velocity_m_s.x(), 0.0);
   EXPECT_GT(motion.final[1].velocity_m_s.x(), 0.0);
   EXPECT_LE(motion.residual_relative, 1e-9);

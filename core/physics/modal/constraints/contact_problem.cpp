@@ -122,8 +122,9 @@ ContactForces solve_friction(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
   ContactForces result;
   result.forces = sweeps.start.size() == 3 * n ? sweeps.start : Eigen::VectorXd(Eigen::VectorXd::Zero(3 * n));
   if (n == 0) return result;
-  result = solve_by_statuses(problem, result.forces, sweeps.tolerance);
-  if (result.residual <= (sweeps.fine > 0 ? sweeps.tolerance : sweeps.enough)) return result;
+  const double enough = sweeps.fine > 0 ? sweeps.tolerance : sweeps.enough;
+  result = solve_by_statuses(problem, result.forces, sweeps.tolerance, enough);
+  if (result.residual <= enough) return result;
   const auto projected = [&](Eigen::Index i, Eigen::Vector3d f) {
     f[0] = std::max(0.0, f[0]);
     const double slip = f.tail<2>().norm(), most = friction[i] * f[0];

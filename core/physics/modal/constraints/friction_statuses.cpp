@@ -142,12 +142,13 @@ ContactForces guess_from(const FrictionProblem& problem, const MatrixXd& root, c
 
 }  // namespace
 
-ContactForces solve_by_statuses(const FrictionProblem& problem, const VectorXd& start, double tolerance) {
+ContactForces solve_by_statuses(const FrictionProblem& problem, const VectorXd& start, double tolerance,
+                                double enough) {
   const MatrixXd root = root_of(problem.a);
   const auto rows = static_cast<double>(root.rows()), rank = static_cast<double>(root.cols());
   if (rows * rank * rank > kMostWork) return {start, friction_residual(problem, start), 0};
   ContactForces found = guess_from(problem, root, start, tolerance);
-  if (found.residual <= tolerance || !(problem.friction.array() > 0.0).all()) return found;
+  if (found.residual <= enough || !(problem.friction.array() > 0.0).all()) return found;
   ContactForces within = guess_from(problem, root, forces_within(problem, root), tolerance);
   within.iterations += found.iterations;
   return within.residual < found.residual ? within : found;

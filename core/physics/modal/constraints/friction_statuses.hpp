@@ -16,6 +16,8 @@ double friction_residual(const FrictionProblem& problem, const Eigen::VectorXd& 
 /// By guesses of which contacts are open, stick or slide which way, each of them a linear system: the guess of the next one follows from
 /// the forces and speeds of the last. Where many contacts share what a few motions need, as corners of a flat face at rest, the systems are as small as those
 /// motions and of all forces that meet them the nearest to those before are taken. The best of what it came to; it may be far off.
-ContactForces solve_by_statuses(const FrictionProblem& problem, const Eigen::VectorXd& start, double tolerance);
+/// @param tolerance  of the residual, where guesses end. @param enough  where what they came to is taken before the barrier is asked
+ContactForces solve_by_statuses(const FrictionProblem& problem, const Eigen::VectorXd& start, double tolerance,
+                                double enough);
 
 }  // namespace klang::modal

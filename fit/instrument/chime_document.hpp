@@ -25,8 +25,7 @@ struct ChimeNote {
            "its standard deviation: of the fitted material and of how far the struck ones lie from the model; null: "
            "not known"},
           self.length_std_m);
-    visit(absent_if_empty(
-              {"length_caveat", "what length_std_m leaves out: \"without the tolerances of ...\""}),
+    visit(absent_if_empty({"length_caveat", "what length_std_m leaves out: \"without the tolerances of ...\""}),
           self.length_caveat);
     visit({"cents_per_tenth_mm", "by which the note falls when it is cut 0.1 mm too long (negative)"},
           self.cents_per_tenth_mm);

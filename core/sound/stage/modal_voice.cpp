@@ -129,7 +129,7 @@ void ModalVoice::add_to(Mix& mix, const events::EventLog& log, const Listener&, 
       std::vector<Oscillator> oscillators;
       for (const Eigen::Index m : kept)
         oscillators.push_back({ringing_.angular_frequency_rad_s[m], ringing_.decay_per_s[m], ringing_.gain(m, c)});
-      sound = oscillation(oscillators, impulses, mix.sample_rate_hz(), n_frames);
+      sound = oscillation(oscillators, impulses, mix.sample_rate_hz(), n_frames, Heard::kRinging);
     }
     mix.add(c, 0, {sound.data(), static_cast<std::size_t>(sound.size())});
   }

@@ -86,7 +86,22 @@ std::vector<Event> events_of(const std::vector<ModalImpulse>& impulses, double s
 /// A mode's share of an impulse, and what it adds to the mix.
 struct Drive {
   double impulse = 0.0, gain = 0.0;
+  Heard heard = Heard::kMotion;
 };
+
+/// Takes the bending under a slow force off the output.
+void take_bending(const detail::ContactPulse& pulse, const OscillatorResponse& response,
+                  const detail::ContactPulse::State& state, const Drive& drive, Eigen::Ref<Eigen::VectorXd> output) {
+  constexpr double kLeastShare = 0.01;
+  const double share = pulse.slow_share(response, state, drive.impulse);
+  if (share < kLeastShare) return;
+  std::vector<double> bending;
+  const long first = pulse.first_sample() - pulse.add_bending(response, drive.impulse, bending);
+  for (std::size_t i = 0; i < bending.size(); ++i) {
+    const long n = first + static_cast<long>(i);
+    if (n >= 0 && n < output.size()) output[n] -= share * drive.gain * bending[i];
+  }
+}
 
 State start_state(const Event& event, const OscillatorResponse& response, const Drive& drive, double sample_rate_hz,
                   std::vector<double>& during, Eigen::Ref<Eigen::VectorXd> output) {
@@ -101,6 +116,7 @@ State start_state(const Event& event, const OscillatorResponse& response, const 
     const long n = first + static_cast<long>(i);
     if (n >= 0 && n < output.size()) output[n] += drive.gain * during[i];
   }
+  if (drive.heard == Heard::kRinging) take_bending(*event.pulse, response, state, drive, output);
   if (event.pulse->last_sample() >= 0) return {state.z, state.zd};
   // The whole pulse lies before the first sample: free motion up to it.
   const auto r = response.impulse(static_cast<long double>(-event.pulse->last_sample()) / sample_rate_hz);
@@ -113,7 +129,7 @@ double flushed(long double value) { return std::abs(value) < 1e-140L ? 0.0 : sta
 
 // All modes of a chunk: output += their mix.
 void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::size_t n_modes,
-                  const std::vector<Event>& events, double sample_rate_hz, Eigen::VectorXd& output) {
+                  const std::vector<Event>& events, double sample_rate_hz, Heard heard, Eigen::VectorXd& output) {
   const auto n_frames = static_cast<std::size_t>(output.size());
   const std::size_t n_blocks = (n_frames + kBlockFrames - 1) / kBlockFrames;
   const std::size_t first_block = events.front().sample / kBlockFrames + 1;  // states before it are zero
@@ -175,7 +191,7 @@ void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::si
     };
     for (const Event& event : events) {
       const double impulse = event.impulse->impulse[static_cast<Eigen::Index>(first_mode + m)];
-      const State s = start_state(event, response, {impulse, gain}, sample_rate_hz, during, output);
+      const State s = start_state(event, response, {impulse, gain, heard}, sample_rate_hz, during, output);
       if (event.sample >= n_frames) continue;
       const std::size_t event_block = event.sample / kBlockFrames;
       advance_to(event_block + 1);
@@ -192,7 +208,7 @@ void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::si
 }  // namespace
 
 Eigen::VectorXd oscillation(const std::vector<Oscillator>& oscillators, const std::vector<ModalImpulse>& impulses,
-                            double sample_rate_hz, Eigen::Index n_frames) {
+                            double sample_rate_hz, Eigen::Index n_frames, Heard heard) {
   check_inputs(oscillators, impulses, sample_rate_hz, n_frames);
   Eigen::VectorXd output = Eigen::VectorXd::Zero(n_frames);
   const std::vector<Event> events = events_of(impulses, sample_rate_hz, static_cast<std::size_t>(n_frames));
@@ -207,7 +223,7 @@ Eigen::VectorXd oscillation(const std::vector<Oscillator>& oscillators, const st
         const std::size_t first = (wave + part) * kChunkModes;
         parts[part].setZero(n_frames);
         render_chunk(oscillators.data() + first, first, std::min(kChunkModes, oscillators.size() - first), events,
-                     sample_rate_hz, parts[part]);
+                     sample_rate_hz, heard, parts[part]);
       }
     });
     for (std::size_t part = 0; part < n_parts; ++part) output += parts[part];

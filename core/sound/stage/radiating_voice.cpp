@@ -311,7 +311,8 @@ void RadiatingVoice::add_to(Mix& mix, const events::EventLog& log, const Listene
               {impulse.time_s, Eigen::VectorXd::Constant(1, push), impulse.contact_duration_s, impulse.pulse});
         }
         Ringing& mode = work.modes[m];
-        fill_analytic(mode, oscillation({{mode.omega, mode.decay, 1.0}}, own, rate, n_frames + 1), 1.0 / rate);
+        fill_analytic(mode, oscillation({{mode.omega, mode.decay, 1.0}}, own, rate, n_frames + 1, Heard::kRinging),
+                      1.0 / rate);
       }
     });
     parallel_for(static_cast<std::size_t>(n_frames), 4096, [&](std::size_t begin, std::size_t end) {

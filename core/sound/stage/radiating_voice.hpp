@@ -27,6 +27,7 @@ struct RadiatingVoiceOptions {
 ///              them (the printed form loses such a pair for one blow in four; docs/errata.md)
 ///   two ears:  sum_i Re( p_i(x_ear(t)) e^{i k_i r_head(t)} V_i(t) ),         phase between the ears, no Doppler shift
 ///   delay:     sum_i Re( p_i(x_ear(t)) e^{i k_i r_ear(t)} V_i(t - r_ear(t) / c) ), one ear: |p_i| omega_i q_i(t - r / c)
+/// Of q_i under a blow what is slow against the mode's period makes no sound (Heard::kRinging).
 /// with r from the centre of the mode. A head takes p_i at its centre, times its shadow, with its delays for those of
 /// the ears. Where the body has poses, places are taken in its frame at the time of hearing: what it moves while sound
 /// is on its way is left out. p_i is evaluated at update_rate_hz and interpolated (Catmull-Rom, without its carrier

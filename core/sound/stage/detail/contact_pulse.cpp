@@ -84,6 +84,7 @@ ContactPulse::ContactPulse(const ForceHistory& history, double sample_rate_hz) :
     }
     steps_.push_back(std::move(weights));
   }
+  find_moments();
 }
 
 ContactPulse::ContactPulse(double time_s, double standard_deviation_s, double sample_rate_hz)
@@ -114,6 +115,63 @@ ContactPulse::ContactPulse(double time_s, double standard_deviation_s, double sa
     }
     steps_.push_back(std::move(step_weights));
   }
+  find_moments();
+}
+
+void ContactPulse::find_moments() {
+  const double step = static_cast<double>(step_s_);
+  double moment = 0.0;
+  for (std::size_t n = 0; n < steps_.size(); ++n) {
+    double area = 0.0, first = 0.0;
+    for (std::size_t i = 0; i < steps_[n].weights.size(); ++i) {
+      area += steps_[n].weights[i];
+      first += steps_[n].weights[i] * (static_cast<double>(n + 1) * step - rules_[steps_[n].rule][i]);
+    }
+    step_area_.push_back(area);
+    step_time_s_.push_back(area != 0.0 ? first / area : (static_cast<double>(n) + 0.5) * step);
+    area_ += area;
+    moment += first;
+  }
+  centre_s_ = area_ != 0.0 ? moment / area_ : 0.0;
+}
+
+double ContactPulse::slow_share(const OscillatorResponse& response, const State& state, double impulse) const {
+  const auto omega_sq = static_cast<double>(response.omega_sq()), decay = 0.5 * static_cast<double>(response.damping());
+  const double damped = std::sqrt(std::max(0.0, omega_sq - decay * decay));
+  const double whole = std::abs(impulse * area_);
+  const double since_s = static_cast<double>(steps_.size()) * static_cast<double>(step_s_) - centre_s_;
+  if (!(damped > 0.5 * std::sqrt(omega_sq) && whole > 0.0 && decay * since_s < 1.0)) return 0.0;
+  const auto z = static_cast<double>(state.z), zd = static_cast<double>(state.zd);
+  const double left = std::hypot(damped * z, zd + decay * z) * std::exp(decay * since_s) / whole;
+  return 1.0 - std::min(1.0, left * left);
+}
+
+long ContactPulse::add_bending(const OscillatorResponse& response, double impulse, std::vector<double>& bending) const {
+  constexpr double kReachOfBending = 4.0;  // standard deviations
+  constexpr double kFewSamples = 2.0;      // from here on a step's force counts as one at its centre
+  const double step = static_cast<double>(step_s_), omega = std::sqrt(static_cast<double>(response.omega_sq()));
+  const double width = 1.0 / (omega * step), scale = impulse / (omega * std::sqrt(2.0 * kPi));
+  const auto reach = static_cast<long>(std::ceil(kReachOfBending * width));
+  const auto n_samples = static_cast<long>(steps_.size()) + 1 + 2 * reach;
+  bending.assign(static_cast<std::size_t>(n_samples), 0.0);
+  const auto add = [&](double area, double time_s) {
+    const double at = time_s / step + static_cast<double>(reach);  // in samples from bending[0]
+    const long low = std::max(0L, static_cast<long>(std::ceil(at - kReachOfBending * width)));
+    const long high = std::min(n_samples - 1, static_cast<long>(std::floor(at + kReachOfBending * width)));
+    for (long n = low; n <= high; ++n) {
+      const double u = (static_cast<double>(n) - at) / width;
+      bending[static_cast<std::size_t>(n)] += scale * area * std::exp(-0.5 * u * u);
+    }
+  };
+  for (std::size_t n = 0; n < steps_.size(); ++n) {
+    if (width >= kFewSamples) {
+      add(step_area_[n], step_time_s_[n]);
+      continue;
+    }
+    for (std::size_t i = 0; i < steps_[n].weights.size(); ++i)
+      add(steps_[n].weights[i], static_cast<double>(n + 1) * step - rules_[steps_[n].rule][i]);
+  }
+  return reach;
 }
 
 ContactPulse::State ContactPulse::drive(const OscillatorResponse& response, double impulse,

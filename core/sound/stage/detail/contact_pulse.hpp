@@ -28,6 +28,15 @@ class ContactPulse {
   /// the way.
   State drive(const OscillatorResponse& response, double impulse, std::vector<double>* z) const;
 
+  /// How much of the force is slow for an under-damped mode: 1 - |F(omega)|^2 / F(0)^2, F its spectrum, by the motion that it leaves;
+  /// 0 for others.
+  double slow_share(const OscillatorResponse& response, const State& at_last_sample, double impulse) const;
+
+  /// The bending under the slow part of the force, impulse (f * g)(t) / omega^2 with g a normal density of standard deviation
+  /// 1 / omega, at samples; bending[0] is at first_sample() - reach, 4 standard deviations.
+  /// @return reach, samples
+  long add_bending(const OscillatorResponse& response, double impulse, std::vector<double>& bending) const;
+
  private:
   struct Step {
     std::size_t rule;             ///< whose abscissae it uses
@@ -36,7 +45,11 @@ class ContactPulse {
   long double step_s_;
   long first_sample_ = 0;
   std::vector<std::vector<double>> rules_;  ///< times from the Gauss points to the end of the step [s]
+  void find_moments();
+
   std::vector<Step> steps_;
+  std::vector<double> step_area_, step_time_s_;  ///< of the force in each step, and its centre after first_sample()
+  double area_ = 0.0, centre_s_ = 0.0;
 };
 
 }  // namespace klang::stage::detail

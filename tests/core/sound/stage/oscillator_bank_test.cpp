@@ -197,6 +197,29 @@ TEST(ContactPulse, BecomesADiracPulseAsItGetsShorter) {
   }
 }
 
+TEST(ContactPulse, BendingUnderASlowForceIsNotHeardAndTheRingIs) {
+  const Oscillator o{2 * kPi * 8000.0, 30.0, 1.0};
+  const auto motion_and_ringing = [&](double s) {
+    const std::vector<ModalImpulse> blow = {impulse_of(0.01, {1.0}, s)};
+    return std::make_pair(oscillation({o}, blow, kRate, 2000), oscillation({o}, blow, kRate, 2000, Heard::kRinging));
+  };
+  const Eigen::Index after = 480 + 60;
+  for (const double s : {5e-6, 2e-5, 4e-5, 1e-4}) {
+    const auto [motion, ringing] = motion_and_ringing(s);
+    const double largest = motion.cwiseAbs().maxCoeff();
+    EXPECT_LE((motion - ringing).tail(2000 - after).cwiseAbs().maxCoeff(), 1e-5 * largest) << s;
+    EXPECT_TRUE(ringing.allFinite());
+  }
+  // omega s = 5: the force is f / omega^2 in the motion, of which (f'' + ...) / omega^4, 1.5 / (omega s)^2, is left.
+  const auto [motion, ringing] = motion_and_ringing(1e-4);
+  EXPECT_NEAR(motion.cwiseAbs().maxCoeff() * std::pow(o.angular_frequency_rad_s, 2) * 1e-4 * std::sqrt(2 * kPi), 1.0,
+              0.1);
+  EXPECT_LE(ringing.cwiseAbs().maxCoeff(), 0.08 * motion.cwiseAbs().maxCoeff());
+  // omega s = 0.25: nearly all of its spectrum reaches the mode, which is heard as it moves.
+  const auto [fast, fast_ringing] = motion_and_ringing(5e-6);
+  EXPECT_LE((fast - fast_ringing).cwiseAbs().maxCoeff(), 0.05 * fast.cwiseAbs().maxCoeff());
+}
+
 struct RandomBank {
   std::vector<Oscillator> oscillators;
   std::vector<ModalImpulse> impulses;

@@ -83,6 +83,12 @@ std::vector<Event> events_of(const std::vector<ModalImpulse>& impulses, double s
   return events;
 }
 
+/// How the motion of all is written.
+struct Rendering {
+  double sample_rate_hz = 0.0;
+  Heard heard = Heard::kMotion;
+};
+
 /// A mode's share of an impulse, and what it adds to the mix.
 struct Drive {
   double impulse = 0.0, gain = 0.0;
@@ -129,7 +135,8 @@ double flushed(long double value) { return std::abs(value) < 1e-140L ? 0.0 : sta
 
 // All modes of a chunk: output += their mix.
 void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::size_t n_modes,
-                  const std::vector<Event>& events, double sample_rate_hz, Heard heard, Eigen::VectorXd& output) {
+                  const std::vector<Event>& events, const Rendering& rendering, Eigen::VectorXd& output) {
+  const double sample_rate_hz = rendering.sample_rate_hz;
   const auto n_frames = static_cast<std::size_t>(output.size());
   const std::size_t n_blocks = (n_frames + kBlockFrames - 1) / kBlockFrames;
   const std::size_t first_block = events.front().sample / kBlockFrames + 1;  // states before it are zero
@@ -191,7 +198,7 @@ void render_chunk(const Oscillator* oscillators, std::size_t first_mode, std::si
     };
     for (const Event& event : events) {
       const double impulse = event.impulse->impulse[static_cast<Eigen::Index>(first_mode + m)];
-      const State s = start_state(event, response, {impulse, gain, heard}, sample_rate_hz, during, output);
+      const State s = start_state(event, response, {impulse, gain, rendering.heard}, sample_rate_hz, during, output);
       if (event.sample >= n_frames) continue;
       const std::size_t event_block = event.sample / kBlockFrames;
       advance_to(event_block + 1);
@@ -223,7 +230,7 @@ Eigen::VectorXd oscillation(const std::vector<Oscillator>& oscillators, const st
         const std::size_t first = (wave + part) * kChunkModes;
         parts[part].setZero(n_frames);
         render_chunk(oscillators.data() + first, first, std::min(kChunkModes, oscillators.size() - first), events,
-                     sample_rate_hz, heard, parts[part]);
+                     {sample_rate_hz, heard}, parts[part]);
       }
     });
     for (std::size_t part = 0; part < n_parts; ++part) output += parts[part];

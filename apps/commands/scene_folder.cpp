@@ -243,6 +243,7 @@ std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const scen
                                            const SceneFolder* folder, const scene::SceneNotes& notes,
                                            Monitor& monitor) {
   scene::warn_of_assumed_damping(scene, notes);
+  scene::warn_of_low_sample_rate(scene, notes);
   std::map<int, ModelPointer> models;
   std::set<int> silent;
   std::vector<scene::HeardBody> heard;
@@ -379,6 +380,7 @@ scene::SceneDocument scene_document(const scene::Scene& scene, const scene::Scen
   document.ledger.contact_j = end.contact_j;
   document.ledger.friction_j = end.friction_j;
   document.ledger.fracture_j = end.fracture_j;
+  document.ledger.vibration_j = end.vibration_j;
   document.ledger.correction_j = end.correction_j;
   document.ledger.viscous_j = end.viscous_j;
   document.ledger.plastic_j = end.plastic_j;

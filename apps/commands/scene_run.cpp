@@ -6,6 +6,7 @@
 #include "apps/commands/liquid_run.hpp"
 #include "apps/commands/scene_folder.hpp"
 #include "apps/kit/command.hpp"
+#include "apps/kit/folder_lock.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
@@ -260,9 +261,11 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
       return kDone;
     }
   }
+  const FolderLock lock(options.output);
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
   scene::warn_of_contradicted_fits(scene, notes);
+  if (!options.no_sound) scene::require_modes(scene, monitor);
   Moved result = moved(options, common, scene, folder, notes, monitor);
   if (!options.no_sound) add_sound(options, common, {scene, proxies, folder, notes}, result, monitor);
   add_frames(scene, folder, result, monitor);

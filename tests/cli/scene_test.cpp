@@ -1,5 +1,8 @@
 // klang scene: exit codes, files, messages.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -181,6 +184,47 @@ TEST_F(KlangScene, BadScenesAreRefusedInOneLineAndLeaveNothing) {
   const RunResult check = run_klang("scene check scene.toml --json c.json", scratch_.path());
   EXPECT_EQ(check.exit_code, 0) << check.err;
   EXPECT_EQ(read_json(scratch_.path() / "c.json")["bodies"][0]["n_parts"], 1);
+}
+
+TEST_F(KlangScene, AFolderInWhichARunIsAtWorkIsRefusedAndStaysAsItIs) {
+  ASSERT_EQ(run_klang("scene run scene.toml -o out --until-s 0.05 --no-sound --no-frames", scratch_.path()).exit_code,
+            0);
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "out/.lock"));
+  const std::string before = bytes("out/scene.json");
+  const int held = open((scratch_.path() / "out/.lock").c_str(), O_RDWR | O_CREAT, 0644);
+  ASSERT_GE(held, 0);
+  ASSERT_EQ(flock(held, LOCK_EX | LOCK_NB), 0);
+  const RunResult second =
+      run_klang("scene run scene.toml -o out --until-s 0.1 --no-sound --no-frames", scratch_.path());
+  EXPECT_EQ(second.exit_code, 2);
+  EXPECT_NE(second.err.find("holds a run already"), std::string::npos) << second.err;
+  EXPECT_EQ(lines_of(second.err).size(), 1u) << second.err;
+  EXPECT_EQ(bytes("out/scene.json"), before);
+  close(held);  // as a process that is killed does
+  EXPECT_EQ(run_klang("scene run scene.toml -o out --until-s 0.1 --no-sound --no-frames", scratch_.path()).exit_code,
+            0);
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "out/.lock"));
+}
+
+TEST_F(KlangScene, ModesThatTheBandLacksAreRefusedBeforeAnythingMoves) {
+  std::string text = kScene;
+  const std::string box = "shape = { kind = \"box\", length_m = 0.2, width_m = 0.04, height_m = 0.01 }";
+  text.replace(text.find(box), box.size(), "shape = { kind = \"sphere\", radius_m = 0.02 }\nsound = \"modes\"");
+  scratch_.write("ball.toml", text);
+  for (const std::string command : {"scene check ball.toml", "scene run ball.toml -o deep/out"}) {
+    const RunResult run = run_klang(command, scratch_.path());
+    EXPECT_EQ(run.exit_code, 2) << command;
+    EXPECT_NE(run.err.find("bar has no mode in the band"), std::string::npos) << run.err;
+    EXPECT_EQ(lines_of(run.err).size(), 1u) << run.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "deep"));
+}
+
+TEST_F(KlangScene, ASampleRateThatEndsBelowTheBandIsSaid) {
+  scratch_.write("low.toml", kScene + "sample_rate_hz = 6000\n");
+  const RunResult run = run_klang("scene check low.toml", scratch_.path());
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_NE(run.err.find("holds nothing above 3000 Hz"), std::string::npos) << run.err;
 }
 
 TEST_F(KlangScene, AnEarlierEndWithoutSoundIsMotionAlone) {

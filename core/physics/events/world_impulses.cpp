@@ -13,12 +13,16 @@ std::vector<WorldImpulse> world_impulses(const EventLog& log) {
     const std::vector<Pose>& own = poses[static_cast<std::size_t>(impulse.body)];
     Eigen::Vector3d j = impulse.impulse_n_s;
     if (!own.empty()) {
-      // A contact's row lies within the step that ends with that pose, a crack's at its end.
+      // A contact's row lies within the step that ends with that pose. A crack's is at a step's end, or is of the breakage that made
+      // the piece, whose first pose is at the end of the step in which its parent was struck.
       const bool at_end = impulse.kind == ImpulseKind::kFracture;
+      const int parent = log.bodies[static_cast<std::size_t>(impulse.body)].parent;
+      const bool at_birth = at_end && parent >= 0 && log.broken_s(parent) == impulse.time_s;
       auto pose = std::partition_point(own.begin(), own.end(), [&](const Pose& p) {
         return at_end ? p.time_s < impulse.time_s : p.time_s <= impulse.time_s;
       });
       if (pose == own.end()) --pose;
+      if (at_birth) pose = own.begin();
       j = pose->orientation() * j;
     }
     WorldImpulse row;

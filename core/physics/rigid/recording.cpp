@@ -72,7 +72,7 @@ void Recording::add(const RigidWorld& world, const StepRecord& step, const std::
   ledger_.push_back(world.ledger());
   for (const Breakage& breakage : broken) {
     for (const int piece : breakage.pieces) log_.bodies.push_back({world.spec(piece).name, breakage.body});
-    log_.fractures.push_back({world.time_s(), breakage.body});
+    log_.fractures.push_back({breakage.time_s.value_or(world.time_s()), breakage.body});
     log_.impulses.insert(log_.impulses.end(), breakage.impulses.begin(), breakage.impulses.end());
     log_.poses.push_back(world.pose(breakage.body));  // its last
     pushed.erase(breakage.body);

@@ -27,6 +27,7 @@ struct Breakage {
   int body = 0;
   std::vector<int> pieces;                ///< numbers in the world, each above all that were there before
   std::vector<events::Impulse> impulses;  ///< that the cracks gave the pieces, in their frames
+  std::optional<double> time_s;           ///< when it broke; else at the step's end, from which on the pieces are there
 };
 
 /// The row of a log for one of the two bodies of a contact, in that body's frame. @param pose  of the body

@@ -125,7 +125,7 @@ struct SceneBody {
   double unit_m = 1.0;         ///< of the mesh
   int material = 0;            ///< row of materials
   BodyModel model = BodyModel::kRigid;
-  double stress_edge_m = 0.0;  ///< of a breakable body's mesh for stress; 0: the shape's default
+  double stress_edge_m = 0.0;  ///< of a breakable body's mesh for stress; 0: its wall
   std::optional<fracture::ScoredPlane> score;
   CrackSettings crack;  ///< of a cracking body
   ModalSettings modal;  ///< of a modal body

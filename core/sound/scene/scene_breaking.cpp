@@ -253,6 +253,7 @@ rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fra
   const Vector3d velocity = world.velocity_m_s(body), spin = world.angular_velocity_rad_s(body);
   rigid::Breakage breakage;
   breakage.body = body;
+  breakage.time_s = time_s;
   world.remove(body);
   for (std::size_t i = 0; i < result.pieces.size(); ++i) {
     fracture::FragmentBody& piece = result.pieces[i];
@@ -281,7 +282,7 @@ rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fra
   for (const fracture::CrackImpulse& crack : result.push.impulses) {
     for (const bool first : {true, false}) {
       events::Impulse row;
-      row.time_s = world.time_s();
+      row.time_s = time_s;
       row.duration_s = result.crack_duration_s;
       row.kind = events::ImpulseKind::kFracture;
       row.body = breakage.pieces[static_cast<std::size_t>(first ? crack.a : crack.b)];
@@ -327,9 +328,11 @@ std::optional<fracture::FractureResult> Breaking::State::broken_by(int body, con
     n_unknown = strain.n_unknown;
     return factor * factor * strain.energy_j;
   };
+  const Eigen::VectorXd breaking_pa =
+      breakable.breaking_stress().by_element_pa(field, allowed_forces(request, load.scale), load.forces);
   fracture::FractureResult result =
-      fracture::fracture_body(breakable.parent(), {field.energy_density_j_m3, field.stress_pa}, scene.fracture,
-                              spendable_j, seed + static_cast<std::uint64_t>(body), kept);
+      fracture::fracture_body(breakable.parent(), {field.energy_density_j_m3, field.stress_pa, breaking_pa},
+                              scene.fracture, spendable_j, seed + static_cast<std::uint64_t>(body), kept);
   if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) return {};
   if (result.limit == fracture::PatternLimit::kCells)
     warnings.push_back("body " + breakable.parent().name + " broke at " + to_text(request.time_s) + " s into " +
@@ -409,7 +412,25 @@ bool Breaking::State::breaks(rigid::RigidWorld& world, rigid::StepRecord& step, 
   return false;
 }
 
+// Of the middle of a disk and a pane of two layers the stress is 0 to 14, 25, 40 and 50 % low with edges of 1.5, 2, 3 and 4 walls.
+std::vector<std::string> coarse_stress_warnings(const Scene& scene) {
+  constexpr double kMostWalls = 1.5, kLowPerE = 0.36;
+  std::vector<std::string> warnings;
+  for (const SceneBody& body : scene.bodies) {
+    if (body.model != BodyModel::kBreakable || !body.shape) continue;
+    const double edge_m = detail::stress_edge_m(body), wall_m = detail::wall_m(*body.shape);
+    if (edge_m <= kMostWalls * wall_m) continue;
+    const double low = std::min(90.0, 100.0 * kLowPerE * std::log(edge_m / wall_m));
+    warnings.push_back("body " + body.name + ": the mesh for its stress has edges of " + to_text(1e3 * edge_m) +
+                       " mm, its wall is " + to_text(std::round(1e5 * wall_m) / 1e2) +
+                       " mm: the tension across from a blow may come out up to " +
+                       std::to_string(static_cast<int>(low)) + " % low, so that it holds what would break it");
+  }
+  return warnings;
+}
+
 Breaking::Breaking(const Scene& scene, std::uint64_t seed) : state_(std::make_unique<State>(scene, seed)) {
+  state_->warnings = coarse_stress_warnings(scene);
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const SceneBody& body = scene.bodies[i];
     if (body.model != BodyModel::kBreakable) continue;

@@ -25,11 +25,14 @@ struct ScenePiece {
   std::optional<mesh::TetMesh> mesh;  ///< of a cracking body's: its own tetrahedra, straight; slits are open
 };
 
+/// Of breakable bodies whose mesh for stress is too coarse to find what opens them across from a blow; one line each.
+std::vector<std::string> coarse_stress_warnings(const Scene& scene);
+
 /// Breaks the breakable bodies of a scene while its world moves (SB sections 3.1 to 3.3, docs/fracture.md).
 ///
 /// After each step the impacts on a breakable body ask for its quasistatic stress at the peaks of their Hertz forces. They may put at most
-/// the energy of their compression into it; where that cannot strain any element up to its strength (strength_energy.hpp) nothing is
-/// solved. Where the largest principal stress reaches the strength and two pieces at least
+/// the energy of their compression into it; where that cannot strain it up to its strength (breaking_stress.hpp) nothing is
+/// solved. Where the largest tension (BreakingStress) reaches the strength and two pieces at least
 /// can be paid for, the body breaks at the end of the step: it broke when it was compressed most, so what restitution gave to both bodies
 /// afterwards is taken back (J / (1 + e)), and the strain energy comes out of what contacts took in this step. What is spent is booked
 /// as fracture, motion of the pieces, and vibration.

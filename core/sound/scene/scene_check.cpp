@@ -5,6 +5,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/sound/scene/detail/deforming_body.hpp"
+#include "core/sound/scene/scene_breaking.hpp"
 #include "core/sound/scene/scene_modal.hpp"
 #include "core/sound/scene/scene_proxies.hpp"
 #include "core/sound/scene/scene_sound.hpp"
@@ -34,6 +35,8 @@ SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const Sce
   rigid::RigidWorld world = world_of(scene, notes, monitor);
   warn_of_contradicted_fits(scene, notes);
   warn_of_assumed_damping(scene, notes);
+  warn_of_low_sample_rate(scene, notes);
+  require_modes(scene, monitor);
   SceneCheckDocument document;
   document.name = scene.name;
   const double step_s = 1.0 / scene.solver.rate_hz;
@@ -75,6 +78,7 @@ SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const Sce
                                          " m in a step, more than half of its smallest width, " + to_text(reach_m) +
                                          " m; the run is then refused");
   }
+  for (std::string& warning : coarse_stress_warnings(scene)) document.header.warnings.push_back(std::move(warning));
   check_deforming(scene, world, seed, monitor);
   if (scene.duration_s) document.n_steps = static_cast<int>(std::ceil(*scene.duration_s * scene.solver.rate_hz - 1e-9));
   return document;

@@ -92,7 +92,8 @@ struct SceneEventRecord {
         self.vibration_energy_j);
     visit({"crack_area_m2", "of one side"}, self.crack_area_m2);
     visit({"largest_stress_pa",
-           "principal, of an element's mean tensor, when it broke; split: what parted the worst node, by the "
+           "tension at a node of the stress mesh without the contacts' own (docs/scenes.md), when it broke; split: "
+           "what parted the worst node, by the "
            "criterion; null with toughness_n"},
           self.largest_stress_pa);
     visit({"viscous_energy_j", "split: that the body lost to viscous stress until then; null of a fracture"},
@@ -106,6 +107,7 @@ struct LedgerRecord {
   double residual_relative = 0.0, energy_scale_j = 0.0, limit = 1e-9;
   double contact_j = 0.0, friction_j = 0.0, fracture_j = 0.0, correction_j = 0.0;
   double viscous_j = 0.0, plastic_j = 0.0, work_j = 0.0, most_strain_j = 0.0;
+  std::optional<double> vibration_j;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -120,6 +122,7 @@ struct LedgerRecord {
     visit({"contact_j", "lost along the normals of contacts"}, self.contact_j);
     visit({"friction_j", "lost across them"}, self.friction_j);
     visit({"fracture_j", "in new surfaces"}, self.fracture_j);
+    visit({"vibration_j", "left in pieces as vibration and heat when bodies broke"}, self.vibration_j);
     visit({"correction_j", "less what the solver put in"}, self.correction_j);
     visit({"viscous_j", "lost to viscous stress and damping in bodies that deform"}, self.viscous_j);
     visit({"plastic_j", "lost to plastic flow in them"}, self.plastic_j);

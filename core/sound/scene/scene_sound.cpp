@@ -55,6 +55,16 @@ void warn_of_assumed_damping(const Scene& scene, const SceneNotes& notes) {
       notes.warning(damping::assumed_damping_words("material " + material.name));
 }
 
+void warn_of_low_sample_rate(const Scene& scene, const SceneNotes& notes) {
+  const double highest_hz = 0.5 * scene.sound.sample_rate_hz;
+  if (!notes.warning || scene.sound.high_hz <= highest_hz) return;
+  if (std::none_of(scene.bodies.begin(), scene.bodies.end(), [](const SceneBody& body) { return body.sounds(); }))
+    return;
+  notes.warning("sound.sample_rate_hz = " + to_text(scene.sound.sample_rate_hz) + " holds nothing above " +
+                to_text(highest_hz) + " Hz: modes from there to the end of the band, " + to_text(scene.sound.high_hz) +
+                " Hz, are not heard");
+}
+
 void warn_of_contradicted_fits(const Scene& scene, const SceneNotes& notes) {
   if (!notes.warning) return;
   for (const SceneMaterial& material : scene.materials)
@@ -123,6 +133,34 @@ bool surely_above_band(const Scene& scene, const SceneBody& parent, const mesh::
   }
 }
 
+double band_end_hz(const Scene& scene, const SceneBody& body) {
+  return std::min(scene.sound.high_hz, body.modes_to_hz.value_or(HUGE_VAL));
+}
+
+std::string band_words(const Scene& scene, const SceneBody& body) {
+  return to_text(scene.sound.low_hz) + " to " + to_text(band_end_hz(scene, body)) + " Hz";
+}
+
+InputError no_mode(const Scene& scene, const SceneBody& body) {
+  return {body.place, body.name + " has no mode in the band", band_words(scene, body),
+          "another sound.band_hz, or sound = \"auto\" or \"none\""};
+}
+
+/// Polynomials' lowest frequency is an upper bound; of what is convex it is near the truth.
+bool has_mode(const Scene& scene, const SceneBody& body, Monitor& monitor) {
+  constexpr double kTooHigh = 1.05;
+  const mesh::TetMesh mesh = mesh_of(body, {}, monitor);
+  try {
+    const double lowest_hz =
+        modal::lowest_frequency_hz(mesh::boundary_surface(mesh), scene.material_of(body).elastic, {8});
+    if (lowest_hz <= band_end_hz(scene, body)) return true;
+    if (body.shape && mesh::convex_parts(*body.shape).size() == 1 && lowest_hz > kTooHigh * band_end_hz(scene, body))
+      return false;
+  } catch (const NumericalError&) {  // its mesh says
+  }
+  return modes_in_band(scene, body, {mesh, body.shape}, {}, monitor).model.n_modes() > 0;
+}
+
 /// The modes and their radiation; those of a large body that would need too many boundary elements are left out, it may be all.
 std::optional<SoundModel> with_radiation(const Scene& scene, const SceneBody& body, const modal::EigenResult& solved,
                                          const SceneNotes& notes, Monitor& monitor) {
@@ -153,17 +191,25 @@ std::optional<SoundModel> with_radiation(const Scene& scene, const SceneBody& bo
 
 }  // namespace
 
+void require_modes(const Scene& scene, Monitor& monitor) {
+  const std::vector<std::optional<int>> numbers = sound_model_numbers(scene);
+  std::set<int> known;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const SceneBody& body = scene.bodies[i];
+    if (body.sound != BodySound::kModes || body.deforms() || !numbers[i] || !known.insert(*numbers[i]).second) continue;
+    monitor.throw_if_stopped();
+    if (!has_mode(scene, body, monitor)) throw no_mode(scene, body);
+  }
+}
+
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes,
                                          Monitor& monitor) {
   const mesh::TetMesh mesh = mesh_of(body, notes, monitor);
   const modal::EigenResult modes = modes_in_band(scene, body, {mesh, body.shape}, notes, monitor);
   if (modes.model.n_modes() == 0) {
-    const std::string band = to_text(scene.sound.low_hz) + " to " +
-                             to_text(std::min(scene.sound.high_hz, body.modes_to_hz.value_or(HUGE_VAL))) + " Hz";
-    if (body.sound == BodySound::kModes)  // asked for by name
-      throw InputError(body.place, body.name + " has no mode in the band", band,
-                       "another sound.band_hz, or sound = \"auto\" or \"none\"");
-    if (notes.warning) notes.warning("body " + body.name + " is silent: it has no mode in the band, " + band);
+    if (body.sound == BodySound::kModes) throw no_mode(scene, body);  // asked for by name
+    if (notes.warning)
+      notes.warning("body " + body.name + " is silent: it has no mode in the band, " + band_words(scene, body));
     return {};
   }
   if (largest_mesh_error(modes) > kOpenMeshError && notes.warning)

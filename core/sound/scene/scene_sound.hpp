@@ -52,6 +52,11 @@ std::vector<std::optional<int>> sound_model_numbers(const Scene& scene);
 
 /// Warns of each material without damping that a sounding body or floor is of.
 void warn_of_assumed_damping(const Scene& scene, const SceneNotes& notes);
+/// Warns where the sample rate ends below the band that is to be heard.
+void warn_of_low_sample_rate(const Scene& scene, const SceneNotes& notes);
+/// That bodies whose own modes are asked for have one in the band, as far as that is known without their radiation: of convex ones by
+/// polynomials, of others by their mesh. @throws InputError naming the body
+void require_modes(const Scene& scene, Monitor& monitor = silent_monitor());
 /// Says which materials come from fits whose own verdict is contradicted.
 void warn_of_contradicted_fits(const Scene& scene, const SceneNotes& notes);
 

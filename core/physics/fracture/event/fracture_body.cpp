@@ -43,9 +43,10 @@ bool runs_through(const HalfSpace& plane, const mesh::TetMesh& mesh, int e) {
 }
 
 Load load_of(const ParentBody& parent, const mesh::TetMesh& mesh, const StressInput& stress, double available_j) {
-  if (stress.energy_density_j_m3.size() != mesh.n_elements() || stress.stress_pa.cols() != mesh.n_elements())
+  if (stress.energy_density_j_m3.size() != mesh.n_elements() || stress.stress_pa.cols() != mesh.n_elements() ||
+      (stress.breaking_pa.size() != 0 && stress.breaking_pa.size() != mesh.n_elements()))
     throw InputError("body " + parent.name, "stress and energy density are not those of its mesh");
-  if (!stress.energy_density_j_m3.allFinite() || !stress.stress_pa.allFinite())
+  if (!stress.energy_density_j_m3.allFinite() || !stress.stress_pa.allFinite() || !stress.breaking_pa.allFinite())
     throw InputError("body " + parent.name, "stress or energy density is not finite");
   Load load{stress.energy_density_j_m3, stress.stress_pa};
   for (int e = 0; e < mesh.n_elements(); ++e) load.energy_j += load.density[e] * mesh::tet_volume_m3(mesh, e);
@@ -56,8 +57,10 @@ Load load_of(const ParentBody& parent, const mesh::TetMesh& mesh, const StressIn
     load.energy_j = available_j;
   }
   for (int e = 0; e < mesh.n_elements(); ++e) {
-    const double principal =
-        Eigen::SelfAdjointEigenSolver<Matrix3d>(tensor(load.stress.col(e)), Eigen::EigenvaluesOnly).eigenvalues()[2];
+    const double principal = stress.breaking_pa.size() > 0 ? load.factor * stress.breaking_pa[e]
+                                                           : Eigen::SelfAdjointEigenSolver<Matrix3d>(
+                                                                 tensor(load.stress.col(e)), Eigen::EigenvaluesOnly)
+                                                                 .eigenvalues()[2];
     if (principal > load.largest_pa) {
       load.largest_pa = principal;
       load.largest_element = e;

@@ -84,6 +84,8 @@ struct ParentBody {
 struct StressInput {
   Eigen::VectorXd energy_density_j_m3;                 ///< by element
   Eigen::Matrix<double, 6, Eigen::Dynamic> stress_pa;  ///< Cauchy, by element: xx, yy, zz, xy, yz, zx; tension positive
+  /// By element, what is held against the strength (quasistatic/breaking_stress.hpp); empty: the largest principal value of stress_pa.
+  Eigen::VectorXd breaking_pa;
 };
 
 enum class FractureStatus {
@@ -142,7 +144,7 @@ using ResidualEnergy = std::function<double(const std::vector<FragmentBody>& pie
 /// SB 3.2 and 3.3 for one load of one body.
 /// 1. E_S = sum density x volume. More than available_energy_j cannot be there (errata 49, 50): then densities are scaled by
 ///    available/E_S, stresses by its root.
-/// 2. Rankine: nothing breaks unless a principal stress reaches the strength (in elements that the score runs through: that
+/// 2. Rankine: nothing breaks unless a principal stress (StressInput::breaking_pa) reaches the strength (in elements that the score runs through: that
 ///    times the score's factor; if only there, only the score breaks).
 /// 3. The pattern whose E_F <= eta E_S' (PatternMaker::affordable).
 /// 4. Pieces; where they keep more strain than is left, fewer cells.

@@ -8,22 +8,22 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/math/tet_rule.hpp"
+#include "core/physics/fracture/quasistatic/detail/corner_fit.hpp"
 #include "core/physics/fracture/quasistatic/detail/quadratic_tet.hpp"
 
 namespace klang::fracture {
 namespace {
 
-constexpr std::size_t kGrain = 512;           // elements
-constexpr double kStraightTolerance = 1e-12;  // of the edge, for its mid-node
+constexpr std::size_t kGrain = 512;  // elements
 
 using detail::quadratic_derivative;
 using detail::QuadraticDerivative;
-using Nodes = Eigen::Matrix<double, 3, 10>;
 
 struct Rules {
   std::array<QuadraticDerivative, 4> corner;
   std::array<QuadraticDerivative, TetRule::kPoints> inner;
   std::array<double, TetRule::kPoints> weight;
+  std::array<Eigen::Vector4d, TetRule::kPoints> coordinates;  ///< barycentric
 };
 
 const Rules& rules() {
@@ -35,27 +35,14 @@ const Rules& rules() {
       r.corner[c] = quadratic_derivative(l);
     }
     const TetRule rule = make_tet_rule();
-    for (int q = 0; q < TetRule::kPoints; ++q) r.inner[q] = quadratic_derivative(rule.point[q]);
+    for (int q = 0; q < TetRule::kPoints; ++q) {
+      r.inner[q] = quadratic_derivative(rule.point[q]);
+      r.coordinates[q] = Eigen::Map<const Eigen::Vector4d>(rule.point[q].data());
+    }
     r.weight = rule.weight;
     return r;
   }();
   return made;
-}
-
-bool has_curved_edge(const mesh::TetMesh& mesh, int e) {
-  for (int m = 0; m < 6; ++m) {
-    const Eigen::RowVector3d a = mesh.nodes_m.row(mesh.elements(e, mesh::kTetEdges[m][0])),
-                             b = mesh.nodes_m.row(mesh.elements(e, mesh::kTetEdges[m][1]));
-    const Eigen::RowVector3d off = mesh.nodes_m.row(mesh.elements(e, 4 + m)) - 0.5 * (a + b);
-    if (!(off.norm() <= kStraightTolerance * (b - a).norm())) return true;
-  }
-  return false;
-}
-
-Nodes nodes_of(const mesh::TetMesh& mesh, int e) {
-  Nodes nodes;
-  for (int c = 0; c < 10; ++c) nodes.col(c) = mesh.nodes_m.row(mesh.elements(e, c)).transpose();
-  return nodes;
 }
 
 }  // namespace
@@ -72,9 +59,9 @@ ElementStresses::ElementStresses(const mesh::TetMesh& mesh, const solid::Materia
       jacobian.col(b) = (mesh.nodes_m.row(mesh.elements(e, b + 1)) - mesh.nodes_m.row(mesh.elements(e, 0))).transpose();
     double six_volumes = jacobian.determinant();
     inverse_jacobian_[static_cast<std::size_t>(e)] = jacobian.inverse();
-    if (mesh.order() == 2 && has_curved_edge(mesh, e)) {
+    if (mesh.order() == 2 && detail::has_curved_edge(mesh, e)) {
       is_curved_[static_cast<std::size_t>(e)] = 1;
-      const Nodes nodes = nodes_of(mesh, e);
+      const detail::TetNodes nodes = detail::nodes_of(mesh, e);
       six_volumes = 0.0;
       for (int q = 0; q < TetRule::kPoints; ++q)
         six_volumes += 6.0 * rules().weight[q] * (nodes * rules().inner[q]).determinant();
@@ -109,7 +96,7 @@ void ElementStresses::linear(int e, const double* u, StressField& field) const {
 }
 
 void ElementStresses::quadratic(int e, const double* u, StressField& field) const {
-  Nodes displacement;
+  detail::TetNodes displacement;
   for (int c = 0; c < 10; ++c) displacement.col(c) = Eigen::Map<const Eigen::Vector3d>(u + 3 * mesh_.elements(e, c));
   const Rules& rule = rules();
   if (is_curved_[static_cast<std::size_t>(e)] == 0) {
@@ -128,12 +115,8 @@ void ElementStresses::quadratic(int e, const double* u, StressField& field) cons
     field.energy_density_j_m3[e] = (products + energy_density(sum, all)) / 20.0;
     return;
   }
-  const Nodes nodes = nodes_of(mesh_, e);
-  for (int c = 0; c < 4; ++c) {
-    const Eigen::Matrix3d jacobian = nodes * rule.corner[c];
-    field.corner_stress_pa.col(4 * static_cast<Eigen::Index>(e) + c) =
-        stress_pa(displacement * rule.corner[c] * jacobian.inverse());
-  }
+  const detail::TetNodes nodes = detail::nodes_of(mesh_, e);
+  Eigen::Matrix<double, 6, 4> moments = Eigen::Matrix<double, 6, 4>::Zero();  // int l_c stress
   StressTensor sum = StressTensor::Zero();
   double energy = 0.0;
   for (int q = 0; q < TetRule::kPoints; ++q) {
@@ -142,8 +125,11 @@ void ElementStresses::quadratic(int e, const double* u, StressField& field) cons
     const Eigen::Matrix3d gradient = displacement * rule.inner[q] * jacobian.inverse();
     const StressTensor stress = stress_pa(gradient);
     sum += weight * stress;
+    moments += weight * stress * rule.coordinates[q].transpose();
     energy += weight * energy_density(stress, gradient);
   }
+  field.corner_stress_pa.middleCols<4>(4 * static_cast<Eigen::Index>(e)) =
+      moments * detail::corner_gram(mesh_, e).inverse;
   field.stress_pa.col(e) = sum / volume_m3_[e];
   field.energy_density_j_m3[e] = energy / volume_m3_[e];
 }

@@ -13,7 +13,7 @@ using StressTensor = Eigen::Matrix<double, 6, 1>;
 struct StressField {
   Eigen::Matrix<double, 6, Eigen::Dynamic> stress_pa;  ///< mean over each element; the stress itself of linear ones
   /// Quadratic elements: at each element's corners, column 4 element + corner. A straight one has its extremes there, since its
-  /// stress is linear. Empty for linear elements.
+  /// stress is linear; of a curved one the linear function that is nearest in the mean square. Empty for linear elements.
   Eigen::Matrix<double, 6, Eigen::Dynamic> corner_stress_pa;
   Eigen::VectorXd energy_density_j_m3;  ///< mean over each element of stress : strain / 2
   Eigen::VectorXd volume_m3;            ///< of each element

@@ -1,16 +1,34 @@
 #include "core/sound/scene/detail/breakable.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
 #include "core/geometry/mesh/tet_geometry.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
-#include "core/physics/fracture/quasistatic/strength_energy.hpp"
 #include "core/sound/scene/scene_bodies.hpp"
 
 namespace klang::scene::detail {
 namespace {
+
+constexpr double kMostStressElements = 60000.0;
+constexpr int kLayers = 2;  // of elements through a wall: through one the stress at its surface comes out a fifth low
+
+mesh::TetMesh stress_mesh(const SceneBody& body) {
+  SceneBody meshed = body;
+  meshed.max_edge_m = stress_edge_m(body);
+  if (!body.shape) return mesh_of(meshed);
+  mesh::ShapeMeshOptions options;
+  options.max_edge_m = meshed.max_edge_m;
+  mesh::ShapeDivisions divisions = mesh::shape_divisions(*body.shape, options);
+  if (body.shape->kind == "revolution")
+    // Its counts are around, over the extent of the section, and halvings of the section's triangles: one, of triangles twice as long.
+    divisions.counts = {divisions.counts[0], (divisions.counts[1] + 1) / 2, 1};
+  else
+    for (int& count : divisions.counts) count = std::max(count, kLayers);
+  return mesh::mesh_shape(*body.shape, divisions, options.order);
+}
 
 fracture::FreeBodySolver& usable(fracture::FreeBodySolver& solver) {
   if (!solver.usable()) throw NumericalError(solver.message());
@@ -19,14 +37,21 @@ fracture::FreeBodySolver& usable(fracture::FreeBodySolver& solver) {
 
 }  // namespace
 
+double wall_m(const mesh::ShapeSpec& shape) { return 2.0 * mesh::shape_volume_m3(shape) / mesh::shape_area_m2(shape); }
+
+double stress_edge_m(const SceneBody& body) {
+  if (body.stress_edge_m > 0.0 || !body.shape) return body.stress_edge_m;
+  // A prism of a face's side h is three tetrahedra, two of them are over a square; a wall has two faces.
+  const double area_m2 = mesh::shape_area_m2(*body.shape);
+  return std::max(wall_m(*body.shape), std::sqrt(3.0 * kLayers * area_m2 / kMostStressElements));
+}
+
 Breakable::Stress::Stress(const mesh::TetMesh& mesh, const solid::Material& material)
-    : solver(mesh, material), responses(usable(solver)), surface(solver.mesh()) {}
+    : solver(mesh, material), responses(usable(solver)), surface(solver.mesh()), breaking(solver.mesh()) {}
 
 Breakable::Breakable(const Scene& scene, int body) : root_(body) {
   const SceneBody& given = scene.bodies[static_cast<std::size_t>(body)];
-  SceneBody meshed = given;
-  meshed.max_edge_m = given.stress_edge_m;
-  parent_.mesh = mesh_of(meshed);
+  parent_.mesh = stress_mesh(given);
   material_ = scene.material_of(given).elastic;
   parent_.score = given.score;
   if (given.shape)
@@ -64,7 +89,7 @@ void Breakable::set_parent(const SceneMaterial& material, const std::string& nam
   parent_.validate();
   const double weakest_pa =
       parent_.tensile_strength_pa * (parent_.score ? std::min(1.0, parent_.score->strength_factor) : 1.0);
-  least_j_ = fracture::strength_energy_j(material_, volume_m3, Eigen::VectorXd::Constant(volume_m3.size(), weakest_pa));
+  least_j_ = fracture::BreakingStress(parent_.mesh).least_energy_j(material_, weakest_pa);
 }
 
 void Breakable::factor() {
@@ -85,6 +110,11 @@ fracture::ContactResponses& Breakable::responses() {
 const fracture::SurfacePlaces& Breakable::surface() {
   factor();
   return stress_->surface;
+}
+
+const fracture::BreakingStress& Breakable::breaking_stress() {
+  factor();
+  return stress_->breaking;
 }
 
 }  // namespace klang::scene::detail

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/physics/fracture/event/fracture_body.hpp"
+#include "core/physics/fracture/quasistatic/breaking_stress.hpp"
 #include "core/physics/fracture/quasistatic/contact_responses.hpp"
 #include "core/physics/fracture/quasistatic/surface_places.hpp"
 #include "core/sound/scene/scene.hpp"
@@ -19,6 +20,12 @@ struct UnmeshedPiece {
   int generation = 1;  ///< 1: a piece of a body of the scene
 };
 
+/// Edge of a breakable body's mesh for stress: the scene's, or the wall (twice the volume over the surface) as long as that makes no more
+/// than some 60,000 elements; 0 of a file without one, whose own elements are taken.
+double stress_edge_m(const SceneBody& body);
+/// Twice the volume over the surface: the thickness of what is thin.
+double wall_m(const mesh::ShapeSpec& shape);
+
 /// What one breakable body needs to be asked for its stress. Its stiffness is factored when that is first needed.
 class Breakable {
  public:
@@ -31,13 +38,14 @@ class Breakable {
   const fracture::ParentBody& parent() const { return parent_; }
   int root() const { return root_; }
   int generation() const { return generation_; }
-  /// With less strain energy than that it does not break, whatever the load (strength_energy.hpp).
+  /// With less strain energy than that it does not break, whatever the load (breaking_stress.hpp).
   double least_energy_j() const { return least_j_; }
 
   /// @throws InputError; NumericalError: the stiffness cannot be factored
   void factor();
   fracture::ContactResponses& responses();
   const fracture::SurfacePlaces& surface();
+  const fracture::BreakingStress& breaking_stress();
 
  private:
   struct Stress {
@@ -45,6 +53,7 @@ class Breakable {
     fracture::FreeBodySolver solver;
     fracture::ContactResponses responses;
     fracture::SurfacePlaces surface;
+    fracture::BreakingStress breaking;
   };
   void set_parent(const SceneMaterial& material, const std::string& name, double mass_kg);
 

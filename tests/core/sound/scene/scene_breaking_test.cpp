@@ -112,9 +112,12 @@ TEST(SceneBreaking, EnergyOfABreakageComesOutOfWhatItsImpactTook) {
 
 TEST(SceneBreaking, ABreakageIsAtThePeakOfItsLoadWhateverTheStep) {
   std::vector<double> times_s, strains_j, cracks_j;
+  std::vector<int> n_pieces;
   for (const double rate_hz : {5000.0, 10000.0, 20000.0}) {
     Scene scene = clattering_tile();
+    scene.bodies[0].score.reset();
     scene.materials[0].tensile_strength_pa = 10e6;
+    scene.materials[0].fracture_energy_j_m2 = 25.0;
     scene.solver.rate_hz = rate_hz;
     const SceneMotion motion = move(scene, 0.36);
     ASSERT_EQ(motion.breaks.size(), 1u) << rate_hz;
@@ -124,7 +127,9 @@ TEST(SceneBreaking, ABreakageIsAtThePeakOfItsLoadWhateverTheStep) {
     EXPECT_LE(std::abs(strains_j.back() / strains_j.front() - 1.0), 1e-9)
         << rate_hz;  // strained as it lay at the touch
     EXPECT_LE(std::abs(cracks_j.back() / cracks_j.front() - 1.0), 1e-9) << rate_hz;
-    EXPECT_EQ(motion.breaks[0].n_pieces, 3) << rate_hz;
+    n_pieces.push_back(motion.breaks[0].n_pieces);
+    EXPECT_EQ(n_pieces.back(), n_pieces.front()) << rate_hz;
+    EXPECT_GE(n_pieces.back(), 3) << rate_hz;
     double touch_s = 0.0, duration_s = 0.0;
     for (const events::Impulse& impulse : motion.log.impulses)
       if (impulse.body == 0 && impulse.kind == events::ImpulseKind::kImpact) {
@@ -169,6 +174,92 @@ TEST(SceneBreaking, MomentumIsThatOfTheImpulsesWithPieces) {
   for (std::size_t i = 1; i < motion.mass_kg.size(); ++i) carried += motion.mass_kg[i] * motion.final[i].velocity_m_s;
   const Eigen::Vector3d expected = carried - motion.mass_kg[0] * scene.solver.gravity_m_s2 * motion.end_s;
   EXPECT_LE((pushed - expected).norm(), 1e-9 * taken);
+}
+
+TEST(SceneBreaking, CracksPushFromTheMomentOfTheBreakageWhateverTheStep) {
+  std::vector<double> times_s;
+  for (const double rate_hz : {5000.0, 20000.0}) {
+    Scene scene = clattering_tile();
+    scene.materials[0].tensile_strength_pa = 10e6;
+    scene.solver.rate_hz = rate_hz;
+    const SceneMotion motion = move(scene, 0.36);
+    ASSERT_EQ(motion.breaks.size(), 1u);
+    EXPECT_EQ(motion.log.broken_s(0), motion.breaks[0].time_s);  // the whole body is heard until then
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double size = 0.0;
+    for (const events::WorldImpulse& row : events::world_impulses(motion.log)) {
+      if (row.kind != events::ImpulseKind::kFracture) continue;
+      EXPECT_EQ(row.time_s, motion.breaks[0].time_s);
+      const Eigen::Vector3d j(row.jx_n_s, row.jy_n_s, row.jz_n_s);
+      sum += j;
+      size += j.norm();
+    }
+    ASSERT_GT(size, 0.0);
+    EXPECT_LE(sum.norm(), 1e-13 * size);
+    times_s.push_back(motion.breaks[0].time_s);
+  }
+  EXPECT_LE(std::abs(times_s[1] - times_s[0]), 25e-6);
+}
+
+/// A glass disk in free space that a steel ball strikes in the middle of its face; of its mesh the scene says nothing.
+Scene struck_disk(double tensile_strength_pa) {
+  return parse_scene(R"([world]
+gravity_m_s2 = [0, 0, 0]
+[[material]]
+name = "glass"
+youngs_modulus_pa = 6.2e10
+poissons_ratio = 0.2
+density_kg_m3 = 2600
+fracture_energy_j_m2 = 1e-4
+tensile_strength_pa = )" +
+                         std::to_string(tensile_strength_pa) +
+                         R"(
+[[material]]
+name = "steel"
+preset = "steel"
+[[body]]
+name = "disk"
+shape = { kind = "rod", radius_m = 0.04, length_m = 0.008 }
+material = "glass"
+model = "breakable"
+sound = "none"
+[[body]]
+name = "ball"
+shape = { kind = "sphere", radius_m = 0.01 }
+material = "steel"
+sound = "none"
+position_m = [0, 0, 0.01401]
+velocity_m_s = [0, 0, -0.05]
+)",
+                     "disk.toml");
+}
+
+// Plate theory of the free disk (breaking_stress_test.cpp) at the peak of Hertz' force. Glass of a strength 6 % below what the face across from the
+// ball gets breaks, of one 6 % above it holds: the mean of an element would be half of it.
+TEST(SceneBreaking, AStruckDiskBreaksAtPlateTheorysStress) {
+  const SceneMotion whole = move(struck_disk(1e11), 0.001);
+  ASSERT_TRUE(whole.breaks.empty());
+  ASSERT_GE(whole.log.impulses.size(), 2u);
+  const events::Impulse& blow = whole.log.impulses[0];
+  const double force_n = 1.839547 * blow.impulse_n_s.norm() / blow.duration_s;
+  constexpr double kRadius = 0.04, kThickness = 0.008, kNu = 0.2, kPi = 3.14159265358979323846;
+  const double moment_n =
+      force_n / (4.0 * kPi) * ((1.0 + kNu) * std::log(kRadius / (0.325 * kThickness)) + 0.25 * (1.0 - kNu));
+  const double stress_pa = 6.0 * moment_n / (kThickness * kThickness);
+  const SceneMotion weak = move(struck_disk(0.94 * stress_pa), 0.001);
+  ASSERT_EQ(weak.breaks.size(), 1u);
+  EXPECT_LE(std::abs(weak.breaks[0].largest_stress_pa / stress_pa - 1.0), 0.06);
+  const double compression_j = 0.5 * 0.05 * blow.impulse_n_s.norm() / 1.5;
+  EXPECT_LE(weak.breaks[0].energies.strain_j, 0.9 * compression_j);  // the blow had more: the force is Hertz'
+  EXPECT_TRUE(move(struck_disk(1.06 * stress_pa), 0.001).breaks.empty());
+}
+
+TEST(SceneBreaking, AMeshTooCoarseForItsStressIsSaid) {
+  Scene scene = struck_disk(1e8);
+  EXPECT_TRUE(coarse_stress_warnings(scene).empty());
+  scene.bodies[0].stress_edge_m = 0.03;
+  ASSERT_EQ(coarse_stress_warnings(scene).size(), 1u);
+  EXPECT_NE(coarse_stress_warnings(scene)[0].find("disk"), std::string::npos);
 }
 
 /// Two tiles in free space, one flying into the other's face corner first.
@@ -227,8 +318,8 @@ TEST(SceneBreaking, LoadsThatCannotReachTheStrengthAreSkippedAndNothingChanges) 
   grain.name = "grain";
   grain.model = BodyModel::kRigid;
   grain.shape->kind = "sphere";
-  grain.shape->dims = {{"radius_m", 0.004}};
-  grain.position_m = {0.02, 0.01, -0.0081};
+  grain.shape->dims = {{"radius_m", 0.001}};
+  grain.position_m = {0.02, 0.01, -0.0051};
   grain.velocity_m_s = {0.0, 0.0, 0.02};
   scene.bodies.push_back(grain);
   const SceneMotion skipped = move(scene, 0.05);

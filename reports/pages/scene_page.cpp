@@ -180,7 +180,8 @@ std::string energy_sentence(const scene::LedgerRecord& ledger) {
                                     "friction " + percent(ledger.friction_j)};
   for (const auto& [energy_j, words] :
        {std::pair(ledger.viscous_j, "viscosity "), std::pair(ledger.plastic_j, "plastic flow "),
-        std::pair(ledger.fracture_j, "new surfaces ")})
+        std::pair(ledger.fracture_j, "new surfaces "),
+        std::pair(ledger.vibration_j.value_or(0.0), "vibration and heat of what broke ")})
     if (matters(energy_j)) parts.push_back(words + percent(energy_j));
   std::string text = "Of the energy that the scene had to spend, " + rounded(scale_j, 4) + " J, ";
   for (std::size_t i = 0; i < parts.size(); ++i)
@@ -218,6 +219,58 @@ std::vector<std::string> sentences_of(const SceneDocument& data) {
       sentences.push_back("At " + rounded(event.time_s, 4) + " s " + escaped(event.body) + " broke into " +
                           std::to_string(event.pieces) + " pieces.");
   return sentences;
+}
+
+/// Pieces of each body that broke, how many are at least as heavy, and what they are together.
+std::optional<Svg> pieces_figure(const SceneDocument& data) {
+  std::map<std::string, std::vector<double>> pieces;
+  for (const BodyRecord& body : data.bodies)
+    if (body.parent) pieces[*body.parent].push_back(body.mass_kg);
+  std::vector<std::string> names;
+  std::vector<double> masses;
+  double most = 1.0;
+  for (auto& [name, mass_kg] : pieces) {
+    std::sort(mass_kg.begin(), mass_kg.end(), std::greater<>());
+    if (names.size() < kSeriesCount) names.push_back(name);
+    masses.insert(masses.end(), mass_kg.begin(), mass_kg.end());
+    most = std::max(most, static_cast<double>(mass_kg.size()));
+  }
+  if (masses.empty()) return {};
+  constexpr double kHeight = 340;
+  Svg svg(kPageWidth, kHeight, "How many pieces are at least as heavy as a mass, both on logarithmic axes.");
+  const bool coloured = pieces.size() <= kSeriesCount;
+  for (double& mass_kg : masses) mass_kg *= 1e3;
+  Frame frame = axes_under_legend(svg, kHeight, coloured ? names : std::vector<std::string>{},
+                                  axis_around("Mass [g]", Scale::kLog, masses),
+                                  axis_around("Pieces at least as heavy", Scale::kLog, {1.0, most}));
+  int series = 0;
+  for (const auto& [name, mass_kg] : pieces) {
+    for (std::size_t i = 0; i < mass_kg.size(); ++i)
+      svg.marker(series, frame.x(1e3 * mass_kg[i]), frame.y(static_cast<double>(i + 1)), 3,
+                 "piece " + std::to_string(i + 1) + " of " + name + ": " + rounded(1e3 * mass_kg[i], 4) + " g");
+    series = (series + 1) % kSeriesCount;
+  }
+  return svg;
+}
+
+std::string pieces_sentence(const SceneDocument& data) {
+  std::map<std::string, std::vector<double>> pieces;
+  for (const BodyRecord& body : data.bodies)
+    if (body.parent) pieces[*body.parent].push_back(body.mass_kg);
+  constexpr std::size_t kMostBodies = 8;
+  std::string text;
+  std::size_t n = 0;
+  for (auto& [name, mass_kg] : pieces) {
+    if (++n > kMostBodies) break;
+    std::sort(mass_kg.begin(), mass_kg.end());
+    double sum_kg = 0.0;
+    for (const double m : mass_kg) sum_kg += m;
+    text += (text.empty() ? "" : " ") + escaped(name) + ": " + std::to_string(mass_kg.size()) + " pieces of " +
+            rounded(1e3 * mass_kg.front(), 3) + " to " + rounded(1e3 * mass_kg.back(), 3) + " g, half of them below " +
+            rounded(1e3 * mass_kg[mass_kg.size() / 2], 3) + " g; the heaviest is " +
+            rounded(100.0 * mass_kg.back() / sum_kg, 3) + " % of the whole.";
+  }
+  return text;
 }
 
 std::string draws_html(const SceneDocument& data) {
@@ -312,7 +365,7 @@ Page make(const SceneDocument& data, ReportFolder& folder) {
   page.verdict = {closes ? "Every joule accounted for" : "Energy does not close", closes ? "good" : "bad", ""};
   page.sentences = sentences_of(data);
   page.key_figures = key_figures(data);
-  std::string sound, impacts, energy;
+  std::string sound, impacts, energy, pieces;
   if (data.sound) {
     SoundPair pair;
     pair.name = data.name;
@@ -321,14 +374,22 @@ Page make(const SceneDocument& data, ReportFolder& folder) {
     for (const scene::ImpactRecord& impact : data.impulses_summary.hardest)
       if (impact.impulse_n_s >= 0.05 * data.impulses_summary.largest_impact_n_s)
         pair.strikes_s.push_back(impact.time_s);
+    for (const scene::SceneEventRecord& event : data.events)
+      if (event.kind != "split") pair.breaks_s.push_back(event.time_s);
     const SoundMedia media = sound_media(pair, 1, folder);
     sound = players(media, pair);
     sound +=
-        spectrogram_html(media, "", "Spectrogram of the sound at the listener; triangles mark the hardest impacts.");
+        spectrogram_html(media, "",
+                         std::string("Spectrogram of the sound at the listener; triangles mark the hardest impacts") +
+                             (pair.breaks_s.empty() ? "." : ", a dashed line with a cross what breaks."));
   }
   if (const std::optional<Svg> svg = impact_figure(data)) {
     folder.add_figure("impacts", *svg);
     impacts = figure(sheet(*svg), "Impulse of each impact, one mark per body that it pushes.");
+  }
+  if (const std::optional<Svg> svg = pieces_figure(data)) {
+    folder.add_figure("pieces", *svg);
+    pieces = figure(sheet(*svg), pieces_sentence(data) + " A mark per piece: its mass, and how many are as heavy.");
   }
   if (const std::optional<Svg> svg = energy_figure(data, folder)) {
     folder.add_figure("energy", *svg);
@@ -340,6 +401,7 @@ Page make(const SceneDocument& data, ReportFolder& folder) {
                    {"motion", "Motion", stills_html(data, folder)},
                    {"draws", "How sure the sound is", draws_html(data)},
                    {"impacts", "Impacts", impacts},
+                   {"pieces", "Pieces by mass", pieces},
                    {"energy", "Energy", energy},
                    {"bodies", "Bodies", body_table(data)}};
   add_if_there(data.sound ? std::optional<std::string>(data.sound->file) : std::nullopt, "– sound at the listener",

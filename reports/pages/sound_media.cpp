@@ -36,6 +36,7 @@ SoundMedia sound_media(const SoundPair& sounds, std::size_t n_in_page, ReportFol
   spec.recorded_words = sounds.recorded_words;
   spec.computed_words = sounds.computed_words;
   spec.strikes_s = sounds.strikes_s;
+  spec.breaks_s = sounds.breaks_s;
   spec.range = range;
   spec.ridges = sounds.ridges;
   spec.small = n_in_page > 3;

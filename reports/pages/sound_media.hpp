@@ -14,7 +14,7 @@ namespace klang::reports::detail {
 struct SoundPair {
   std::string name;                  ///< of the specimen, for labels; may be empty
   audio::Signal recorded, computed;  ///< either may have no frames
-  std::vector<double> strikes_s;
+  std::vector<double> strikes_s, breaks_s;
   double highest_hz = 0;            ///< of the partials
   std::optional<double> lowest_hz;  ///< then the frequency axis is logarithmic from a little below
   Ridges ridges;

@@ -176,6 +176,15 @@ Svg spectrogram_figure(const audio::Signal& recorded, const audio::Signal& compu
       const double at = frame.x(strike);
       svg.polyline({{at - 4, kTop - 7}, {at + 4, kTop - 7}, {at, kTop - 1}}, "m1", true);
     }
+    for (const double time_s : spec.breaks_s) {
+      if (time_s < 0 || time_s > range.duration_s || i == 2) continue;
+      const double at = frame.x(time_s);
+      svg.begin_group("breaks at " + rounded(time_s, 5) + " s");
+      svg.line(at, kTop, at, kTop + kPlotHeight, "alarm thin dash2");
+      svg.line(at - 4, kTop - 9, at + 4, kTop - 1, "alarm mid");
+      svg.line(at - 4, kTop - 1, at + 4, kTop - 9, "alarm mid");
+      svg.end_group();
+    }
   }
   level_bar(svg, kWidth - kBar + 24, kTop, kPlotHeight, {low_db, high_db});
   svg.text(kWidth - 4, kTop - 12, "dB re full scale", "muted small", Anchor::kEnd);

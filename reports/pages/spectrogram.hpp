@@ -30,6 +30,7 @@ struct SpectrogramSpec {
   std::string name;  ///< of what rings
   SpectrogramRange range;
   std::vector<double> strikes_s;                            ///< marked on the time axis
+  std::vector<double> breaks_s;                             ///< a line from top to bottom, with a cross above it
   std::string recorded_words = "Recorded", computed_words;  ///< titles of the panels
   Ridges ridges;
   bool small = false;  ///< fewer pixels: many share a page

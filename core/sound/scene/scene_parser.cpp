@@ -74,7 +74,8 @@ const TomlField kSchema[] = {
      "`rigid`, `breakable`: an impact that strains it enough breaks it; its pieces do not break again; or `cracking`: "
      "it deforms, "
      "flows and cracks, step by step"},
-    {"body", "stress_edge_m", kNumber, "the wall, twice the volume over the surface", 0, 1e4, "of a breakable body's mesh for stress; by default no more than some 60,000 elements", true},
+    {"body", "stress_edge_m", kNumber, "the wall, twice the volume over the surface", 0, 1e4,
+     "of a breakable body's mesh for stress; by default no more than some 60,000 elements", true},
     {"body", "score", kTable, "none", -kInf, kInf, "a plane along which a breakable body is scored"},
     {"body", "position_m", kVector, "[0, 0, 0]", -1e4, 1e4, "of the origin of the shape or file"},
     {"body", "rotation_deg", kVector, "[0, 0, 0]", -1e6, 1e6, "about the world's x, then y, then z"},

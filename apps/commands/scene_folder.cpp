@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "apps/commands/said_of_modes.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/base/output_file.hpp"
@@ -150,7 +151,7 @@ void SceneFolder::begin(const std::string& key) const {
   for (const char* sub : {"modes", "pieces", "frames"})
     for (const auto& entry : std::filesystem::directory_iterator(folder_ / sub, error))
       if (const auto kind = entry.path().extension();
-          kind == ".vtu" || kind == ".silent" || kind == ".off" || kind == ".vtp")
+          kind == ".vtu" || kind == ".json" || kind == ".silent" || kind == ".off" || kind == ".vtp")
         std::filesystem::remove(entry.path(), error);
   write_file(file(kRunFile), json_text({{"run", key}}));
 }
@@ -258,13 +259,18 @@ std::vector<scene::HeardBody> heard_bodies(const scene::Scene& scene, const scen
         if (auto proxy =
                 proxies.stand_in({&body, body.name, nullptr, scene::mesh_of(body, notes, monitor)}, notes, monitor))
           model = keep_model(folder, stem, std::move(*proxy));
-      if (!model) model = kept_model(folder, stem);
+      SaidOfModes said(folder, stem, notes);
       if (!model) {
-        auto made = scene::sound_model_of(scene, body, notes, monitor);
+        model = kept_model(folder, stem);
+        if (model) said.say_again();
+      }
+      if (!model) {
+        auto made = scene::sound_model_of(scene, body, said.notes(), monitor);
         if (!made) {
           silent.insert(*numbers[i]);
           continue;
         }
+        said.keep({});
         model = keep_model(folder, stem, std::move(*made));
       }
     }
@@ -308,7 +314,16 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
     if (!parent.sounds()) continue;
     const std::string stem = piece_stem(number), silent = "modes/" + stem + ".silent";
     ++n_pieces[ancestor];
-    if (folder.has(silent)) continue;
+    SaidOfModes said(&folder, stem, notes);
+    if (folder.has(silent)) {
+      said.say_again();
+      continue;
+    }
+    const auto count_coarse = [&](std::optional<double> mesh_error) {
+      if (mesh_error.value_or(0.0) <= scene::kOpenMeshError) return;
+      ++n_coarse;
+      coarsest = std::max(coarsest, *mesh_error);
+    };
     const std::string& name = log.bodies[row].name;
     ModelPointer model;
     const auto shape = [&]() -> PieceShape {
@@ -324,19 +339,20 @@ std::vector<scene::HeardBody> heard_pieces(const scene::Scene& scene, const scen
       }
       model = keep_model(&folder, stem, std::move(*proxy));
     }
-    if (!model) model = kept_model(&folder, stem);
+    if (!model) {
+      model = kept_model(&folder, stem);
+      if (model) count_coarse(said.say_again());
+    }
     if (!model) {
       const PieceShape piece = shape();
-      auto made = piece.own ? scene::sound_model_of(scene, parent, name, *piece.own, notes, monitor)
-                            : scene::sound_model_of(scene, parent, name, piece.surface, notes, monitor);
+      auto made = piece.own ? scene::sound_model_of(scene, parent, name, *piece.own, said.notes(), monitor)
+                            : scene::sound_model_of(scene, parent, name, piece.surface, said.notes(), monitor);
+      said.keep(made ? made->mesh_error : std::nullopt);
       if (!made) {
         write_file(folder.file(silent), "");
         continue;
       }
-      if (made->mesh_error.value_or(0.0) > scene::kOpenMeshError) {
-        ++n_coarse;
-        coarsest = std::max(coarsest, *made->mesh_error);
-      }
+      count_coarse(made->mesh_error);
       model = keep_model(&folder, stem, std::move(*made));
     }
     heard.push_back({number, model, scene.material_of(parent).damping_heard()});

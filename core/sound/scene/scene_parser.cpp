@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -298,6 +299,9 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
   body.name = table.text("name");
   if (body.name.empty() || body.name == "floor")
     throw InputError(table.place("name"), "is no name of a body", body.name, "a text other than floor");
+  if (std::any_of(body.name.begin(), body.name.end(),
+                  [](unsigned char c) { return std::iscntrl(c) != 0; }))  // tables have a row for it
+    throw InputError(table.place("name"), "holds a line break or another control character", "", "one line of text");
   for (const SceneBody& other : scene.bodies) {
     if (other.name == body.name) throw InputError(table.place("name"), "is given twice", body.name);
     const std::string &one = body.name, &two = other.name;
@@ -357,6 +361,15 @@ void read_solver(const TomlTable& root, Scene& scene) {
   }
 }
 
+/// The floor is a half-space that nobody stands in.
+void refuse_below_floor(const TomlTable& table, const SceneListener& listener) {
+  double lowest_m = listener.position_m.z();
+  for (const ListenerKey& key : listener.path) lowest_m = std::min(lowest_m, key.position_m.z());
+  if (lowest_m < 0.0)
+    throw InputError(table.place("position_m"), "the listener is below the floor", to_text(lowest_m) + " m",
+                     "z of 0 and above, or no world.floor");
+}
+
 }  // namespace
 
 Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
@@ -389,6 +402,7 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
     throw InputError(root.place("duration_s"), "is missing", "",
                      "a scene with cracking or modal bodies says how long it lasts");
   detail::read_sound(root.table("sound"), folder, scene.sound);
+  if (scene.floor_material) refuse_below_floor(root.table("sound").table("listener"), scene.sound.listener);
   if (scene.floor_sound && !scene.sound.listener.path.empty())
     throw InputError(root.table("sound").place("listener"), "walks: a floor with sound is heard from one place", "",
                      "position_m, or no world.floor.sound");

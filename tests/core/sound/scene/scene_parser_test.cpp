@@ -84,6 +84,8 @@ TEST(SceneParser, ComplainsInOneLineThatNamesThePlace) {
        "stands beside a path"},
       {kScene + "model = \"breakable\"\n", "needs a strength and a toughness"},
       {kScene + "stress_edge_m = 0.01\n", "belongs to a breakable body"},
+      {replaced(kScene, "name = \"tile\"", "name = \"ti\\nle\""), "control character"},
+      {kScene + "[sound.listener]\nposition_m = [0, 0, -0.5]\n", "below the floor"},
       {"[[body]]\nname = \"b\"\n", "material"},
       {kScene + "[[cord]]\nbody = \"tyle\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\n", "unknown body"},
       {kScene + "[[cord]]\nbody = \"tyle\"\nat_m = [0, 0, 0]\nto_m = [0, 0, 1]\n", "did you mean tile"},

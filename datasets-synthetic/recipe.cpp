@@ -126,6 +126,7 @@ std::unique_ptr<SpecimenSound> specimen_sound(const Recipe& recipe, const Recipe
   const Eigen::Index n_modes = modes.angular_frequency_rad_s.size();
   const std::size_t n_channels = specimen.pickups.size();
   stage::RingingBody& ringing = sound->ringing;
+  ringing.heard = stage::Heard::kMotion;  // exactly exponentials once the blow is over
   ringing.angular_frequency_rad_s = modes.angular_frequency_rad_s;
   ringing.decay_per_s.resize(n_modes);
   for (Eigen::Index m = 0; m < n_modes; ++m) ringing.decay_per_s[m] = decay_of(recipe, specimen, modes, m);

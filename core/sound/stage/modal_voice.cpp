@@ -129,7 +129,7 @@ void ModalVoice::add_to(Mix& mix, const events::EventLog& log, const Listener&, 
       std::vector<Oscillator> oscillators;
       for (const Eigen::Index m : kept)
         oscillators.push_back({ringing_.angular_frequency_rad_s[m], ringing_.decay_per_s[m], ringing_.gain(m, c)});
-      sound = oscillation(oscillators, impulses, mix.sample_rate_hz(), n_frames, Heard::kRinging);
+      sound = oscillation(oscillators, impulses, mix.sample_rate_hz(), n_frames, ringing_.heard);
     }
     mix.add(c, 0, {sound.data(), static_cast<std::size_t>(sound.size())});
   }
@@ -144,8 +144,12 @@ events::EventLog log_of(std::vector<events::Strike> strikes) {
 
 audio::Signal synthesise(const modal::ModalModel& model, const Eigen::VectorXd& decay_per_s,
                          const std::vector<events::Strike>& strikes, const SynthesisOptions& options) {
-  RingingBody ringing{model.angular_frequency_rad_s, decay_per_s, {}, push_at_nearest_node(model)};
+  RingingBody ringing;
+  ringing.angular_frequency_rad_s = model.angular_frequency_rad_s;
+  ringing.decay_per_s = decay_per_s;
+  ringing.push = push_at_nearest_node(model);
   if (options.pickup) {
+    ringing.heard = Heard::kMotion;
     const int node = SurfaceNodes(model.mesh).nearest(options.pickup->point_m);
     ringing.gain = model.shapes.middleRows<3>(3 * node).transpose() * options.pickup->direction.normalized();
   } else {

@@ -25,6 +25,7 @@ struct RingingBody {
   Eigen::VectorXd decay_per_s;
   Eigen::MatrixXd gain;  ///< n_modes x 1, for every channel alike, or n_modes x n_channels: sound per modal coordinate
   ModalPush push;
+  Heard heard = Heard::kRinging;  ///< kMotion: also the bending under slow blows, as a pickup has it
   /// Angular frequency with damping; 0 for an over-damped mode, which does not ring.
   double damped_rad_s(Eigen::Index mode) const;
 };

@@ -65,6 +65,19 @@ TEST_F(SceneModal, ItsImpulsesAreItsChangeOfMomentumAndEnergyNeverGrows) {
   EXPECT_NO_THROW(motion.log.validate());
 }
 
+TEST_F(SceneModal, ShocksAreHeardAsPulsesNotAsForcesThatLast) {
+  // A force that is held leaves its own shape in whatever sample a small step falls into: a click.
+  const SceneMotion motion = move(scene("n_modes = 12", kWeightless, kFlying));
+  int n_shocks = 0;
+  for (const events::Impulse& impulse : motion.log.impulses) {
+    if (impulse.kind != events::ImpulseKind::kImpact) continue;
+    ++n_shocks;
+    EXPECT_EQ(impulse.shape, events::PulseShape::kGaussian) << impulse.time_s;
+    EXPECT_GT(impulse.duration_s, 0.0);
+  }
+  EXPECT_GE(n_shocks, 1);
+}
+
 TEST_F(SceneModal, ResidualFlexibilityMakesATouchSofterThatTakesNoEnergy) {
   const auto moved = [&](const std::string& modal) {
     Scene flying = scene(modal, kWeightless, kFlying);

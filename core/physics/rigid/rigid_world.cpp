@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <tuple>
 
 #include "core/foundation/base/check.hpp"
@@ -196,19 +197,28 @@ double RigidWorld::State::hold(std::vector<Contact>& contacts, detail::Bodies& v
   return residual;
 }
 
-/// Bodies that overlap by more than two slops go apart by a fifth of the overlap. Returns the deepest overlap.
+/// Bodies that overlap by more than two slops go apart by a fifth of the overlap: less what other points have moved them apart
+/// already, or bodies that touch at many would fly beyond. Returns the deepest overlap.
 double RigidWorld::State::push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps) {
   double deepest = 0.0;
+  std::map<int, Vector3d> moved;
+  const auto way_of = [&](int body) {
+    const auto found = moved.find(body);
+    return found != moved.end() ? found->second : Vector3d(Vector3d::Zero());
+  };
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& c = contacts[i];
     deepest = std::max(deepest, -gaps[i]);
     if (!(gaps[i] < -2 * kSlop)) continue;
     const double mass_a = bodies[static_cast<std::size_t>(c.a)].inverse_mass;
     const double mass_b = c.b >= 0 ? bodies[static_cast<std::size_t>(c.b)].inverse_mass : 0.0;
-    const double way = 0.2 * (-gaps[i] - kSlop) / (mass_a + mass_b);
+    const double apart = 0.2 * (-gaps[i] - kSlop) - c.normal.dot(way_of(c.a) - way_of(c.b));
+    if (!(apart > 0)) continue;
+    const double way = apart / (mass_a + mass_b);
     const auto move = [&](int body, double share) {
       BodyState& b = bodies[static_cast<std::size_t>(body)];
       b.centre += share * way * c.normal;
+      moved[body] = way_of(body) + share * way * c.normal;
       ledger.correction_j += joules(b.mass * options.gravity_m_s2.dot(share * way * c.normal));
     };
     if (mass_a > 0) move(c.a, mass_a);

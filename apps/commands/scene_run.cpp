@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <optional>
 
@@ -164,8 +165,9 @@ void say_scene(const scene::SceneDocument& document, const CommonOptions& common
   constexpr std::size_t kMostLines = 40;
   for (std::size_t i = 0; i < std::min(kMostLines, document.bodies.size()); ++i) {
     const scene::BodyRecord& body = document.bodies[i];
-    say(common, "%-24s %10.4g %8d %9d %14s\n", body.name.c_str(), body.mass_kg, body.n_modes, body.n_impacts,
-        body.hardest_impact_n_s ? to_text(*body.hardest_impact_n_s).substr(0, 10).c_str() : "-");
+    char hardest[24] = "-";
+    if (body.hardest_impact_n_s) std::snprintf(hardest, sizeof hardest, "%.4g", *body.hardest_impact_n_s);
+    say(common, "%-24s %10.4g %8d %9d %14s\n", body.name.c_str(), body.mass_kg, body.n_modes, body.n_impacts, hardest);
   }
   if (document.bodies.size() > kMostLines) say(common, "and %zu more\n", document.bodies.size() - kMostLines);
   for (const scene::SceneEventRecord& event : document.events) {

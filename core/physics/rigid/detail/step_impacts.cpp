@@ -139,11 +139,37 @@ void StepImpacts::go_on(const std::vector<int>& changed) {
   }
 }
 
+/// The links of a pair's bodies, and of those that they tie to them: they pass a blow on at once.
+void StepImpacts::add_tied(const Pair& pair, double time, std::vector<Contact>& points) {
+  if (finder_.links.empty()) return;
+  std::set<Pair> known{pair};
+  std::vector<int> to_look{pair.first, pair.second};
+  for (std::size_t i = 0; i < to_look.size(); ++i) {
+    const int body = to_look[i];
+    if (body < 0 || bodies_[body_index(body)].fixed()) continue;
+    for (const Link& link : finder_.links) {
+      const Pair next(link.a, link.b);
+      const int other = link.a == body ? link.b : link.a;
+      if ((link.a != body && link.b != body) || (other >= 0 && !bodies_[body_index(other)].there)) continue;
+      if (!known.insert(next).second) continue;
+      fly(other, time);
+      const std::vector<Contact> its = finder_.ties(next.first, next.second, bodies_, rules_.slop);
+      if (its.empty()) continue;
+      points.insert(points.end(), its.begin(), its.end());
+      to_look.push_back(other);
+    }
+  }
+}
+
 /// Points that are solved at once; their bodies are there.
 std::vector<Contact> StepImpacts::touching(const Pair& pair, double time) {
   fly(pair.first, time);
   fly(pair.second, time);
-  if (!rules_.simultaneous) return finder_.of_pair(pair.first, pair.second, bodies_, rules_.slop);
+  if (!rules_.simultaneous) {
+    std::vector<Contact> points = finder_.of_pair(pair.first, pair.second, bodies_, rules_.slop);
+    if (!points.empty()) add_tied(pair, time, points);
+    return points;
+  }
   std::vector<Contact> all;
   std::set<Pair> known;
   std::vector<int> to_look{pair.first, pair.second};

@@ -17,8 +17,8 @@ struct ImpactRules {
 };
 
 /// The impacts of a step, one pair after the other in the order of their touch: both bodies fly, and turn, to the moment at which a
-/// point that approaches faster than rest_speed has no gap left, collide as they lie there, and what they strike next in the step is looked for
-/// anew. A pair strikes five times in a step at most. With simultaneous, all bodies that hang together by touching then are solved at once.
+/// point that approaches faster than rest_speed has no gap left, collide as they lie there, with what is tied to them, and what they strike
+/// next in the step is looked for anew. A pair strikes five times in a step at most. With simultaneous, all bodies that hang together by touching then are solved at once.
 class StepImpacts {
  public:
   /// @param bodies  at the step's begin; each ends at the time of its last impact (BodyState::clock), as it then lies and moves
@@ -46,6 +46,7 @@ class StepImpacts {
   double touch_of(const Pair& pair, const Striking& at_end) const;
   void collide(const Pair& pair, double time);
   std::vector<Contact> touching(const Pair& pair, double time);
+  void add_tied(const Pair& pair, double time, std::vector<Contact>& points);
   void fly(int body, double time);
   void forget(int body);
   void go_on(const std::vector<int>& changed);

@@ -112,6 +112,14 @@ std::vector<Contact> TouchFinder::of_pair(int a, int b, const std::vector<BodySt
   return contacts;
 }
 
+std::vector<Contact> TouchFinder::ties(int a, int b, const std::vector<BodyState>& where, double slop) const {
+  const BodyState &at_a = where[body_index(a)], &at_b = where[body_index(b)];
+  std::vector<Contact> contacts;
+  add_links(a, b, at_a, at_b, slop, contacts);
+  for (Contact& c : contacts) complete(c, at_a, at_b);
+  return contacts;
+}
+
 std::vector<int> TouchFinder::neighbours(int body) const {
   std::vector<int> near = collisions.neighbours(body);
   near.push_back(kFloor);

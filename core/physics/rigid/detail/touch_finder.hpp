@@ -27,6 +27,8 @@ struct TouchFinder {
   std::vector<Contact> of_pair(int a, int b, const BodyState& at_a, const BodyState& at_b, double slop) const;
   /// What of these two bodies' pair, as they stand among all, is solved.
   std::vector<Contact> of_pair(int a, int b, const std::vector<BodyState>& where, double slop) const;
+  /// Links alone that are taut between two bodies.
+  std::vector<Contact> ties(int a, int b, const std::vector<BodyState>& where, double slop) const;
   /// Those of one body with the others, sorted by pairs. @param without  leaves out those with these bodies
   std::vector<Contact> of_body(int body, const std::vector<int>& without, const std::vector<BodyState>& where,
                                double slop) const;

@@ -88,6 +88,64 @@ TEST(Link, ARodOnAHingeSwingsAsThePhysicalPendulum) {
   EXPECT_LE(worst_residual(world), 1e-12);
 }
 
+namespace {
+
+/// A bar of 0.3 m along x, hinged about y at its end, and where `bars` is 2 another one hinged to its other end; a ball falls on the
+/// first at x, without friction, loss or gravity.
+RigidWorld struck_bars(double rate_hz, int bars, double x, CollisionOrder order) {
+  RigidWorldOptions options;
+  options.rate_hz = rate_hz;
+  options.collisions = order;
+  options.gravity_m_s2.setZero();
+  options.floor.reset();
+  RigidWorld world(options);
+  for (int i = 0; i < bars; ++i) {
+    RigidBodySpec bar = cuboid("bar", {0.3, 0.03, 0.02}, 0.5);
+    bar.skin = skin(1.0, 0.0);
+    bar.position_m.x() = 0.31 * i;
+    world.add(bar);
+    for (const double y : {-0.05, 0.05}) {
+      if (i == 0)
+        world.link({0, kFloor, Vector3d(-0.15, y, 0), Vector3d(-0.15, y, 0), {}});
+      else
+        world.link({i - 1, i, Vector3d(0.155, y, 0), Vector3d(-0.155, y, 0), {}});
+    }
+  }
+  RigidBodySpec striker = ball("ball", 0.02, 0.09);
+  striker.skin = skin(1.0, 0.0);
+  striker.position_m = {x, 0, 0.0305};
+  striker.velocity_m_s = {0, 0, -1};
+  world.add(striker);
+  while (world.time_s() < 0.0099) world.step();
+  return world;
+}
+
+}  // namespace
+
+// J = 2 v / (1 / m + a^2 / I) with I the bar's about its hinge, at a from it: the hinge holds while it is struck.
+TEST(Link, ABlowOnABodyOnAHingeIsThatOfTheBodyThatTurnsAboutIt) {
+  for (const double rate_hz : {1000.0, 5000.0, 10000.0})
+    for (const double x : {0.0, 0.12}) {
+      const RigidWorld world = struck_bars(rate_hz, 1, x, CollisionOrder::kPairwise);
+      const double arm = x + 0.15, inertia = world.spec(0).inertia_kg_m2(1, 1) + 0.5 * 0.15 * 0.15;
+      const double impulse = 2 / (1 / 0.09 + arm * arm / inertia);
+      EXPECT_NEAR(world.velocity_m_s(1).z(), -1 + impulse / 0.09, 1e-9) << rate_hz << ' ' << x;
+      EXPECT_NEAR(world.angular_velocity_rad_s(0).y(), impulse * arm / inertia, 1e-3 * impulse * arm / inertia);
+      EXPECT_NEAR(world.ledger().contact_j, 0.0, 1e-3 * 0.045) << rate_hz << ' ' << x;
+    }
+}
+
+// And what hangs on what is struck is struck with it, in either order of impacts.
+TEST(Link, ABlowGoesOnThroughAChainOfHinges) {
+  const RigidWorld pairwise = struck_bars(10000.0, 2, 0.1, CollisionOrder::kPairwise),
+                   simultaneous = struck_bars(10000.0, 2, 0.1, CollisionOrder::kSimultaneous);
+  for (int body = 0; body < 3; ++body) {
+    EXPECT_LE((pairwise.velocity_m_s(body) - simultaneous.velocity_m_s(body)).norm(), 1e-9) << body;
+    EXPECT_LE((pairwise.angular_velocity_rad_s(body) - simultaneous.angular_velocity_rad_s(body)).norm(), 1e-9) << body;
+  }
+  EXPECT_GT(std::abs(pairwise.angular_velocity_rad_s(1).y()), 0.1);
+}
+
 // Two balls tied by a cord fly apart until it is taut, then together with the velocity of their centre along it: momentum is kept,
 // the energy that is gone is booked.
 TEST(Link, ACordThatBecomesTautTakesTheSpeedAlongIt) {

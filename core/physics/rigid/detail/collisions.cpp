@@ -69,11 +69,23 @@ Eigen::Isometry3d place_of(const BodyState& body) {
   return place;
 }
 
+/// By pairs, parts and places. Contacts are large: each is moved once.
 void sort(std::vector<Contact>& contacts) {
-  const auto key = [](const Contact& c) {
-    return std::tuple(c.a, c.b, c.parts[0], c.parts[1], c.place.x(), c.place.y(), c.place.z());
+  const auto before = [](const Contact& x, const Contact& y) {
+    const auto key = [](const Contact& c) {
+      return std::tie(c.a, c.b, c.parts[0], c.parts[1], c.place.x(), c.place.y(), c.place.z());
+    };
+    return key(x) < key(y);
   };
-  std::sort(contacts.begin(), contacts.end(), [&](const Contact& x, const Contact& y) { return key(x) < key(y); });
+  if (std::is_sorted(contacts.begin(), contacts.end(), before)) return;
+  static thread_local std::vector<const Contact*> order;
+  static thread_local std::vector<Contact> sorted;
+  order.clear();
+  for (const Contact& c : contacts) order.push_back(&c);
+  std::sort(order.begin(), order.end(), [&](const Contact* x, const Contact* y) { return before(*x, *y); });
+  sorted.clear();
+  for (const Contact* c : order) sorted.push_back(*c);
+  contacts.swap(sorted);
 }
 
 }  // namespace
@@ -86,8 +98,10 @@ struct Collisions::State {
   std::vector<PartBox> body_boxes;        // about all of their parts
   double slop = 0.0;
   BoxPairs body_pairs;
-  std::vector<PartPair> pairs;   // parts whose boxes met in the last search, by bodies, then parts
-  std::vector<KnownPair> known;  // of each
+  std::vector<PartPair> pairs;                // parts whose boxes met in the last search, by bodies, then parts
+  std::vector<KnownPair> known;               // of each
+  std::vector<std::vector<Contact>> touches;  // of grains of pairs; their room is kept from step to step
+  std::vector<Contact> all;
 
   KnownPair* of(const CollisionPart& a, const CollisionPart& b);
   std::size_t slot(int body) const;
@@ -219,7 +233,8 @@ std::vector<Contact> Collisions::find(const std::vector<BodyState>& bodies, doub
   State& s = *state_;
   s.slop = slop;
   s.place(bodies);
-  std::vector<Contact> contacts;
+  std::vector<Contact>& contacts = s.all;
+  contacts.clear();
   for (const PlacedPart& placed : s.placed) {
     const BodyState& body = bodies[static_cast<std::size_t>(placed.part->body)];
     if (with_floor && !body.fixed()) add_floor_contacts(*placed.part, body, slop, contacts);
@@ -227,7 +242,9 @@ std::vector<Contact> Collisions::find(const std::vector<BodyState>& bodies, doub
   s.meet_again();
   constexpr std::size_t kGrain = 256;
   const std::vector<PartPair>& pairs = s.pairs;
-  std::vector<std::vector<Contact>> found((pairs.size() + kGrain - 1) / kGrain);
+  std::vector<std::vector<Contact>>& found = s.touches;
+  if (found.size() < (pairs.size() + kGrain - 1) / kGrain) found.resize((pairs.size() + kGrain - 1) / kGrain);
+  for (std::vector<Contact>& its : found) its.clear();
   parallel_for(pairs.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const PlacedPart &a = s.placed[static_cast<std::size_t>(pairs[n][0])],

@@ -85,8 +85,10 @@ struct Row {
   Vector3d still = Vector3d::Zero();    // what bodies that do not move add to u
   Vector3d mobility = Vector3d::Zero();
   double normal_give = 0.0, across = 0.0, across_give = 0.0;  // impulse per speed; speed per impulse
-  Vector3d* impulse = nullptr;
+  double target = 0.0, friction = 0.0;                        // the contact's
+  bool tied = false;
   int island = -1;
+  Vector3d* impulse = nullptr;
 
   double speed(int axis) const {
     double u = still[axis];
@@ -104,7 +106,7 @@ struct Row {
 /// The largest change of a velocity, squared: roots wait for it.
 double Row::sweep() {
   Vector3d& sum = *impulse;
-  if (contact->tied) {
+  if (tied) {
     double change = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
       const double by = speed(axis);
@@ -114,10 +116,10 @@ double Row::sweep() {
     }
     return change;
   }
-  const double normal = std::max(0.0, sum[0] - (speed(0) - contact->target) * normal_give) - sum[0];
+  const double normal = std::max(0.0, sum[0] - (speed(0) - target) * normal_give) - sum[0];
   if (normal != 0) push(0, normal);
   sum[0] += normal;
-  const double limit = contact->friction * sum[0];
+  const double limit = friction * sum[0];
   if (!(limit > 0) && sum[1] == 0 && sum[2] == 0) return square(normal * mobility[0]);
   Eigen::Vector2d next = sum.tail<2>() - across_give * Eigen::Vector2d(speed(1), speed(2));
   if (next.squaredNorm() > limit * limit) next *= limit / next.norm();
@@ -133,6 +135,9 @@ Row row_of(Contact& c, Vector3d Contact::*impulse, const std::array<Twist*, 2>& 
   Row row;
   row.contact = &c;
   row.impulse = &(c.*impulse);
+  row.target = c.target;
+  row.friction = c.friction;
+  row.tied = c.tied;
   for (int side = 0; side < 2; ++side) {
     const int number = side == 0 ? c.a : c.b;
     if (number < 0) continue;
@@ -281,7 +286,8 @@ double solve_contacts(std::span<Contact* const> contacts, Vector3d Contact::*imp
   const auto twist_of = [&](int body) {
     return body < 0 ? nullptr : &twists[static_cast<std::size_t>(slot[static_cast<std::size_t>(body)])];
   };
-  std::vector<Row> rows;
+  static thread_local std::vector<Row> rows;  // large: its room is kept from call to call
+  rows.clear();
   rows.reserve(contacts.size());
   for (Contact* c : contacts) rows.push_back(row_of(*c, impulse, {twist_of(c->a), twist_of(c->b)}, bodies));
   find_islands(rows, twists);

@@ -14,17 +14,30 @@ constexpr double kOnSide = 1e-14;    // of the size: a point on the side of a fa
 
 /// The face at the hull's end in a direction: of those with most of the outermost corners the one that faces it most.
 const HullFeatures::Plate* outermost(const HullFeatures& hull, const Vector3d& direction) {
-  const Eigen::VectorXd heights = hull.corners.transpose() * direction;
+  static thread_local Eigen::VectorXd heights;  // its room is kept from call to call
+  static thread_local std::vector<int> outer, beside;
+  heights =
+      direction.x() * hull.by_axis.col(0) + direction.y() * hull.by_axis.col(1) + direction.z() * hull.by_axis.col(2);
   const double enough = heights.maxCoeff() - kOutermost * hull.size;
+  outer.clear();
+  for (Eigen::Index i = 0; i < heights.size(); ++i)
+    if (heights[i] >= enough) outer.push_back(static_cast<int>(i));
+  beside.clear();  // faces of these corners, in the order of faces
+  for (const int corner : outer) {
+    const std::vector<int>& its = hull.plates_of_corner[static_cast<std::size_t>(corner)];
+    beside.insert(beside.end(), its.begin(), its.end());
+  }
+  std::sort(beside.begin(), beside.end());
   const HullFeatures::Plate* best = nullptr;
-  int most = 1;
+  std::ptrdiff_t most = 1;
   double facing = 0.0;
-  for (const HullFeatures::Plate& plate : hull.plates) {
+  for (std::size_t i = 0, next = 0; i < beside.size(); i = next) {
+    while (next < beside.size() && beside[next] == beside[i]) ++next;
+    const HullFeatures::Plate& plate = hull.plates[static_cast<std::size_t>(beside[i])];
+    const auto n =
+        std::min<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(next - i));  // a corner, an edge; a face faces it
     const double cosine = plate.normal.dot(direction);
-    if (!(cosine > 0) || (most == 2 && cosine <= facing)) continue;
-    int n = 0;  // a corner, an edge; a face faces the direction
-    for (std::size_t i = 0; i < plate.corners.size() && n < 2; ++i) n += heights[plate.corners[i]] >= enough ? 1 : 0;
-    if (n < most || (n == most && cosine <= facing)) continue;
+    if (!(cosine > 0) || n < most || (n == most && cosine <= facing)) continue;
     most = n;
     facing = cosine;
     best = &plate;
@@ -37,23 +50,32 @@ void place(const HullFeatures& hull, const HullFeatures::Plate& plate, const Eig
   for (const int corner : plate.corners) placed.push_back(to * hull.corners.col(corner));
 }
 
-/// What lies behind a plane.
-void keep_behind(const Polygon& polygon, const Vector3d& normal, double offset, Polygon& kept) {
-  kept.clear();
+/// Leaves of a polygon what lies behind a plane.
+void keep_behind(Polygon& polygon, const Vector3d& normal, double offset, Polygon& spare, std::vector<double>& over) {
+  over.resize(polygon.size());
+  double highest = -HUGE_VAL;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector3d &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
-    const double d0 = normal.dot(from) - offset, d1 = normal.dot(to) - offset;
-    if (d0 <= 0) kept.push_back(from);
-    if ((d0 < 0 && d1 > 0) || (d0 > 0 && d1 < 0)) kept.push_back(from + d0 / (d0 - d1) * (to - from));
+    over[i] = normal.dot(polygon[i]) - offset;
+    highest = std::max(highest, over[i]);
   }
+  if (highest <= 0) return;
+  spare.clear();
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const std::size_t k = i + 1 < polygon.size() ? i + 1 : 0;
+    const double d0 = over[i], d1 = over[k];
+    if (d0 <= 0) spare.push_back(polygon[i]);
+    if ((d0 < 0 && d1 > 0) || (d0 > 0 && d1 < 0))
+      spare.push_back(polygon[i] + d0 / (d0 - d1) * (polygon[k] - polygon[i]));
+  }
+  polygon.swap(spare);
 }
 
 /// Leaves of a polygon what lies over another, seen along the other's way out.
 void cut_within(Polygon& polygon, const Polygon& other, const Vector3d& out, double tolerance, Polygon& spare) {
+  static thread_local std::vector<double> over;
   for (std::size_t i = 0; i < other.size() && !polygon.empty(); ++i) {
     const Vector3d side = (other[(i + 1) % other.size()] - other[i]).cross(out).normalized();
-    keep_behind(polygon, side, side.dot(other[i]) + tolerance, spare);
-    polygon.swap(spare);
+    keep_behind(polygon, side, side.dot(other[i]) + tolerance, spare, over);
   }
 }
 

@@ -20,6 +20,7 @@
 #include "core/geometry/shapes/shape.hpp"
 #include "core/physics/modal/eigen_solver.hpp"
 #include "core/physics/solid/assembly.hpp"
+#include "core/physics/solid/node_ends.hpp"
 #include "core/sound/bem/sphere_radiation.hpp"
 #include "core/sound/dual_domain/dual_domain.hpp"
 #include "fit/ringdown/ringdown.hpp"
@@ -107,7 +108,8 @@ Outcome eigenmodes(bool small) {
   outcome.peer_s = seconds_of([&] {
     const BlasThreads all(thread_count());
     la::SparseCholesky factor;
-    if (!factor.factor(matrix, la::block_ordering(matrix))) throw std::runtime_error(factor.message());
+    if (!factor.factor(matrix, la::block_ordering(matrix, solid::node_ends(body, assembled))))
+      throw std::runtime_error(factor.message());
     factor.solve(right);
   });
   const la::SparseMatrix stiffness =

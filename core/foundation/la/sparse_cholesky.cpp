@@ -1,68 +1,22 @@
 #include "core/foundation/la/sparse_cholesky.hpp"
 
 #include <algorithm>
-#include <mutex>
+#include <new>
 #include <optional>
 
 #include "core/foundation/base/check.hpp"
+#include "core/foundation/base/parallel.hpp"
+#include "core/foundation/la/detail/analysed_pattern.hpp"
 #include "core/foundation/la/detail/cholmod_session.hpp"
+#include "core/foundation/la/detail/tree_cholesky.hpp"
 #include "core/foundation/la/supernodal_solve.hpp"
 
 namespace klang::la {
 namespace {
 
-using Lower = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
-
-constexpr int kAmdLimitNodes = 3000;
 constexpr Eigen::Index kOwnSolveFrom = 3;  // columns
 
-// METIS draws from the C library's rand(), which it seeds at each call: two at a time would take each other's numbers, and
-// the order, and with it the last bits of every solution, would change from run to run.
-std::mutex metis_mutex;
-
 }  // namespace
-
-std::vector<int> block_ordering(const Lower& lower) {
-  const int n_nodes = static_cast<int>(lower.rows() / 3);
-  KLANG_CHECK(lower.rows() == 3 * n_nodes, "3 x 3 node blocks");
-  std::vector<int> start(n_nodes + 1, 0), row;
-  row.reserve(static_cast<std::size_t>(lower.nonZeros() / 8));
-  for (int j = 0; j < n_nodes; ++j) {
-    // Column 3 j holds every node below: each third row of it, after the diagonal block.
-    const int* outer = lower.outerIndexPtr();
-    for (int k = outer[3 * j]; k < outer[3 * j + 1]; ++k) {
-      const int i = lower.innerIndexPtr()[k] / 3;
-      if (row.empty() || static_cast<int>(row.size()) == start[j] || row.back() != i) row.push_back(i);
-    }
-    start[j + 1] = static_cast<int>(row.size());
-  }
-  detail::CholmodSession session;
-  cholmod_sparse graph{};
-  graph.nrow = graph.ncol = static_cast<std::size_t>(n_nodes);
-  graph.nzmax = row.size();
-  graph.p = start.data();
-  graph.i = row.data();
-  graph.stype = -1;
-  graph.itype = CHOLMOD_INT;
-  graph.xtype = CHOLMOD_PATTERN;
-  graph.sorted = 1;
-  graph.packed = 1;
-  std::vector<int> nodes(n_nodes);
-  int done = 0;
-  if (n_nodes > kAmdLimitNodes) {
-    const std::lock_guard lock(metis_mutex);
-    done = cholmod_metis(&graph, nullptr, 0, 1, nodes.data(), &session.common);
-  }
-  if (!done) done = cholmod_amd(&graph, nullptr, 0, nodes.data(), &session.common);
-  if (!done) {
-    for (int i = 0; i < n_nodes; ++i) nodes[i] = i;
-  }
-  std::vector<int> order(3 * static_cast<std::size_t>(n_nodes));
-  for (int k = 0; k < n_nodes; ++k) {
-    for (int a = 0; a < 3; ++a) order[3 * k + a] = 3 * nodes[k] + a;
-  }
-  return order;
-}
 
 struct SparseCholesky::State {
   detail::CholmodSession session;
@@ -86,15 +40,35 @@ struct SparseCholesky::State {
 SparseCholesky::SparseCholesky() : state_(std::make_unique<State>()) {}
 SparseCholesky::~SparseCholesky() = default;
 
-bool SparseCholesky::factor(const Lower& lower, const std::vector<int>& order) {
+bool SparseCholesky::factor(const SparseMatrix& lower, const std::vector<int>& order) {
+  return factor(lower, FactorPattern(lower, order));
+}
+
+bool SparseCholesky::factor(const SparseMatrix& lower, const FactorPattern& pattern) {
   state_->release();
   cholmod_common& common = state_->common;
-  state_->factor = state_->session.analyse_supernodal(lower, order);
-  if (state_->factor == nullptr) return false;
-  cholmod_sparse a = detail::cholmod_view(lower);
-  const int done = cholmod_factorize(&a, state_->factor, &common);
-  if (!done || common.status != CHOLMOD_OK || state_->factor->minor != state_->factor->n) return false;
-  state_->many_columns.emplace(*state_->factor);
+  if (!pattern) {
+    common.status = pattern.out_of_memory() ? CHOLMOD_OUT_OF_MEMORY : CHOLMOD_TOO_LARGE;
+    return false;
+  }
+  cholmod_factor*& factor = state_->factor;
+  factor = cholmod_copy_factor(pattern.analysed().symbolic, &common);
+  if (factor == nullptr || !cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, factor, &common)) {
+    common.status = CHOLMOD_OUT_OF_MEMORY;
+    return false;
+  }
+  try {
+    const BlasThreads one(1);  // fronts are shared out here
+    if (!detail::tree_cholesky(pattern.analysed().tree, lower.valuePtr(), static_cast<double*>(factor->x))) {
+      common.status = CHOLMOD_NOT_POSDEF;
+      return false;
+    }
+  } catch (const std::bad_alloc&) {
+    common.status = CHOLMOD_OUT_OF_MEMORY;
+    return false;
+  }
+  common.status = CHOLMOD_OK;
+  state_->many_columns.emplace(*factor);
   return true;
 }
 

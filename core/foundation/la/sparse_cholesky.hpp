@@ -1,17 +1,15 @@
 #pragma once
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 #include <memory>
 #include <vector>
 
+#include "core/foundation/la/factor_pattern.hpp"
+#include "core/foundation/la/sparse_matrix.hpp"
+
 namespace klang::la {
 
-/// Fill-reducing order of the degrees of freedom of a matrix made of 3 x 3 node blocks (lower triangle):
-/// METIS (small graphs: AMD) on the graph of nodes, which is nine times smaller than that of the matrix.
-/// order[k] = dof that comes k-th.
-std::vector<int> block_ordering(const Eigen::SparseMatrix<double, Eigen::ColMajor, int>& lower);
-
-/// Supernodal Cholesky factor of a symmetric positive definite matrix made of 3 x 3 node blocks (CHOLMOD).
+/// Supernodal Cholesky factor of a symmetric positive definite matrix: analysed by CHOLMOD, computed front by front on all threads
+/// with the same bits on any number of them.
 class SparseCholesky {
  public:
   SparseCholesky();
@@ -21,7 +19,9 @@ class SparseCholesky {
 
   /// Factors the lower triangle `lower`; false when a pivot is not positive or memory runs out (see
   /// message()).
-  bool factor(const Eigen::SparseMatrix<double, Eigen::ColMajor, int>& lower, const std::vector<int>& order);
+  bool factor(const SparseMatrix& lower, const std::vector<int>& order);
+  /// The same for a matrix whose pattern has been analysed.
+  bool factor(const SparseMatrix& lower, const FactorPattern& pattern);
   /// X = A^-1 B for n x n_columns values in column-major order; X may be B. Not to be called by two threads
   /// at once.
   void solve(const double* b, double* x, Eigen::Index n_columns = 1);

@@ -3,7 +3,9 @@
 #include <dmumps_c.h>
 
 #include <mutex>
+#include <vector>
 
+#include "core/foundation/la/detail/analysed_pattern.hpp"
 #include "core/foundation/la/detail/pivot_signs.hpp"
 
 namespace klang::la {
@@ -82,10 +84,12 @@ std::optional<long> n_negative_with_exchanges(const SparseMatrix& lower, const s
 
 }  // namespace
 
-std::optional<long> n_negative_eigenvalues(const SparseMatrix& lower, const std::vector<int>& order) {
-  const auto signs = detail::pivot_signs(lower, order);
-  if (signs && signs->growth <= kGrowthLimit) return signs->n_negative;
-  return n_negative_with_exchanges(lower, order);
+std::optional<long> n_negative_eigenvalues(const SparseMatrix& lower, const FactorPattern& pattern) {
+  if (pattern) {
+    const auto signs = detail::pivot_signs(pattern.analysed().tree, lower);
+    if (signs && signs->growth <= kGrowthLimit) return signs->n_negative;
+  }
+  return n_negative_with_exchanges(lower, pattern.order());
 }
 
 }  // namespace klang::la

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/la/block_ordering.hpp"
 #include "core/foundation/la/sparse_cholesky.hpp"
 #include "core/physics/solid/rigid_modes.hpp"
 

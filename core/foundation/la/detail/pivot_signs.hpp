@@ -1,8 +1,7 @@
 #pragma once
 #include <optional>
-#include <vector>
 
-#include "core/foundation/la/sparse_matrix.hpp"
+#include "core/foundation/la/detail/front_tree.hpp"
 
 namespace klang::la::detail {
 
@@ -16,8 +15,8 @@ struct PivotSigns {
 
 /// Signs of the pivots of P A P^T = L D L^T, A symmetric, given by its lower triangle; no row is exchanged. Multifrontal: the
 /// factor is not kept, so that the memory needed is that of the fronts on one path of the elimination tree. Empty where a pivot
-/// vanishes, or memory or 32-bit indices do not reach. order[k] = row that comes k-th.
+/// vanishes or memory does not reach. tree: of a matrix of the pattern of `lower`.
 /// Source: Duff and Reid, ACM TOMS 9 (1983) 302; bound: Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., (10.6).
-std::optional<PivotSigns> pivot_signs(const SparseMatrix& lower, const std::vector<int>& order);
+std::optional<PivotSigns> pivot_signs(const FrontTree& tree, const SparseMatrix& lower);
 
 }  // namespace klang::la::detail

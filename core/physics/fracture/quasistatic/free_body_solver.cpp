@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/la/block_ordering.hpp"
 #include "core/geometry/mesh/face_parts.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
 #include "core/physics/solid/assembly.hpp"

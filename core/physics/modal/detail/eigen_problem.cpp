@@ -16,6 +16,7 @@
 #include "core/foundation/la/block_lanczos.hpp"
 #include "core/foundation/la/lapack.hpp"
 #include "core/foundation/la/sturm_count.hpp"
+#include "core/physics/solid/node_ends.hpp"
 #include "core/physics/solid/rigid_modes.hpp"
 
 namespace klang::modal::detail {
@@ -120,7 +121,8 @@ EigenProblem::EigenProblem(const mesh::TetMesh& mesh, const solid::AssembledSoli
     : stiffness_(solid::stiffness(assembled, material.lame_lambda_pa, material.lame_mu_pa)),
       unit_mass_(assembled.mass_unit_density),
       density_kg_m3_(material.density_kg_m3),
-      mass_(assembled.mass_unit_density, material.density_kg_m3) {
+      mass_(assembled.mass_unit_density, material.density_kg_m3),
+      ends_(solid::node_ends(mesh, assembled)) {
   rigid_ = m_orthonormal(solid::rigid_modes(mesh, assembled), mass_);
   mass_rigid_ = mass_.times(rigid_);
   if (n_rigid() > 0) {
@@ -132,9 +134,9 @@ EigenProblem::EigenProblem(const mesh::TetMesh& mesh, const solid::AssembledSoli
   }
 }
 
-const std::vector<int>& EigenProblem::order() {
-  if (order_.empty()) order_ = la::block_ordering(stiffness_);
-  return order_;
+const la::FactorPattern& EigenProblem::pattern() {
+  if (!pattern_) pattern_.emplace(stiffness_, la::block_ordering(stiffness_, ends_));
+  return *pattern_;
 }
 
 bool EigenProblem::factor(std::string& message) {
@@ -145,7 +147,7 @@ bool EigenProblem::factor(std::string& message) {
       if (shift_ == 0) break;
       shift_ *= 100;
     }
-    done = factor_.factor(shifted(stiffness_, unit_mass_, density_kg_m3_, shift_), order());
+    done = factor_.factor(shifted(stiffness_, unit_mass_, density_kg_m3_, shift_), pattern());
   }
   seconds_factor += watch.seconds();
   if (!done) message = factor_.message();
@@ -277,7 +279,7 @@ void EigenProblem::polish(Pairs& pairs) {
 }
 
 bool EigenProblem::factor_and_count(double omega_sq, std::string& message) {
-  order();  // both need it
+  pattern();  // both need it
   bool done = false;
   for_each_job(2, [&](std::size_t job) {
     if (job == 0)
@@ -300,7 +302,7 @@ void EigenProblem::polish_and_count(Pairs& pairs, double omega_sq) {
 std::optional<long> EigenProblem::n_below(double omega_sq) {
   if (omega_sq == counted_at_) return counted_;
   const Stopwatch watch;
-  auto count = la::n_negative_eigenvalues(shifted(stiffness_, unit_mass_, density_kg_m3_, omega_sq), order());
+  auto count = la::n_negative_eigenvalues(shifted(stiffness_, unit_mass_, density_kg_m3_, omega_sq), pattern());
   seconds_sturm += watch.seconds();
   counted_at_ = omega_sq;
   counted_ = count;

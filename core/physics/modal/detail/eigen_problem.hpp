@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/foundation/la/block_mass.hpp"
+#include "core/foundation/la/block_ordering.hpp"
 #include "core/foundation/la/sparse_cholesky.hpp"
 #include "core/physics/solid/assembly.hpp"
 #include "core/physics/solid/material.hpp"
@@ -70,7 +71,7 @@ class EigenProblem {
 
  private:
   friend class ShiftInvert;
-  const std::vector<int>& order();
+  const la::FactorPattern& pattern();
 
   solid::SparseMatrix stiffness_;         // lower
   const solid::SparseMatrix& unit_mass_;  // lower, unit density
@@ -78,7 +79,8 @@ class EigenProblem {
   la::BlockMass mass_;
   Eigen::MatrixXd rigid_, mass_rigid_;  // M-orthonormal
   double shift_ = 0;                    // <= 0, rad^2/s^2
-  std::vector<int> order_;
+  la::NodeEnds ends_;
+  std::optional<la::FactorPattern> pattern_;
   la::SparseCholesky factor_;
   int n_operations_ = 0;
   double counted_at_ = -1;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/la/block_ordering.hpp"
 #include "core/foundation/la/sparse_cholesky.hpp"
 
 namespace klang::scene::detail {

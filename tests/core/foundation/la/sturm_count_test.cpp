@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/la/block_ordering.hpp"
+#include "core/foundation/la/detail/analysed_pattern.hpp"
 #include "core/foundation/la/detail/pivot_signs.hpp"
 #include "core/foundation/la/sparse_cholesky.hpp"
 #include "core/physics/solid/assembly.hpp"
@@ -34,17 +36,17 @@ TEST(SturmCount, IsTheNumberOfSmallerEigenvaluesOfABody) {
   const Eigen::MatrixXd m = Eigen::MatrixXd(mass).selfadjointView<Eigen::Lower>();
   const Eigen::VectorXd exact =
       Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(k, m, Eigen::EigenvaluesOnly).eigenvalues();
-  const auto order = la::block_ordering(stiffness);
+  const la::FactorPattern pattern(stiffness, la::block_ordering(stiffness));
   int n_shifts = 0;
   for (const int n : {6, 7, 12, 41, 203, static_cast<int>(exact.size()) - 1}) {
     if (!(exact[n] - exact[n - 1] > 1e-4 * exact[n])) continue;  // a shift between two modes, not beside one
     ++n_shifts;
     const double shift = (exact[n - 1] + exact[n]) / 2;
     const la::SparseMatrix a = stiffness - shift * mass;
-    const auto signs = la::detail::pivot_signs(a, order);
+    const auto signs = la::detail::pivot_signs(pattern.analysed().tree, a);
     ASSERT_TRUE(signs.has_value());
     EXPECT_EQ(signs->n_negative, n);
-    EXPECT_EQ(la::n_negative_eigenvalues(a, order), n);
+    EXPECT_EQ(la::n_negative_eigenvalues(a, pattern), n);
   }
   EXPECT_GE(n_shifts, 5);
 }
@@ -52,7 +54,8 @@ TEST(SturmCount, IsTheNumberOfSmallerEigenvaluesOfABody) {
 TEST(SturmCount, OfADefiniteMatrixGrowthIsOne) {
   const auto assembled = klang::solid::assemble(klang::test::box_mesh(1, 0.7, 0.4, 4, 3, 2, 2));
   const la::SparseMatrix a = klang::solid::stiffness(assembled, 1.0, 0.5) + 3.0 * assembled.mass_unit_density;
-  const auto signs = la::detail::pivot_signs(a, la::block_ordering(a));
+  const la::FactorPattern pattern(a, la::block_ordering(a));
+  const auto signs = la::detail::pivot_signs(pattern.analysed().tree, a);
   ASSERT_TRUE(signs.has_value());
   EXPECT_EQ(signs->n_negative, 0);
   EXPECT_LE(std::abs(signs->growth - 1), 1e-12);
@@ -67,28 +70,32 @@ TEST(SturmCount, PivotsThatNeedExchangesAreCountedWithThem) {
     a(i + 1, i) = 1;
     if (i > 0) a(i, i - 1) = 0.01;
   }
-  const auto signs = la::detail::pivot_signs(lower_of(a), natural_order(n));
+  const la::SparseMatrix lower = lower_of(a);
+  const la::FactorPattern pattern(lower, natural_order(n));
+  const auto signs = la::detail::pivot_signs(pattern.analysed().tree, lower);
   ASSERT_TRUE(signs.has_value());
   EXPECT_GE(signs->growth, 1e10);
-  EXPECT_EQ(la::n_negative_eigenvalues(lower_of(a), natural_order(n)), n / 2);
+  EXPECT_EQ(la::n_negative_eigenvalues(lower, pattern), n / 2);
 }
 
 TEST(SturmCount, AVanishingPivotIsNotCounted) {
   Eigen::Matrix3d a = Eigen::Matrix3d::Identity();
   a(0, 0) = 0;
   a(1, 0) = 1;
-  EXPECT_FALSE(la::detail::pivot_signs(lower_of(a), natural_order(3)).has_value());
-  EXPECT_EQ(la::n_negative_eigenvalues(lower_of(a), natural_order(3)), 1);
+  const la::SparseMatrix lower = lower_of(a);
+  const la::FactorPattern pattern(lower, natural_order(3));
+  EXPECT_FALSE(la::detail::pivot_signs(pattern.analysed().tree, lower).has_value());
+  EXPECT_EQ(la::n_negative_eigenvalues(lower, pattern), 1);
 }
 
 TEST(SturmCount, IsTheSameOnOneThreadAsOnTwoForATreeOfManyFronts) {
   const auto assembled = klang::solid::assemble(klang::test::box_mesh(1, 1, 1, 7, 7, 7, 2));
   const la::SparseMatrix a = klang::solid::stiffness(assembled, 1.0, 0.5) - 30 * assembled.mass_unit_density;
-  const auto order = la::block_ordering(a);
+  const la::FactorPattern pattern(a, la::block_ordering(a));
   klang::set_thread_count(1);
-  const auto one = la::detail::pivot_signs(a, order);
+  const auto one = la::detail::pivot_signs(pattern.analysed().tree, a);
   klang::set_thread_count(2);
-  const auto two = la::detail::pivot_signs(a, order);
+  const auto two = la::detail::pivot_signs(pattern.analysed().tree, a);
   klang::set_thread_count(0);
   ASSERT_TRUE(one.has_value() && two.has_value());
   EXPECT_EQ(one->n_negative, two->n_negative);

@@ -1,6 +1,10 @@
 #include "fit/bubble/bubble_document.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/physics/bubble/bubble_physics.hpp"
@@ -84,6 +88,30 @@ TheoryRecord theory_record(const BubbleSearchOptions& search) {
   return record;
 }
 
+/// Real gas is neither adiabatic nor the formula's: what the other theory of heat would make of the same pitches.
+std::optional<std::string> heat_warning(const std::vector<BubbleRecord>& bubbles, const BubbleSearchOptions& search) {
+  using klang::bubble::BubbleTheory;
+  if (search.theory != BubbleTheory::kLeighton || bubbles.empty()) return std::nullopt;
+  double least = 1e300, most = 0.0;
+  bool matters = false;
+  for (const BubbleRecord& bubble : bubbles) {
+    const double smaller =
+        1.0 -
+        radius_of_frequency_m(bubble.frequency_start_hz, search.medium, BubbleTheory::kProsperetti) / bubble.radius_m;
+    least = std::min(least, smaller);
+    most = std::max(most, smaller);
+    matters = matters || smaller * bubble.radius_m > 2.0 * bubble.radius_std_m.value_or(0.0);
+  }
+  if (!matters) return std::nullopt;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "radii are those of the adiabatic pitch; the exact theory of heat (--thermal prosperetti) makes them "
+                "%.1f to %.1f %% "
+                "smaller, which their deviations do not hold",
+                100.0 * least, 100.0 * most);
+  return text;
+}
+
 }  // namespace
 
 void BubblesDocument::check(const std::string& place) const {
@@ -111,6 +139,7 @@ BubblesDocument bubbles_document(ResultHeader header, const BubbleSearchResult& 
   if (found.stopped_early)
     document.header.warnings.push_back(
         "the search ended at its limit of work: weaker rings were not searched for; --max-work raises it");
+  if (auto warning = heat_warning(document.bubbles, search)) document.header.warnings.push_back(*warning);
   document.explained_energy = found.explained_energy;
   document.theory = theory_record(search);
   document.pitch = pitch_fit_record(pitch);

@@ -64,20 +64,34 @@ BodyModes tube_modes(const mesh::ShapeSpec& shape, const solid::Material& materi
   return modes;
 }
 
-BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& material, const solid::Support& support,
-                        double highest_hz, const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
-  // Finer than what a fit takes; what the elements are still too stiff is estimated and taken off.
-  const mesh::TetMesh mesh = mesh::mesh_shape(shape, mesh::reference_divisions(shape), 2);
+// By the harmonics of a section or by polynomials where these apply, which are right to round-off or nearly; on the nodes of a mesh.
+// Elsewhere by elements finer than what a fit takes, and what they are still too stiff is estimated and taken off.
+BodyModes modes_on_nodes(const mesh::ShapeSpec& shape, const solid::Material& material, const solid::Support& support,
+                         double highest_hz, const std::vector<Eigen::Vector3d>& places, Monitor& monitor) {
+  const modal::ModesBody body{shape, support};
   modal::ModesOptions options;
-  options.method = modal::ModesMethod::kTetrahedra;  // not what a fit inverts
   options.eigen.band = {20.0, highest_hz};
-  options.eigen.estimate_mesh_error = true;
-  const auto result = modal::modes_of({shape, support}, mesh, material, options, monitor);
+  options.method = modal::chosen_method(body, {});
+  const auto solved = [&] {
+    const bool elements = options.method == modal::ModesMethod::kTetrahedra;
+    options.eigen.estimate_mesh_error = elements;
+    const mesh::TetMesh mesh =
+        elements ? mesh::mesh_shape(shape, mesh::reference_divisions(shape), 2) : mesh::mesh_shape(shape);
+    return modal::modes_of(body, mesh, material, options, monitor);
+  };
+  auto result = solved();
+  if (!result.usable() &&
+      options.method == modal::ModesMethod::kPolynomial) {  // hundreds of modes want more than they have
+    options.method = modal::ModesMethod::kTetrahedra;
+    result = solved();
+  }
   if (!result.usable()) throw NumericalError("true modes of " + shape.kind + ": " + result.message);
+  const bool by_elements = options.method == modal::ModesMethod::kTetrahedra;
 
   BodyModes modes;
   modes.angular_frequency_rad_s = result.model.angular_frequency_rad_s;
-  if (result.mesh_relative_error) modes.angular_frequency_rad_s.array() *= 1.0 - result.mesh_relative_error->array();
+  if (by_elements && result.mesh_relative_error)
+    modes.angular_frequency_rad_s.array() *= 1.0 - result.mesh_relative_error->array();
   const mesh::Points& nodes = result.model.mesh.nodes_m;
   const Eigen::Vector3d low = nodes.colwise().minCoeff(), high = nodes.colwise().maxCoeff();
   std::vector<char> outside(static_cast<std::size_t>(nodes.rows()), 0);
@@ -100,6 +114,10 @@ BodyModes element_modes(const mesh::ShapeSpec& shape, const solid::Material& mat
     modes.shapes.push_back(result.model.shapes.middleRows<3>(3 * nearest));
   }
   for (Eigen::Index m = 0; m < result.model.n_modes(); ++m) modes.labels.push_back("mode " + std::to_string(m));
+  if (!by_elements) {
+    modes.method = modal::to_text(options.method) + ", shapes on " + std::to_string(nodes.rows()) + " nodes";
+    return modes;
+  }
   modes.method =
       "quadratic finite elements, " + std::to_string(nodes.rows()) + " nodes, estimated mesh error taken off";
   if (mesh::find_shape(shape.kind).facts().modes_in_pairs) modes.pair_tolerance = kMeshPairTolerance;
@@ -115,7 +133,7 @@ BodyModes body_modes(const mesh::ShapeSpec& shape, const solid::Material& materi
     if (const auto found = ritz.find(shape.kind); found != ritz.end())
       return found->second(shape, material, highest_hz, places);
   }
-  return element_modes(shape, material, support, highest_hz, places, monitor);
+  return modes_on_nodes(shape, material, support, highest_hz, places, monitor);
 }
 
 void split_pairs(BodyModes& modes, double relative_detuning, double angle_rad) {

@@ -21,7 +21,8 @@ struct BodyModes {
 };
 
 /// Modes up to highest_hz at places given in half extents from the centre. Free boxes and tubes by the Ritz
-/// method; other bodies by quadratic finite elements, one refinement finer than the default.
+/// method; other bodies of revolution by the harmonics of their section, ellipsoids and boxes held at a face by polynomials; the rest by
+/// quadratic finite elements, one refinement finer than the default.
 /// @throws InputError; NumericalError when the eigensolver does not converge
 BodyModes body_modes(const mesh::ShapeSpec& shape, const solid::Material& material, const solid::Support& support,
                      double highest_hz, const std::vector<Eigen::Vector3d>& places,

@@ -349,6 +349,9 @@ std::string toml_number(double value) {
   return text;
 }
 
+/// The profile goes with the recordings, so that the specimen made of them reads it.
+std::string profile_copy_of(const RecipeSpecimen& specimen) { return specimen.name + "-profile.csv"; }
+
 std::string specimen_toml_of(const Recipe& recipe, const std::vector<std::vector<Eigen::Vector3d>>& mounts_m) {
   const solid::Material& m = recipe.material;
   const double poisson = recipe.start_poissons_ratio.value_or(m.poissons_ratio());
@@ -364,7 +367,7 @@ std::string specimen_toml_of(const Recipe& recipe, const std::vector<std::vector
     const RecipeSpecimen& specimen = recipe.specimens[s];
     text += "\n[[specimen]]\nname = \"" + specimen.name + "\"\nshape = { kind = \"" + specimen.shape.kind + "\"";
     for (const auto& [name, metres] : specimen.shape.dims) text += ", " + name + " = " + toml_number(metres);
-    if (!specimen.shape.profile_csv.empty()) text += ", profile_csv = '" + specimen.shape.profile_csv.string() + "'";
+    if (!specimen.shape.profile_csv.empty()) text += ", profile_csv = '" + profile_copy_of(specimen) + "'";
     text += " }\n";
     if (specimen.support.kind != solid::SupportKind::kFree) {
       text += "support = { kind = \"";
@@ -411,6 +414,10 @@ Dataset made_dataset(std::string_view toml, const std::string& name, const std::
     truth["specimens"].push_back(std::move(one.truth));
   }
   dataset.truth_json = json_text(truth);
+  for (const RecipeSpecimen& specimen : recipe.specimens)
+    if (!specimen.shape.profile_csv.empty())
+      dataset.files.emplace_back(profile_copy_of(specimen),
+                                 read_file(specimen.shape.profile_csv, std::size_t{1} << 24));
   dataset.specimen_toml = specimen_toml_of(recipe, mounts_m);
   return dataset;
 }

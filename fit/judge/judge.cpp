@@ -38,11 +38,23 @@ std::string error_words(const GivenValue& given, const GivenHint& hint) {
   return shown("%+.2f", 100.0 * (std::exp(hint.error) - 1.0)) + " +- " + shown("%.2f %%", 100.0 * hint.error_std);
 }
 
+/// The log odds of the likeliest error that its stated tolerance allows: it is in the interval already, and what explains the rings no
+/// better is no news.
+double explained_by_tolerances(const std::vector<GivenHint>& hints, const JudgedResiduals& residuals) {
+  double most = -1e300;
+  for (const GivenHint& hint : hints)
+    if (std::abs(hint.error) <= 2.0 * std::hypot(residuals.given[hint.given].relative_tolerance, hint.error_std) &&
+        residuals.given[hint.given].relative_tolerance > 0.0)
+      most = std::max(most, hint.log_odds);
+  return most;
+}
+
 void judge_given(const JudgeInput& input, std::vector<Reason>& reasons) {
   const std::vector<GivenHint> hints = given_hints(input.residuals, input.model_std_cents);
   if (hints.empty()) return;
-  const double best = hints.front().log_odds;
+  const double best = hints.front().log_odds, explained = explained_by_tolerances(hints, input.residuals);
   for (const GivenHint& hint : hints) {
+    if (hint.log_odds <= explained + 2.5) continue;
     const GivenValue& given = input.residuals.given[hint.given];
     const auto of_kind = [&](double dimension, double modulus, double poisson) {
       return given.kind == GivenKind::kDimension ? dimension : given.kind == GivenKind::kModulus ? modulus : poisson;

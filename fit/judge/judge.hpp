@@ -37,6 +37,7 @@ struct GivenValue {
   double value = 0.0;     ///< m, Pa or 1
   Eigen::VectorXd slope;  ///< of each residual's ln model by the error
   GivenKind kind = GivenKind::kDimension;
+  double relative_tolerance = 0.0;  ///< one standard deviation, as the specimen states it; 0: not stated
 };
 
 /// The residuals of the fit and of rings that were left out near a mode.

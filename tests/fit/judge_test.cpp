@@ -174,6 +174,15 @@ TEST(Judge, WidthTwoPerCentOffIsNamedByItsInPlaneBending) {
   EXPECT_NE(reason->text.find("width_m: 24.5"), std::string::npos) << reason->text;
 }
 
+TEST(Judge, AWidthWithinItsStatedToleranceIsNotDoubted) {
+  JudgeInput input = steel_bar(208e9);
+  input.residuals.residual = -0.019 * input.residuals.given[1].slope;
+  input.residuals.given[1].relative_tolerance = 0.012;
+  EXPECT_EQ(reason_of(judge_fit(input), ReasonKind::kDimension), nullptr);
+  input.residuals.given[1].relative_tolerance = 0.002;  // nine of its deviations off
+  EXPECT_NE(reason_of(judge_fit(input), ReasonKind::kDimension), nullptr);
+}
+
 TEST(Judge, APoissonsRatioGivenThreeHundredthsTooHighIsNamed) {
   JudgeInput input = steel_bar(208e9);
   JudgedResiduals& r = input.residuals;

@@ -137,9 +137,13 @@ JudgedResiduals judged_residuals(const MaterialFit& fit, const FitResult& result
     if (!fit.specimens[s].spectrum || result.specimens[s].predicted) continue;
     const Slopes slopes = slopes_of(fit, s);
     const std::size_t first = residuals.given.size();
-    for (const std::string& name : fit.spectra[s]->given_dimensions())
-      residuals.given.push_back({result.specimens[s].name, name, fit.start.specimens[s].shape->dims.at(name),
-                                 Eigen::VectorXd::Zero(n), GivenKind::kDimension});
+    const auto& specimen = fit.start.specimens[s];
+    for (const std::string& name : fit.spectra[s]->given_dimensions()) {
+      const double value = specimen.shape->dims.at(name);
+      const auto tolerance = specimen.tolerance.find(name);
+      residuals.given.push_back({result.specimens[s].name, name, value, Eigen::VectorXd::Zero(n), GivenKind::kDimension,
+                                 tolerance == specimen.tolerance.end() ? 0.0 : tolerance->second / value});
+    }
     for (Eigen::Index i = 0; i < n; ++i) {
       const Row& row = item(rows, i);
       if (row.specimen != s) continue;

@@ -11,6 +11,7 @@ AnalysisDocument analysis_document(ResultHeader header, const RingdownResult& re
   document.header.wall_time_s = result.wall_time_s;
   document.sample_rate_hz = result.sample_rate_hz;
   document.strikes_s = result.strikes_s;
+  document.amplitude_strike = result.amplitude_strike;
   document.strike_amplitudes = result.strike_amplitudes;
   document.explained_energy = result.explained_energy;
   document.noise_rms = result.noise_rms;

@@ -8,7 +8,7 @@
 #include "fit/ringdown/response_record.hpp"
 #include "fit/ringdown/ringdown.hpp"
 
-/// analysis.json of `klang analyze`: amplitude(t) = exp(-decay_per_s t), t from the first strike.
+/// analysis.json of `klang analyze`: amplitude(t) = exp(-decay_per_s t), t from a strike.
 namespace klang::fit {
 
 /// Sounds beside a result.
@@ -28,6 +28,7 @@ struct AnalysisDocument {
   std::optional<double> sample_rate_hz, duration_s;
   std::optional<int> n_channels;
   std::vector<double> strikes_s;
+  std::optional<int> amplitude_strike;
   std::vector<std::vector<double>> strike_amplitudes;
   std::optional<double> explained_energy, noise_rms;
   std::optional<int> n_coder_images;
@@ -46,6 +47,9 @@ struct AnalysisDocument {
     visit({"duration_s", "of the recording"}, self.duration_s);
     visit({"n_channels", "of the recording"}, self.n_channels);
     visit({"strikes_s", "from the recording's start"}, self.strikes_s);
+    visit(absent_if_empty(
+              {"amplitude_strike", "place in strikes_s of the strike at which the partials' amplitudes are told"}),
+          self.amplitude_strike);
     visit({"strike_amplitudes", "[strike][partial], where there are several strikes"}, self.strike_amplitudes);
     visit({"explained_energy", "of the free ringing in band, 0 to 1"}, self.explained_energy);
     visit({"noise_rms", "rms of what the partials leave, full scale = 1, in band"}, self.noise_rms);

@@ -49,19 +49,22 @@ struct Partial {
     visit({"frequency_std_hz", "its standard deviation"}, self.frequency_std_hz);
     visit({"decay_per_s", "of the amplitude: exp(-decay t)"}, self.decay_per_s);
     visit({"decay_std_per_s", "its standard deviation"}, self.decay_std_per_s);
-    visit({"amplitude", "at the first strike, full scale = 1"}, self.amplitude);
+    visit({"amplitude",
+           "when it is struck, full scale = 1; of several strikes at the one that amplitude_strike names, or that "
+           "excites it most"},
+          self.amplitude);
     visit({"amplitude_std", "its standard deviation"}, self.amplitude_std);
   }
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     describe_ring(self, visit);
-    visit({"phase_rad", "at the first strike: cos(2 pi f t + phase)"}, self.phase_rad);
+    visit({"phase_rad", "at the same strike: cos(2 pi f t + phase)"}, self.phase_rad);
     visit({"phase_std_rad", "its standard deviation"}, self.phase_std_rad);
-    visit(
-        {"kind",
-         "decaying; weak: 60 dB or more below the loudest at the first strike; too_short: the recording does not tell "
-         "whether it decays; steady: it does not"},
-        self.kind);
+    visit({"kind",
+           "decaying; weak: 60 dB or more below the loudest, each at the strike that excites it most; too_short: the "
+           "recording does not tell "
+           "whether it decays; steady: it does not"},
+          self.kind);
     visit(absent_if_empty({"note", "the nearest of equal temperament, by A4"}), self.note);
     visit(absent_if_empty({"cents", "above that note"}), self.cents);
     visit(

@@ -10,6 +10,7 @@
 #include "core/sound/audio/sound_file.hpp"
 #include "core/sound/audio/stretch.hpp"
 #include "core/sound/audio/strikes.hpp"
+#include "fit/ringdown/detail/missed_blows.hpp"
 #include "fit/ringdown/detail/partial_judge.hpp"
 #include "fit/ringdown/detail/tail_noise.hpp"
 
@@ -182,12 +183,12 @@ void measure_fit(RingdownResult& result, const RingData& data, const std::vector
   if (whole.n_samples > 0) result.noise_rms = std::sqrt(whole.rest / whole.n_samples);
 }
 
-/// One line of the table, as it is at the first strike in the channel that is loudest for it over all strikes.
-Partial table_row(const RingData& data, const FittedPartial& partial, Eigen::Index channel) {
+/// One line of the table, as it is at a strike in the channel that is loudest for it over all strikes.
+Partial table_row(const RingData& data, const FittedPartial& partial, Eigen::Index strike, Eigen::Index channel) {
   Partial out;
   out.frequency_hz = partial.ring.pole.frequency_hz;
   out.frequency_std_hz = std::hypot(std::sqrt(partial.pole_covariance(0, 0)), partial.drift_hz);
-  const detail::StruckAmplitude struck = detail::at_strike(data, partial, 0, channel);
+  const detail::StruckAmplitude struck = detail::at_strike(data, partial, strike, channel);
   out.amplitude = struck.amplitude;
   out.amplitude_std = struck.amplitude_std;
   out.phase_rad = struck.phase_rad;
@@ -203,6 +204,35 @@ Eigen::Index loudest_channel(const FittedPartial& partial) {
 
 /// At the strike that excites it most.
 double loudness(const FittedPartial& partial) { return partial.ring.amplitude.rowwise().norm().maxCoeff(); }
+
+double size_at(const RingData& data, const FittedPartial& partial, Eigen::Index strike, Eigen::Index channel) {
+  return std::abs(advanced(partial, partial.ring.amplitude(strike, channel),
+                           -data.segments()[static_cast<std::size_t>(strike)].delay_s));
+}
+
+/// The first of the strikes that ring with at least half the energy of the one that rings with most.
+Eigen::Index reference_strike(const RingData& data, const std::vector<FittedPartial>& partials) {
+  Eigen::VectorXd energy = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(data.segments().size()));
+  for (const FittedPartial& partial : partials) {
+    const Eigen::Index channel = loudest_channel(partial);
+    for (Eigen::Index s = 0; s < energy.size(); ++s)
+      energy[s] += std::pow(size_at(data, partial, s, channel), 2) / std::max(partial.ring.pole.decay_per_s, 1e-3);
+  }
+  Eigen::Index s = 0;
+  while (s + 1 < energy.size() && !(energy[s] >= 0.5 * energy.maxCoeff())) ++s;
+  return s;
+}
+
+/// That strike for each partial, or, where it leaves the partial 30 dB below what another makes of it, the one that excites it most.
+Eigen::Index told_strike(const RingData& data, const FittedPartial& partial, Eigen::Index reference,
+                         Eigen::Index channel) {
+  constexpr double kNotStruck = 0.0316;
+  Eigen::VectorXd size(partial.ring.amplitude.rows());
+  for (Eigen::Index s = 0; s < size.size(); ++s) size[s] = size_at(data, partial, s, channel);
+  Eigen::Index loudest = 0;
+  size.maxCoeff(&loudest);
+  return size[reference] >= kNotStruck * size[loudest] ? reference : loudest;
+}
 
 void fill_table(RingdownResult& result, const RingData& data, const JudgedPartials& found,
                 const RingdownOptions& options) {
@@ -229,11 +259,16 @@ void fill_table(RingdownResult& result, const RingData& data, const JudgedPartia
     result.strike_amplitudes.resize(static_cast<std::size_t>(n_segments));
     result.strike_phases_rad.resize(static_cast<std::size_t>(n_segments));
   }
+  const Eigen::Index reference = reference_strike(data, found.partials);
+  if (n_segments > 1) result.amplitude_strike = static_cast<int>(reference);
+  int n_elsewhere = 0;
   double loudest = 0;
   std::vector<double> largest;  // of each, at the strike that excites it most
   for (const auto& [partial, kind] : listed) {
     const Eigen::Index channel = loudest_channel(*partial);
-    Partial out = table_row(data, *partial, channel);
+    const Eigen::Index strike = told_strike(data, *partial, reference, channel);
+    if (strike != reference && kind == PartialKind::kDecaying) ++n_elsewhere;
+    Partial out = table_row(data, *partial, strike, channel);
     out.kind = kind;
     if (kind == PartialKind::kDecaying) {
       out.decay_per_s = partial->ring.pole.decay_per_s;
@@ -250,6 +285,10 @@ void fill_table(RingdownResult& result, const RingData& data, const JudgedPartia
     loudest = std::max(loudest, largest.back());
     result.partials.partials.push_back(out);
   }
+  if (n_elsewhere > 0)
+    result.warnings.push_back(std::to_string(n_elsewhere) + " of " + std::to_string(listed.size()) +
+                              " partials are not struck at strike " + std::to_string(reference + 1) +
+                              ", whose amplitudes are told: theirs are of the strike that excites each most");
   for (std::size_t i = 0; i < largest.size(); ++i) {
     Partial& partial = result.partials.partials[i];
     if (partial.kind == PartialKind::kDecaying && largest[i] < kWeakPart * loudest) partial.kind = PartialKind::kWeak;
@@ -299,7 +338,7 @@ void warn_about(RingdownResult& result, const RingData& data, const JudgedPartia
                               " suddenly (a hand, a gate or a fade): what follows is left out");
   }
   for (const FittedPartial& tone : found.steady) {
-    Partial row = table_row(data, tone, loudest_channel(tone));
+    Partial row = table_row(data, tone, 0, loudest_channel(tone));
     row.kind = PartialKind::kSteady;
     result.steady_tones.push_back(row);
   }
@@ -423,6 +462,12 @@ RingdownResult identify_sounding(const audio::Signal& recording, const RingdownO
   for (const Segment& segment : data->segments()) result.strikes_s.push_back(segment.strike_s);
   fill_table(result, *data, found, options);
   measure_fit(result, *data, rings, band);
+  if (const std::size_t n_missed = detail::missed_blows(*data, rings).size(); n_missed > 0) {
+    result.warnings.insert(
+        result.warnings.begin(),
+        "what the partials leave begins anew " + std::to_string(n_missed) + (n_missed == 1 ? " time" : " times") +
+            ": blows that were not found (a body that bounces?), which bend the decays by more than their deviations");
+  }
   judge_explained(result, *data, rings, band, options);
   result.wall_time_s["total"] = total.seconds();
   return result;
@@ -447,41 +492,6 @@ RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownO
   RingdownResult result = identify_sounding(part, options, monitor);
   for (double& strike_s : result.strikes_s) strike_s += static_cast<double>(sound.begin) / recording.sample_rate_hz;
   return result;
-}
-
-audio::Signal resynthesise(const RingdownResult& ringdown, Eigen::Index n_frames) {
-  audio::Signal signal;
-  signal.sample_rate_hz = ringdown.sample_rate_hz;
-  signal.origin = "resynthesis of " + ringdown.partials.origin;
-  signal.samples = Eigen::MatrixXd::Zero(n_frames, 1);
-  if (!ringdown.usable()) return signal;
-  const double rate = ringdown.sample_rate_hz;
-  for (std::size_t s = 0; s < ringdown.strikes_s.size(); ++s) {
-    const double strike_s = ringdown.strikes_s[s];
-    const auto begin = static_cast<Eigen::Index>(std::ceil(strike_s * rate - 1e-9));
-    const Eigen::Index end =
-        s + 1 < ringdown.strikes_s.size()
-            ? std::min(n_frames, static_cast<Eigen::Index>(std::ceil(ringdown.strikes_s[s + 1] * rate - 1e-9)))
-            : n_frames;
-    for (std::size_t i = 0; i < ringdown.partials.partials.size(); ++i) {
-      const Partial& partial = ringdown.partials.partials[i];
-      const double amplitude =
-          ringdown.strike_amplitudes.empty() ? partial.amplitude.value_or(0) : ringdown.strike_amplitudes[s][i];
-      const double phase =
-          ringdown.strike_phases_rad.empty() ? partial.phase_rad.value_or(0) : ringdown.strike_phases_rad[s][i];
-      const Complex sigma(-partial.decay_per_s.value_or(0), kPi2 * partial.frequency_hz);
-      const Complex step = std::exp(sigma / rate);
-      constexpr Eigen::Index kBlock = 512;
-      for (Eigen::Index block = begin; block < end; block += kBlock) {
-        Complex z = amplitude * std::exp(Complex(0, phase) + sigma * (static_cast<double>(block) / rate - strike_s));
-        for (Eigen::Index k = block; k < std::min(block + kBlock, end); ++k) {
-          signal.samples(k, 0) += z.real();
-          z *= step;
-        }
-      }
-    }
-  }
-  return signal;
 }
 
 }  // namespace klang::fit

@@ -38,9 +38,12 @@ struct RingdownOptions {
 struct RingdownResult {
   RingdownStatus status = RingdownStatus::kNotRun;
   std::string message;    ///< why nothing was found
-  PartialTable partials;  ///< amplitude and phase at the first strike; standard deviations of all that is given
-  std::vector<Partial> steady_tones;                   ///< what sounds and does not decay: no partials of the body
-  std::vector<double> strikes_s;                       ///< times of the strikes, from the file's start
+  PartialTable partials;  ///< amplitude and phase at amplitude_strike; standard deviations of all that is given
+  std::vector<Partial> steady_tones;  ///< what sounds and does not decay: no partials of the body
+  std::vector<double> strikes_s;      ///< times of the strikes, from the file's start
+  /// Index of the strike whose amplitudes the table has, where there are several: the first with half the energy of the loudest. A
+  /// partial that is not struck there (30 dB down) has those of the strike that excites it most.
+  std::optional<int> amplitude_strike;
   std::vector<std::vector<double>> strike_amplitudes;  ///< [strike][partial], where there are several strikes
   std::vector<std::vector<double>> strike_phases_rad;  ///< as strike_amplitudes
   double sample_rate_hz = 0.0;
@@ -61,6 +64,9 @@ inline constexpr int kMaxChannels = 32;
 /// range.
 RingdownResult identify_ringdown(const audio::Signal& recording, const RingdownOptions& options = {},
                                  Monitor& monitor = silent_monitor());
+
+/// The same with the table's amplitudes and phases of the first strike, struck there or not.
+RingdownResult at_first_strike(RingdownResult result);
 
 /// The identified partials as sound, at the recording's rate and length (mono): silence before the first
 /// strike, and from each strike on its own amplitudes.

@@ -1,6 +1,7 @@
 /// Ringdown identification on what recordings do to partials.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -76,6 +77,50 @@ TEST(RingdownHard, SeveralStrikesShareFrequenciesAndKeepTheirAmplitudes) {
     // The highest partial dies between strikes: its amplitude is that of each strike alone.
     EXPECT_NEAR(result.strike_amplitudes[s].back() / (0.1 * loudness[s]), 1.0, 0.1);
   }
+}
+
+TEST(RingdownHard, AmplitudesAreThoseOfAStrikeThatExcitesThePartial) {
+  // The first blow excites one partial, the second all but this, the third two of them a little.
+  const std::vector<double> times{0.3, 1.6, 2.9};
+  const std::vector<std::vector<double>> loudness{{0, 0.3, 0, 0}, {1, 0, 1, 1}, {0.2, 0.05, 0, 0}};
+  Signal signal = ringing({}, 48000, 4.5, 3e-5, 9);
+  for (std::size_t s = 0; s < times.size(); ++s) {
+    auto partials = kBar;
+    for (std::size_t i = 0; i < partials.size(); ++i) partials[i].amplitude *= loudness[s][i % 4];
+    signal.samples += ringing(partials, 48000, 4.5, 0.0, 1, times[s]).samples;
+  }
+  const auto result = identify_ringdown(signal);
+  ASSERT_TRUE(result.usable()) << result.message;
+  ASSERT_EQ(result.amplitude_strike, 1);
+  for (std::size_t i = 0; i < kBar.size(); ++i) {
+    const double loudest = std::max({loudness[0][i % 4], loudness[1][i % 4], loudness[2][i % 4]});
+    const auto found =
+        std::find_if(result.partials.partials.begin(), result.partials.partials.end(),
+                     [&](const auto& p) { return std::abs(p.frequency_hz / kBar[i].frequency_hz - 1) < 1e-4; });
+    ASSERT_NE(found, result.partials.partials.end()) << kBar[i].frequency_hz;
+    EXPECT_NEAR(*found->amplitude / (kBar[i].amplitude * loudest), 1.0, 0.1) << kBar[i].frequency_hz;
+  }
+  bool said = false;
+  for (const auto& warning : result.warnings)
+    said = said || warning.find("not struck at strike 2") != std::string::npos;
+  EXPECT_TRUE(said);
+}
+
+TEST(RingdownHard, ABodyThatBouncesIsSaidToHaveBlowsThatWereNotFound) {
+  // Two blows 18 ms after one another count as one strike, as does what taps on softly.
+  Signal signal = ringing({}, 48000, 3, 3e-5, 9);
+  const std::vector<std::pair<double, double>> blows{{0.3, 1.0}, {0.45, 0.04}, {0.56, 0.045}, {0.65, 0.04}};
+  for (const auto& [time_s, loudness] : blows) {
+    auto partials = kBar;
+    for (auto& p : partials) p.amplitude *= loudness * (p.frequency_hz > 2000 ? 1.0 : 0.1);
+    signal.samples += ringing(partials, 48000, 3, 0.0, 1, time_s).samples;
+  }
+  const auto missed = [](const klang::fit::RingdownResult& result) {
+    return std::any_of(result.warnings.begin(), result.warnings.end(),
+                       [](const std::string& warning) { return warning.find("begins anew") != std::string::npos; });
+  };
+  EXPECT_TRUE(missed(identify_ringdown(signal)));
+  EXPECT_FALSE(missed(identify_ringdown(ringing(kBar, 48000, 3, 3e-5, 9, 0.3))));
 }
 
 TEST(RingdownHard, RumbleHumAndOffsetDoNotBecomePartials) {

@@ -122,7 +122,7 @@ SoundDescription describe(const audio::Signal& sound, const DescriptionOptions& 
   const double limit_hz = std::min(audio::highest_compared_hz(rate), detail::heard_limit_hz(mono.samples.col(0), rate));
   ringdown.band = {options.band.low_hz, std::min(options.band.high_hz, limit_hz)};
   ringdown.min_snr_db = options.min_snr_db;
-  const fit::RingdownResult found = fit::identify_ringdown(mono, ringdown, monitor);
+  const fit::RingdownResult found = fit::at_first_strike(fit::identify_ringdown(mono, ringdown, monitor));
   if (!found.usable()) throw InputError(sound.origin, "has no partial above the noise", found.message);
 
   SoundDescription result;

@@ -8,6 +8,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/sound/scene/detail/held_damping.hpp"
 #include "core/sound/scene/detail/modal_body.hpp"
 #include "core/sound/scene/detail/modal_contacts.hpp"
 #include "core/sound/scene/detail/rigid_push.hpp"
@@ -20,7 +21,9 @@ using detail::PressedBody;
 
 namespace {
 
-constexpr double kFarOff = 3.0;      ///< of a body's reach
+constexpr double kFarOff = 3.0;  ///< of a body's reach
+constexpr double kLongEnough =
+    1.6;  ///< periods of the highest mode in a touch of a ball: Zener's restitution within 5 %
 constexpr double kMostGiven = 1e-9;  ///< of the energy: what touches may give unsaid
 
 /// Joints of the scene between places of its modal bodies: of the first its nearest corner, of the other what lies there.
@@ -82,6 +85,31 @@ void warn_of_stiff_holds(const ModalBody& body, const SceneBody& scene_body, con
                   " modes still, so that it is stiffer than it should be: hold fewer places, or keep more modes");
 }
 
+/// Damping by the frequencies of the body as it is held; its own modes then have none. Null: nothing holds it, or nothing damps it.
+std::unique_ptr<detail::HeldDamping> held_damping_of(const Scene& scene, ModalBody& body, int number,
+                                                     const std::vector<detail::JointPlace>& joints) {
+  const SceneMaterial& material = scene.material_of(scene.bodies[static_cast<std::size_t>(body.row)]);
+  std::vector<detail::ModalPlace> held;
+  for (const detail::HeldPlace& place : body.held) held.push_back(place.place);
+  for (const detail::JointPlace& joint : joints)
+    if (joint.body == number && joint.other < 0) held.push_back(joint.place);
+  if (held.empty() || !material.damping || body.modes.z.size() == 0) return nullptr;
+  auto damping = std::make_unique<detail::HeldDamping>(body, held, [&](double omega_rad_s) {
+    return material.damping->law->decay_per_s(omega_rad_s, material.damping->parameters.data());
+  });
+  body.modes = modal::ModalState(body.modes.lambda(), Eigen::VectorXd::Zero(body.modes.z.size()));
+  body.modes.set_step(body.dt_s);
+  return damping;
+}
+
+/// Of its held places now, those that joints tie to the world last.
+Eigen::VectorXd held_m_s(const ModalBody& body, std::size_t n_places) {
+  Eigen::VectorXd speeds = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * n_places));
+  for (std::size_t i = 0; i < body.held.size(); ++i)
+    speeds.segment<3>(static_cast<Eigen::Index>(3 * i)) = body.held[i].path->velocity_m_s(body.time_s);
+  return speeds;
+}
+
 /// @throws NumericalError where what was computed is no motion of that body any more
 void check_sane(const ModalBody& body, const Scene& scene) {
   double held_m = 0.0;
@@ -130,10 +158,12 @@ struct ModalBodies::State {
   const Scene& scene;
   const SceneNotes& notes;
   std::vector<ModalBody> bodies;
+  std::vector<std::unique_ptr<detail::HeldDamping>> held_damping;  ///< of bodies; null: free ones, and without damping
   std::vector<rigid::EnergyLedger> rows;
   std::unique_ptr<detail::ModalContacts> contacts;
   std::vector<PressedBody> others;
   std::vector<detail::ShapeKeeper> shapes;  ///< of bodies
+  double small_step_s = 0.0, next_step_s = 0.0;
 
   void add_row(double time_s) {
     rigid::EnergyLedger row;
@@ -162,7 +192,7 @@ struct ModalBodies::State {
 };
 
 ModalBodies::ModalBodies(const Scene& scene, rigid::RigidWorld& world, const SceneNotes& notes, Monitor& monitor)
-    : state_(std::make_unique<State>(State{scene, notes, {}, {}, {}, {}, {}})) {
+    : state_(std::make_unique<State>(State{scene, notes, {}, {}, {}, {}, {}, {}, 0.0, 0.0})) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     if (scene.bodies[i].model != BodyModel::kModal) continue;
     const int row = static_cast<int>(i);
@@ -173,6 +203,7 @@ ModalBodies::ModalBodies(const Scene& scene, rigid::RigidWorld& world, const Sce
   // One small step for all: that of the highest mode.
   double least_s = HUGE_VAL;
   for (const ModalBody& body : state_->bodies) least_s = std::min(least_s, body.dt_s);
+  state_->small_step_s = state_->next_step_s = least_s;
   bool deforms = false;
   for (const SceneBody& body : scene.bodies) deforms = deforms || body.model == BodyModel::kCracking;
   if (deforms && notes.warning) notes.warning("modal and cracking bodies do not feel one another");
@@ -183,7 +214,10 @@ ModalBodies::ModalBodies(const Scene& scene, rigid::RigidWorld& world, const Sce
   }
   for (int i = 0; i < world.n_bodies(); ++i)
     if (world.is_there(i)) state_->others.emplace_back(world, i, PressedBody::Way::kStruck);
-  state_->contacts = std::make_unique<detail::ModalContacts>(scene, state_->bodies, joints_of(scene, state_->bodies));
+  std::vector<detail::JointPlace> joints = joints_of(scene, state_->bodies);
+  for (std::size_t i = 0; i < state_->bodies.size(); ++i)
+    state_->held_damping.push_back(held_damping_of(scene, state_->bodies[i], static_cast<int>(i), joints));
+  state_->contacts = std::make_unique<detail::ModalContacts>(scene, state_->bodies, std::move(joints));
   state_->add_row(world.time_s());
   for (const ModalBody& body : state_->bodies) {
     const bool kept = scene.frames.wanted() && body.modes.z.size() > 0;
@@ -206,19 +240,26 @@ void ModalBodies::after_step(rigid::RigidWorld& world) {
   const double start_s = s.bodies.front().time_s, step_s = world.time_s() - start_s;
   const Eigen::Vector3d gravity = s.scene.solver.gravity_m_s2;
   for (PressedBody& other : others) other.begin(world, step_s, gravity);
-  const double dt_s = s.bodies.front().dt_s;
-  const auto n = std::lround(step_s / dt_s);
+  const auto n = std::lround(step_s / s.small_step_s);
   std::vector<std::size_t> touches;
   for (const ModalBody& body : s.bodies) touches.push_back(body.touches.size());
-  for (long k = 0; k < n; ++k) {
+  for (long k = 0, part = 0; k < n;) {
+    const double dt_s = s.next_step_s;
+    const bool ends = ++part == std::lround(s.small_step_s / dt_s);
+    if (ends) ++k, part = 0;
     s.contacts->press_balls(others, 0.5 * dt_s, false);
     for (ModalBody& body : s.bodies) {
+      body.dt_s = dt_s;
       body.fly(dt_s, gravity);
-      body.time_s = k + 1 == n ? world.time_s() : start_s + static_cast<double>(k + 1) * dt_s;
+      body.time_s = k == n ? world.time_s()
+                           : start_s + static_cast<double>(k) * s.small_step_s + static_cast<double>(part) * dt_s;
     }
+    for (std::size_t i = 0; i < s.bodies.size(); ++i)
+      if (s.held_damping[i])
+        s.held_damping[i]->apply(s.bodies[i], dt_s, held_m_s(s.bodies[i], s.held_damping[i]->n_places()));
     for (PressedBody& other : others) other.advance(dt_s);
     s.contacts->press_balls(others, 0.5 * dt_s, true);
-    s.contacts->solve(others, dt_s);
+    s.next_step_s = s.contacts->solve(others, s.small_step_s, ends);
     for (std::size_t i = 0; i < s.bodies.size(); ++i) s.shapes[i].keep(s.bodies[i], s.bodies[i].time_s);
   }
   for (PressedBody& other : others)
@@ -246,11 +287,24 @@ void ModalBodies::warn_of_gain() const {
                           " J (erratum 71: what contact = \"lp\" does)");
 }
 
+void ModalBodies::warn_of_short_touches() const {
+  const auto [periods, number] = state_->contacts->shortest_touch();
+  if (number < 0 || periods >= kLongEnough || !state_->notes.warning) return;
+  const ModalBody& body = state_->bodies[static_cast<std::size_t>(number)];
+  const double highest_hz = std::sqrt(body.modes.lambda().maxCoeff()) / (2.0 * kPi);
+  state_->notes.warning("body " + state_->scene.bodies[static_cast<std::size_t>(body.row)].name +
+                        ": a ball touches it for " + to_text(std::round(1e6 * periods / highest_hz)) +
+                        " us, and its modes end at " + to_text(std::round(highest_hz)) +
+                        " Hz: how the ball rebounds takes modes up to " +
+                        to_text(std::round(kLongEnough * highest_hz / periods)) + " Hz (n_modes)");
+}
+
 void ModalBodies::add_to(SceneMotion& motion) const {
   add_ledger(motion, state_->rows);
   motion.contact_residual = 0.0;
   motion.joint_error_m = state_->contacts->joint_error_m();
   warn_of_gain();
+  warn_of_short_touches();
   for (const detail::ShapeKeeper& keeper : state_->shapes)
     if (keeper.n_frames() > 0) motion.shapes.bodies.push_back(keeper.shapes({keeper.row()}));
   if (const int stride = state_->shapes.front().stride(); stride > 1 && state_->notes.warning)

@@ -25,6 +25,7 @@ class ModalBodies {
 
  private:
   void warn_of_gain() const;
+  void warn_of_short_touches() const;
   struct State;
   std::unique_ptr<State> state_;
 };

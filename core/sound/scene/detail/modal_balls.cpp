@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/foundation/base/conventions.hpp"
 #include "core/physics/rigid/impact_pulse.hpp"
 #include "core/sound/scene/detail/modal_contacts.hpp"
 
@@ -29,9 +30,23 @@ void ModalContacts::press_balls(std::vector<PressedBody>& others, double dt_s, b
         state.is_new = false;
       }
       if (!state.touches) state.is_new = true;
+      time_touch(a, state, 2.0 * dt_s);
       state.impulse_n_s.setZero();
     }
   }
+}
+
+void ModalContacts::time_touch(std::size_t a, Ball& state, double dt_s) {
+  if (state.touches) state.touched_s += dt_s;
+  if (state.touches || !(state.touched_s > 0.0)) return;
+  const modal::ModalState& modes = bodies_[a].modes;
+  if (modes.z.size() > 0)
+    if (const double periods = state.touched_s * std::sqrt(modes.lambda().maxCoeff()) / (2.0 * kPi);
+        periods < shortest_periods_) {
+      shortest_periods_ = periods;
+      shortest_body_ = static_cast<int>(a);
+    }
+  state.touched_s = 0.0;
 }
 
 void ModalContacts::Ball::book(ModalBody& body) {
@@ -66,7 +81,8 @@ void ModalContacts::press_ball(std::size_t a, PressedBody& ball, Ball& state, do
   const Vector3d out = body.turn * (outside ? Vector3d(apart / far) : normal);
   const double round = body.ball_radius_m > 0.0 ? 1.0 / (1.0 / radius + 1.0 / body.ball_radius_m) : radius;
   const double stiff = 4.0 / 3.0 * rigid::contact_modulus_pa(body.skin, ball.skin()) * std::sqrt(round);
-  const double soft = std::max(0.0, body.discarded_m_per_n(place, out, place, out));
+  const double soft = body.under_balls->beyond_dent_m_per_n(place.rest_m + body.rest_centre_m, normal,
+                                                            place.shape.transpose() * normal);
   double dent = depth;  // dent + soft F = depth, F = stiff dent^1.5
   for (int k = 0; soft > 0.0 && k < 50; ++k) {
     const double root = std::sqrt(dent), off = dent + soft * stiff * dent * root - depth;

@@ -57,9 +57,8 @@ Elastic elastic_of(const Scene& scene, int row, const SceneNotes& notes, Monitor
   const std::vector<HeldNodes> holds = held_nodes_of(scene, row, model.mesh);
   const solid::Material& material = scene.material_of(body).elastic;
   if (holds_a_face(holds, model.mesh)) {
-    HeldBasis basis = located(body.place, [&] {
-      return held_basis(model.mesh, material, holds, body.modal.n_modes, !body.modal.residual_flexibility, monitor);
-    });
+    HeldBasis basis =
+        located(body.place, [&] { return held_basis(model.mesh, material, holds, body.modal.n_modes, true, monitor); });
     warn_of_mesh(body, basis.mesh_error, notes);
     elastic.lambda = std::move(basis.lambda);
     model.angular_frequency_rad_s = elastic.lambda.cwiseSqrt();
@@ -79,8 +78,7 @@ Elastic elastic_of(const Scene& scene, int row, const SceneNotes& notes, Monitor
     throw InputError(body.place, "has fewer modes than n_modes", std::to_string(found.model.n_modes()));
   Eigen::VectorXd omega = found.model.angular_frequency_rad_s;
   warn_of_mesh(body, found.mesh_relative_error, notes);
-  if (found.mesh_relative_error && !body.modal.residual_flexibility)
-    omega.array() /= 1.0 + found.mesh_relative_error->array();
+  if (found.mesh_relative_error) omega.array() /= 1.0 + found.mesh_relative_error->array();
   elastic.lambda = omega.cwiseAbs2();
   elastic.model = std::move(found.model);
   return elastic;
@@ -389,10 +387,8 @@ ModalBody modal_body_of(const Scene& scene, int row, const rigid::RigidBodySpec&
   made.angular_momentum = r * spec.inertia_kg_m2 * r.transpose() * spec.angular_velocity_rad_s;
   made.linear_program = body.modal.linear_program;
   add_surface(made, model, spec);
-  if (body.modal.residual_flexibility)
-    made.discarded = located(body.place, [&, &kept = model] {
-      return std::make_shared<ResidualFlexibility>(kept, n_modes, material.elastic);
-    });
+  made.under_balls = std::make_shared<ResidualFlexibility>(model, lambda, material.elastic);
+  if (body.modal.residual_flexibility) made.discarded = made.under_balls;
   add_holds(made, scene, model, spec.centre_m);
   const double highest_hz = n_modes > 0 ? std::sqrt(lambda.maxCoeff()) / (2.0 * kPi) : 0.0;
   const double step_s = 1.0 / scene.solver.rate_hz;

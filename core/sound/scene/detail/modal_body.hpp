@@ -64,8 +64,9 @@ struct ModalBody {
   std::vector<ModalPlace> places;                  ///< corners of the surface
   Eigen::MatrixXd corner_shapes;                   ///< of all places, three rows each
   std::vector<CornerGroup> groups;                 ///< of all places
-  std::shared_ptr<ResidualFlexibility> discarded;  ///< null: discarded modes are stiff
-  double spring_j = 0.0;                           ///< in the discarded modes at the floor and other bodies
+  std::shared_ptr<ResidualFlexibility> discarded;  ///< null: discarded modes are stiff where corners touch
+  std::shared_ptr<ResidualFlexibility> under_balls;
+  double spring_j = 0.0;  ///< in the discarded modes at the floor and other bodies
   /// Half of what touches that last gave at the end of the last small step, for the next one: without it the speeds are those of that moment.
   Eigen::Vector3d ahead_m_s = Eigen::Vector3d::Zero(), ahead_momentum = Eigen::Vector3d::Zero();
   Eigen::VectorXd ahead_modes;  ///< none: empty

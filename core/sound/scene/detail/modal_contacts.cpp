@@ -1,7 +1,10 @@
 #include "core/sound/scene/detail/modal_contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+
+#include "core/foundation/base/conventions.hpp"
 
 namespace klang::scene::detail {
 namespace {
@@ -9,6 +12,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kWorld = -1;
+constexpr double kFinePeriods = 2.0;
+constexpr int kFineParts = 6;
 constexpr double kNear = 1.5;  ///< of reaches: what may touch
 
 std::size_t nth(int i) { return static_cast<std::size_t>(i); }
@@ -119,9 +124,32 @@ void ModalContacts::find_corners(std::size_t a, std::vector<PressedBody>& others
   }
 }
 
-void ModalContacts::solve(std::vector<PressedBody>& others, double dt_s) {
+double ModalContacts::next_step_s(const std::vector<ModalTouching>& touches, double dt_s, bool ends) {
+  // Springs of discarded modes keep their energy over equal steps alone.
+  if (std::any_of(bodies_.begin(), bodies_.end(), [](const ModalBody& body) { return body.discarded != nullptr; }))
+    return dt_s;
+  for (const ModalTouching& touch : touches) {
+    if (!touch.is_new) continue;
+    for (const int member : {touch.a.member, touch.b.member}) {
+      if (member < 0 || nth(member) >= bodies_.size()) continue;
+      const ModalBody& body = bodies_[nth(member)];
+      if (body.modes.z.size() == 0) continue;
+      const double slowest_s = 2.0 * kPi / std::sqrt(body.modes.lambda().minCoeff());
+      fine_until_s_ = std::max(fine_until_s_, body.time_s + kFinePeriods * slowest_s);
+    }
+  }
+  if (ends) fine_ = bodies_.front().time_s < fine_until_s_;
+  return fine_ ? dt_s / kFineParts : dt_s;
+}
+
+double ModalContacts::solve(std::vector<PressedBody>& others, double step_s, bool ends) {
   ahead_rigid_j_ = 0.0;
-  const std::vector<ModalTouching> touches = find(others);
+  std::vector<ModalTouching> touches = find(others);
+  const double dt_s = next_step_s(touches, step_s, ends);
+  for (ModalBody& body : bodies_) body.modes.set_step(dt_s);
+  for (ModalTouching& touch : touches)
+    if (last_dt_s_ > 0.0) touch.last_n_s *= dt_s / last_dt_s_;
+  last_dt_s_ = dt_s;
   last_n_s_.clear();
   const std::size_t n_all = bodies_.size() + others.size();
   std::vector<int> root(n_all);
@@ -161,6 +189,7 @@ void ModalContacts::solve(std::vector<PressedBody>& others, double dt_s) {
     for (std::size_t k = 0; k < island.impulses_n_s().size(); ++k)
       if (island.impulses_n_s()[k].squaredNorm() > 0.0) apply(island.touches()[k], island.impulses_n_s()[k], others);
   }
+  return dt_s;
 }
 
 /// What a touch did, to the lists of both; a rigid body is pushed.

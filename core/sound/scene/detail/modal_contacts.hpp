@@ -20,12 +20,18 @@ class ModalContacts {
   /// Of balls: half a small step each, before and after all fly; at_end books what springs took and hold, and what the step's size costs.
   void press_balls(std::vector<PressedBody>& others, double half_dt_s, bool at_end);
   double ball_springs_j() const;
+  /// Of touches of balls that ended: fewest periods of the highest mode of the body that was touched, and that body's number; -1: none.
+  std::pair<double, int> shortest_touch() const { return {shortest_periods_, shortest_body_}; }
   double joint_error_m() const { return joint_error_m_; }  ///< farthest that held places and joints were off
   double given_j() const { return given_j_; }              ///< by touches, of which none should
   double ahead_rigid_j() const { return ahead_rigid_j_; }  ///< of the last small step (ModalIsland)
   const std::vector<events::Impulse>& on_rigid() const { return on_rigid_; }
-  /// Impulses of everything else, at the end of a small step.
-  void solve(std::vector<PressedBody>& others, double dt_s);
+  /// Impulses of everything else, at the end of a small step. What lasts is held over the next one.
+  /// @param dt_s  small steps of bodies that do not touch anew
+  /// @param ends  whether this one ended one of those: only there their size may change
+  /// @return  the next small step, for which the modes are set: dt_s, or a sixth of it for two of the slowest periods of a body that touched anew. Rebounds
+  ///          are of the second order in it
+  double solve(std::vector<PressedBody>& others, double dt_s, bool ends);
 
  private:
   /// Modal body, corner, and what it touches: modal bodies, -1 (floor), then -2 - number of a rigid one.
@@ -33,7 +39,7 @@ class ModalContacts {
   struct Ball {
     mesh::SurfaceMesh near;
     Eigen::Vector3d looked_from_m = Eigen::Vector3d::Constant(HUGE_VAL);
-    double spring_j = 0.0, spring_before_j = 0.0, gained_j = 0.0, gained_ball_j = 0.0, slid_j = 0.0;
+    double spring_j = 0.0, spring_before_j = 0.0, gained_j = 0.0, gained_ball_j = 0.0, slid_j = 0.0, touched_s = 0.0;
     bool touches = false, is_new = true;
     Eigen::Vector3d impulse_n_s = Eigen::Vector3d::Zero();  ///< on the modal body in this small step
     ModalPlace place;
@@ -47,13 +53,18 @@ class ModalContacts {
   void note_rigid(const ModalBody& from, const PressedBody& other, const Eigen::Vector3d& x,
                   const Eigen::Vector3d& impulse_n_s, bool is_new);
   void press_ball(std::size_t a, PressedBody& ball, Ball& state, double dt_s);
+  void time_touch(std::size_t a, Ball& state, double dt_s);
 
   const Scene& scene_;
   std::vector<ModalBody>& bodies_;
   std::vector<JointPlace> joints_;
   std::set<Key> was_down_;
   std::map<Key, Eigen::Vector3d> last_n_s_;  ///< what touches exerted in the last small step
-  double joint_error_m_ = 0.0, given_j_ = 0.0, ahead_rigid_j_ = 0.0;
+  double last_dt_s_ = 0.0, fine_until_s_ = -1.0;
+  bool fine_ = false;
+  double next_step_s(const std::vector<ModalTouching>& touches, double dt_s, bool ends);
+  double joint_error_m_ = 0.0, given_j_ = 0.0, ahead_rigid_j_ = 0.0, shortest_periods_ = HUGE_VAL;
+  int shortest_body_ = -1;
   std::vector<events::Impulse> on_rigid_;  ///< rows of rigid bodies that were pushed
   std::map<std::pair<std::size_t, int>, Ball> balls_;
 };

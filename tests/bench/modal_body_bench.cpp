@@ -30,9 +30,10 @@ void above_the_floor(benchmark::State& bench) {
   bodies[0].centre_m.z() += 0.006;
   scene::detail::ModalContacts contacts(scene, bodies, {});
   std::vector<scene::detail::PressedBody> none;
+  double dt_s = bodies[0].dt_s;
   for (auto _ : bench) {
-    bodies[0].fly(bodies[0].dt_s, Eigen::Vector3d::Zero());
-    contacts.solve(none, bodies[0].dt_s);
+    bodies[0].fly(dt_s, Eigen::Vector3d::Zero());
+    dt_s = contacts.solve(none, bodies[0].dt_s);
   }
   bench.counters["looked_at"] = static_cast<double>(bodies[0].looked_at.size());
 }
@@ -56,13 +57,46 @@ void beside_a_box(benchmark::State& bench) {
   others[0].begin(world, 1e-4, Eigen::Vector3d::Zero());
   std::vector<scene::detail::ModalBody> bodies = {test::ball_of_corners(static_cast<int>(bench.range(0)), kModes)};
   scene::detail::ModalContacts contacts(scene, bodies, {});
+  double dt_s = bodies[0].dt_s;
   for (auto _ : bench) {
-    bodies[0].fly(bodies[0].dt_s, Eigen::Vector3d::Zero());
-    contacts.solve(others, bodies[0].dt_s);
+    bodies[0].fly(dt_s, Eigen::Vector3d::Zero());
+    bodies[0].time_s += dt_s;
+    dt_s = contacts.solve(others, bodies[0].dt_s);
   }
   bench.counters["looked_at"] = static_cast<double>(bodies[0].looked_at.size());
 }
 
+/// It lies on the floor on a flat of a hundredth of its corners, with friction, after it came to rest.
+void at_rest(benchmark::State& bench) {
+  constexpr double kFlat = -0.0885;
+  scene::Scene scene;
+  scene.solver.floor = rigid::Skin{};
+  scene.solver.floor->friction = 0.3;
+  std::vector<scene::detail::ModalBody> bodies = {test::ball_of_corners(static_cast<int>(bench.range(0)), kModes)};
+  scene::detail::ModalBody& body = bodies[0];
+  body.skin.friction = 0.3;
+  for (scene::detail::ModalPlace& place : body.places) place.rest_m.z() = std::max(place.rest_m.z(), kFlat);
+  body.groups = scene::detail::corner_groups(body.places);
+  body.turn.setIdentity();
+  body.modes.z.setZero();
+  body.centre_m.z() = -kFlat;
+  scene::detail::ModalContacts contacts(scene, bodies, {});
+  std::vector<scene::detail::PressedBody> none;
+  double dt_s = body.dt_s;
+  const auto step = [&] {
+    body.fly(dt_s, scene.solver.gravity_m_s2);
+    body.time_s += dt_s;
+    body.touches.clear();
+    dt_s = contacts.solve(none, body.dt_s);
+  };
+  for (int k = 0; k < 2000; ++k) step();
+  for (auto _ : bench) step();
+  bench.counters["looked_at"] = static_cast<double>(body.looked_at.size());
+  bench.counters["touch"] = static_cast<double>(body.touches.size());
+  bench.counters["sunk_nm"] = 1e9 * (-kFlat - body.centre_m.z());
+}
+
+BENCHMARK(at_rest)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
 BENCHMARK(beside_a_box)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
 BENCHMARK(state)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);
 BENCHMARK(state_and_all_corners)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);

@@ -31,7 +31,7 @@ class ModalContacts {
   /// @param ends  whether this one ended one of those: only there their size may change
   /// @return  the next small step, for which the modes are set: dt_s, or a sixth of it for two of the slowest periods of a body that touched anew. Rebounds
   ///          are of the second order in it
-  double solve(std::vector<PressedBody>& others, double dt_s, bool ends);
+  double solve(std::vector<PressedBody>& others, double dt_s, bool ends = true);
 
  private:
   /// Modal body, corner, and what it touches: modal bodies, -1 (floor), then -2 - number of a rigid one.

@@ -64,6 +64,7 @@ class TransferFinder {
   void make_air(std::size_t k, const LiquidBoundary& boundary);
   void reciprocal(std::size_t k, const LiquidBoundary& boundary, const std::vector<std::size_t>& alive);
   void forward(const LiquidBoundary& boundary, double time_s, const std::vector<std::size_t>& alive);
+  Row half_space(std::size_t i, double time_s, double frequency_hz) const;
   void half_space(std::size_t i);
   void check_cells(std::size_t k, const LiquidBoundary& boundary, const std::vector<std::size_t>& alive);
   double error(const LiquidBoundary& boundary, const bubble::EarField& both, Complex found, std::size_t i,
@@ -199,8 +200,14 @@ bool TransferFinder::by_cells(std::size_t k, std::vector<std::size_t> alive) {
   cells_->solve(pitches);
   result_.n_solves += static_cast<std::int64_t>(alive.size());
   for (const auto& [i, pitch] : pitches) result_.n_iterations += cells_->iterations(i);
-  for (const auto& [i, pitch] : pitches)
-    result_.rows[i].push_back({time, pitch, cells_->pressure(i, swinging(i, time))});
+  for (const auto& [i, pitch] : pitches) {
+    if (cells_->converged(i)) {
+      result_.rows[i].push_back({time, pitch, cells_->pressure(i, swinging(i, time))});
+    } else {  // no reason to lose all the others
+      result_.rows[i].push_back(half_space(i, time, pitch));
+      ++result_.n_not_converged;
+    }
+  }
   if (made) check_cells(k, *made, alive);
   return true;
 }
@@ -261,26 +268,28 @@ void TransferFinder::forward(const LiquidBoundary& boundary, double time_s, cons
   }
 }
 
+Row TransferFinder::half_space(std::size_t i, double time_s, double frequency_hz) const {
+  const BubblePath& path = paths_[i];
+  const auto [sample, share] = between(path.time_s, time_s);
+  double phi = path.phi_m[sample];
+  if (share > 0.0) phi += share * (path.phi_m[sample + 1] - phi);
+  const double depth = std::isfinite(phi) ? std::max(0.0, -phi) : 0.0;
+  Vector3d place = place_at(path, time_s), ear = scene_.sound.listener.centre_m(time_s);
+  ear.z() = std::max(ear.z() - (place.z() + depth), 1e-3);  // over the surface above the bubble
+  place.z() = -depth;
+  return {time_s, frequency_hz,
+          stage::half_space_transfer(scene_.sound, heard_[i]->radius_m, place, ear,
+                                     Complex(0.0, 2.0 * kPi * frequency_hz))};
+}
+
 void TransferFinder::half_space(std::size_t i) {
   const BubblePath& path = paths_[i];
   const HeardBubble& bubble = *heard_[i];
   const int per_octave = scene_.transfer.bins_per_octave;
   const double end_s = std::min(bubble.faded_s, path.end_s());
   for (double time = bubble.birth_s;; time = std::min(time + kHalfSpaceStep_s, end_s)) {
-    const auto [sample, share] = between(path.time_s, time);
-    double phi = path.phi_m[sample];
-    if (share > 0.0) phi += share * (path.phi_m[sample + 1] - phi);
-    const double depth = std::isfinite(phi) ? std::max(0.0, -phi) : 0.0;
-    Vector3d place = place_at(path, time), ear = scene_.sound.listener.centre_m(time);
-    ear.z() = std::max(ear.z() - (place.z() + depth), 1e-3);  // over the surface above the bubble
-    place.z() = -depth;
     const int below = bin_below(pitch_at(path, time), per_octave);
-    for (const int bin : {below, below + 1}) {
-      const double frequency = bin_hz(bin, per_octave);
-      result_.rows[i].push_back(
-          {time, frequency,
-           stage::half_space_transfer(scene_.sound, bubble.radius_m, place, ear, Complex(0.0, 2.0 * kPi * frequency))});
-    }
+    for (const int bin : {below, below + 1}) result_.rows[i].push_back(half_space(i, time, bin_hz(bin, per_octave)));
     if (!(time < end_s)) break;
   }
 }

@@ -89,7 +89,7 @@ struct TransferRecord {
   std::int64_t n_checked = 0;
   std::optional<std::array<double, 2>> error_interval;
   std::vector<TransferErrorRecord> errors;
-  std::int64_t n_iterations = 0, n_airs = 0;
+  std::int64_t n_iterations = 0, n_not_converged = 0, n_airs = 0;
   std::vector<double> tank_modes_hz;
 
   template <class Self, class Visitor>
@@ -104,6 +104,8 @@ struct TransferRecord {
           self.error_interval);
     visit({"errors", "the same octave by octave, and where it comes from"}, self.errors);
     visit({"n_iterations", "of the liquid's cells, summed over the solves"}, self.n_iterations);
+    visit({"n_not_converged", "solves of the liquid's cells that did not: the half space's value stands there"},
+          self.n_not_converged);
     visit({"n_airs", "how often the air's elements were made"}, self.n_airs);
     visit({"tank_modes_hz", "of the first frame's liquid with free surface and rigid walls, up to the highest pitch"},
           self.tank_modes_hz);

@@ -12,7 +12,7 @@
 namespace klang::liquid_scene {
 namespace {
 
-constexpr std::uint64_t kTransferMagic = 0x3252544e474e4c4bULL;  // "KLNGNTR2"
+constexpr std::uint64_t kTransferMagic = 0x3352544e474e4c4bULL;  // "KLNGNTR3"
 
 using Complex = std::complex<double>;
 
@@ -99,6 +99,7 @@ void pass_found(File& file, LiquidTransfer& found) {
   file.one(found.n_solves);
   file.one(found.n_iterations);
   file.one(found.n_airs);
+  file.one(found.n_not_converged);
   file.list(found.errors);
   std::uint64_t n_half_space = found.n_half_space, n_bad = found.n_bad_frames;
   file.one(n_half_space);

@@ -26,6 +26,7 @@ struct LiquidTransfer {
   std::int64_t n_airs = 0;                       ///< how often the air's elements were made
   std::vector<TransferError> errors;             ///< of samples of the solves
   std::size_t n_half_space = 0;                  ///< bubbles that were never in the main body: by half_space_transfer
+  std::int64_t n_not_converged = 0;              ///< solves of the liquid's cells: by half_space_transfer instead
   std::size_t n_bad_frames = 0;                  ///< left out: their surface is no closed boundary
   std::string bad_frame;                         ///< why, of the first
   std::vector<double> modes_hz;                  ///< of the tank, in the first frame that was solved, up to 20 kHz

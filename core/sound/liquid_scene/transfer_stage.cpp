@@ -69,6 +69,7 @@ TransferRecord transfer_record(TransferMethod method, const LiquidTransfer& foun
                         found.error_interval(),
                         {},
                         found.n_iterations,
+                        found.n_not_converged,
                         found.n_airs,
                         found.modes_hz};
   std::map<int, std::vector<const TransferError*>> of_octave;  // 500 Hz times a power of 2
@@ -128,6 +129,10 @@ void run_transfer(StageRun& run) {
   if (found.n_half_space > 0)
     run.warn(std::to_string(found.n_half_space) +
              " bubble(s) were never inside the largest body of liquid: they are heard as below a wide plane surface");
+  if (found.n_not_converged > 0)
+    run.warn(std::to_string(found.n_not_converged) + " of " + std::to_string(found.n_solves) +
+             " solves of the liquid's cells did not converge: heard as below a wide plane surface there; a larger "
+             "liquid_loss_factor helps");
   constexpr double kDoubtful = 0.2;
   const std::optional<double> off = found.error_estimate();
   const auto percent = [](double share) { return std::to_string(std::lround(100.0 * share)); };

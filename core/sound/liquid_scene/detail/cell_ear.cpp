@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "core/foundation/base/check.hpp"
-#include "core/foundation/base/errors.hpp"
-#include "core/foundation/config/fields.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -19,7 +17,7 @@ constexpr double kEnoughElements = 10.0;
 constexpr double kOtherElements = 1.5;  // times as many or few tell an error
 constexpr double kTolerance =
     1e-4;  // a resonance of Q 50 is then right to a percent, with 3e-3 by nothing (LiquidCells.*)
-constexpr int kMostIterations = 1000;
+constexpr int kMostIterations = 4000;  // Splash at 12 kHz, hundreds of modes below: 900
 
 }  // namespace
 
@@ -75,6 +73,7 @@ CellEarState CellEar::state() const {
                     [&](const auto& wave) { return wave.second.waves.w[c] != std::complex<float>(); }))
       state.wet.push_back(c);
   for (const auto& [bubble, wave] : waves_) {
+    if (!wave.waves.converged) continue;  // no start for another
     CellEarState::Wave& kept = state.waves[bubble];
     kept.frequency_hz = wave.frequency_hz;
     for (const std::uint32_t c : state.wet) kept.w.push_back(wave.waves.w[c]);
@@ -105,6 +104,7 @@ bool CellEar::restore(CellEarState state, const bubble::LiquidBoundary& boundary
   for (const auto& [bubble, wave] : state.waves) {
     Wave& here = waves_[bubble];
     here.frequency_hz = wave.frequency_hz;
+    here.waves.converged = true;
     here.waves.w.assign(n_cells, {});
     for (std::size_t i = 0; i < state.wet.size(); ++i) here.waves.w[state.wet[i]] = wave.w[i];
   }
@@ -180,11 +180,11 @@ LiquidCells::Question CellEar::question(double frequency_hz, Eigen::VectorXcd q,
 /// Its own waves of the frame before, or those of the nearest pitch.
 const std::vector<std::complex<float>>* CellEar::start(std::size_t bubble, double frequency_hz) const {
   const auto own = waves_.find(bubble);
-  if (own != waves_.end()) return &own->second.waves.w;
+  if (own != waves_.end() && own->second.waves.converged) return &own->second.waves.w;
   const Wave* nearest = nullptr;
   for (const auto& [number, wave] : waves_)
-    if (nearest == nullptr ||
-        std::abs(wave.frequency_hz - frequency_hz) < std::abs(nearest->frequency_hz - frequency_hz))
+    if (wave.waves.converged && (nearest == nullptr || std::abs(wave.frequency_hz - frequency_hz) <
+                                                           std::abs(nearest->frequency_hz - frequency_hz)))
       nearest = &wave;
   return nearest == nullptr ? nullptr : &nearest->waves.w;
 }
@@ -202,9 +202,6 @@ void CellEar::solve(const std::map<std::size_t, double>& pitch_of_bubble) {
   std::vector<LiquidCells::Waves> found = cells_->solve(questions, kTolerance, kMostIterations);
   std::map<std::size_t, Wave> next;
   for (std::size_t i = 0; i < order.size(); ++i) {
-    if (!found[i].converged)
-      throw NumericalError("the ear's field in the liquid at " + to_text(order[i].first) +
-                           " Hz did not converge; method half_space, or a larger liquid_loss_factor");
     next[order[i].second] = {order[i].first, std::move(questions[i].q), std::move(found[i])};
   }
   waves_ = std::move(next);
@@ -239,12 +236,15 @@ std::pair<Eigen::VectorXcd, double> CellEar::other_air(double frequency_hz, cons
 std::optional<CellEar::Error> CellEar::error(std::size_t bubble, const bubble::SwingingBubble& at,
                                              const bubble::LiquidBoundary& boundary, std::size_t frame) {
   const Wave& of = waves_.at(bubble);
+  if (!of.waves.converged) return Error{0.0, 0.0, 1.0, 0.0};
   const auto coarse_box = coarser_box(*box_);
   if (!coarse_box) return std::nullopt;
   const Complex here = cells_->at(at.position_m, of.waves, of.heard);
   const std::size_t level_here = level(of.frequency_hz);
+  bool known = true;
   const auto value_with = [&](const LiquidCells& cells, const Eigen::VectorXcd& q) {
     const auto waves = cells.solve({question(of.frequency_hz, q, &of.waves.w)}, kTolerance, kMostIterations);
+    known = known && waves[0].converged;
     return cells.at(at.position_m, waves[0], q);
   };
   const Eigen::MatrixXcd own = field(*elements_[level_here], of.frequency_hz);
@@ -256,6 +256,7 @@ std::optional<CellEar::Error> CellEar::error(std::size_t bubble, const bubble::S
   const double cells =
       std::abs(value_with(coarse, elements_[level_here]->carrier(coarse.surface_m())(own).col(0)) - at_pitch) /
       (ratio * ratio - 1.0);
+  if (!known) return Error{0.0, 0.0, 1.0, 0.0};
   const double size = std::abs(here);
   // What moves shifts phases, by so much more as the pitch is higher.
   const double age = change_ > 0.0 ? 0.5 * change_ * of.frequency_hz / changed_hz_ : 0.0;

@@ -41,9 +41,10 @@ class CellEar {
                const Eigen::Vector3d& ear_m);
   void enter(std::size_t frame);  ///< to be called for each frame before what follows
   bool holds(const Eigen::Vector3d& x_m) const { return cells_->holds(x_m); }
-  /// All bubbles of the frame at once, by any number of theirs; the work is shared between threads. @throws NumericalError
+  /// All bubbles of the frame at once, by any number of theirs; the work is shared between threads.
   void solve(const std::map<std::size_t, double>& pitch_of_bubble);
   std::complex<double> pressure(std::size_t bubble, const bubble::SwingingBubble& at) const;
+  bool converged(std::size_t bubble) const { return waves_.at(bubble).waves.converged; }
   int iterations(std::size_t bubble) const { return waves_.at(bubble).waves.iterations; }
   struct Error {
     double bins = 0.0, air = 0.0, cells = 0.0, age = 0.0;
@@ -52,7 +53,7 @@ class CellEar {
   /// Relative error of a pressure: by finer elements of the air (coarser ones of the finest) and, with the same field on the surface, by coarser
   /// cells, both taken to err as the square of their size; by the air solved at this very pitch; by half of what the air changed when it was
   /// last solved anew, as the pitch.
-  /// None: no coarser cells fit between the walls.
+  /// None: no coarser cells fit between the walls. All of it (1) where the liquid's waves did not converge.
   std::optional<Error> error(std::size_t bubble, const bubble::SwingingBubble& at,
                              const bubble::LiquidBoundary& boundary, std::size_t frame);
   /// At the pitch of a bubble, with q_coarse.

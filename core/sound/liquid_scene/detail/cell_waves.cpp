@@ -23,6 +23,8 @@ constexpr double kLeastTheta = 1e-3;
 constexpr double kSmallSolids = 0.01;  // a mouthpiece, of the whole surface: taken as liquid or air, whatever phi says
 constexpr std::size_t kSmallHollow = 27, kMostCells = 30'000'000;
 constexpr int kNone = -1;
+constexpr int kStandstill = 200;  // iterations without a residual that is smaller by a tenth
+constexpr double kNearer = 0.9;
 
 Vector3d corner(const liquid::LiquidSurface& s, Index t, int c) {
   return s.surface.vertices_m.row(s.surface.triangles(t, c)).transpose();
@@ -303,7 +305,8 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
     if (!done[l]) load(q, l, x, right);
   }
   int iterations = 0;
-  // Started again from the true residual where one of the frequencies has come to a standstill.
+  // Started again from the true residual where none comes nearer any more: what was learnt of the waves below a high pitch, dozens of them,
+  // is lost each time.
   for (bool again = true; again && iterations < most_iterations;) {
     detail::multiply(matrix_, give, shift, x, az);
     r = right;
@@ -315,7 +318,9 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
     std::array<double, kWide> rho{}, mu{}, rho_next{};
     detail::sums(z, az, rho);
     again = false;
-    int since = 0;
+    int since = 0, stale = 0;
+    std::array<double, kLanes> nearest;
+    nearest.fill(HUGE_VAL);
     while (iterations < most_iterations) {
       const auto left = detail::norms_sq(z), all = detail::norms_sq(x);
       bool every = true;
@@ -325,6 +330,10 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
           waves[l].iterations = iterations;
         }
         every = every && done[l];
+        if (!done[l] && left[l] < kNearer * kNearer * nearest[l]) {
+          nearest[l] = left[l];
+          stale = 0;
+        }
       }
       if (every) break;
       detail::precondition(matrix_, ap, map);
@@ -362,7 +371,7 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
       detail::add_to(az, share, ap);
       ++iterations;
       ++since;
-      if (broken || since >= 200) {
+      if (broken || ++stale >= kStandstill) {
         again = since > 0;
         break;
       }

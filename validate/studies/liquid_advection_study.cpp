@@ -61,8 +61,14 @@ Case enright(int n) {
   return c;
 }
 
-Level carry(const Case& c, Monitor& monitor) {
-  const Stopwatch watch;
+/// What came back.
+struct Carried {
+  double volume = 0.0;     ///< of a plane shape: area
+  double different = 0.0;  ///< share of the shape
+};
+
+/// @param shifts  the surface is shifted in each step so that the volume is kept, as the solver does; else what is lost is lost
+Carried carry(const Case& c, bool shifts, Monitor& monitor) {
   const liquid::GridShape& shape = c.shape;
   const double h = shape.cell_m;
   const liquid::SolidField open = liquid::solid_field(shape, {});
@@ -84,7 +90,6 @@ Level carry(const Case& c, Monitor& monitor) {
   const double step_s = c.end_s / c.n_steps;
   liquid::MacGrid u(shape);
   liquid::update_carried(shape, phi, {u}, {}, particles);
-  double withheld_m = 0.0;
   for (int step = 0; step < c.n_steps; ++step) {
     monitor.throw_if_stopped();
     for (int axis = 0; axis < 3; ++axis)
@@ -98,24 +103,30 @@ Level carry(const Case& c, Monitor& monitor) {
     particles.sort(shape);
     liquid::correct_by_particles(shape, particles, open, {}, phi);
     liquid::redistance(shape, 3.0 * h, 8.0 * h, phi);
-    const liquid::VolumeShift done = liquid::shift_to_volume(shape, open, c.exact * h * shape.ny, 0.25 * h, phi);
-    liquid::update_carried(shape, phi, {u, step_s, liquid::passed_on(done.shift_m, h, {}, withheld_m)}, {}, particles);
+    if (shifts) liquid::shift_to_volume(shape, open, c.exact * h * shape.ny, 0.25 * h, phi);
+    liquid::update_carried(shape, phi, {u, step_s}, {}, particles);
   }
-  Level level;
-  level.h_m = h;
-  level.n = shape.nx;
-  level.n_unknowns = static_cast<double>(shape.n_cells());
   const double per = shape.ny == 1 ? 1.0 / h : 1.0;  // a plane shape: area
-  level.value = per * liquid::liquid_volume_m3(shape, phi, open);
-  level.exact = c.exact;
-  level.error = std::abs(*level.value / c.exact - 1.0);
   double different = 0.0;
   for (int k = 0; k < shape.nz; ++k)
     for (int j = 0; j < shape.ny; ++j)
       for (int i = 0; i < shape.nx; ++i)
         different += std::abs(liquid::plane_fraction(phi(i, j, k) / h, liquid::slope_at(phi, h, i, j, k)) -
                               liquid::plane_fraction(first(i, j, k) / h, liquid::slope_at(first, h, i, j, k)));
-  level.shape_error = per * different * h * h * h / c.exact;
+  return {per * liquid::liquid_volume_m3(shape, phi, open), per * different * h * h * h / c.exact};
+}
+
+/// The volume is that of a surface that is never shifted: with the shift it could not but be right. The shape is the solver's.
+Level level_of(const Case& c, Monitor& monitor) {
+  const Stopwatch watch;
+  Level level;
+  level.h_m = c.shape.cell_m;
+  level.n = c.shape.nx;
+  level.n_unknowns = static_cast<double>(c.shape.n_cells());
+  level.value = carry(c, false, monitor).volume;
+  level.exact = c.exact;
+  level.error = std::abs(*level.value / c.exact - 1.0);
+  level.shape_error = carry(c, true, monitor).different;
   level.wall_time_s = watch.seconds();
   return level;
 }
@@ -128,18 +139,19 @@ Study liquid_advection_study(const StudyOptions& options, Monitor& monitor) {
   study.title = "Shapes that a flow carries about and brings back";
   study.question =
       "How much volume is left after a turn of Zalesak's slotted disc and after Enright's sphere was drawn out to a "
-      "film and "
-      "back, with the level set, particles and volume shift that the solver has, and how much of the shape differs?";
+      "film "
+      "and back, with the solver's level set and particles, where the surface is never shifted to keep the volume? And "
+      "how much of the shape differs where it is, as in the solver?";
   struct Plan {
     const char *id, *title, *reference, *words;
     Case (*make)(int n);
     double tolerance;
-    double shape_tolerance;  ///< 0: no claim
+    double shape_tolerance;
   };
   const Plan plans[] = {{"zalesak", "Zalesak's slotted disc, one turn", "area in closed form",
-                         "relative error of the area", zalesak, 0.003, 0.01},
+                         "relative error of the area, surface never shifted", zalesak, 0.003, 0.01},
                         {"enright", "Enright's sphere, period 3", "volume of the sphere",
-                         "relative error of the volume", enright, 0.01, 0.0}};
+                         "relative error of the volume, surface never shifted", enright, 0.01, 0.01}};
   for (const Plan& plan : plans) {
     if (!wanted(options, plan.id)) continue;
     Series series;
@@ -149,14 +161,14 @@ Study liquid_advection_study(const StudyOptions& options, Monitor& monitor) {
     series.step_words = "cell [m]";
     series.error_words = plan.words;
     series.expected_order = std::nan("");
-    series.error_tolerance = plan.tolerance;
     constexpr std::array<int, 3> kCells{25, 50, 100};
     const std::size_t n = level_count(options, kCells.size());
+    series.error_tolerance = plan.tolerance * std::pow(1.0 * kCells.back() / kCells[n - 1], 2.0);
     for (std::size_t i = 0; i < n; ++i) {
       monitor.progress(plan.id, static_cast<double>(i) / static_cast<double>(n));
-      series.levels.push_back(carry(plan.make(kCells[i]), monitor));
+      series.levels.push_back(level_of(plan.make(kCells[i]), monitor));
     }
-    if (plan.shape_tolerance > 0.0)
+    if (n == kCells.size())  // the claim is about the finest
       study.claims.push_back(judged({series.id + ".shape",
                                      "share of the shape that differs in the end, finest cells",
                                      series.levels.back().shape_error.value_or(1.0),

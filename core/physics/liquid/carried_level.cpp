@@ -65,15 +65,9 @@ void update_carried(const GridShape& shape, const Field& phi, const CarriedStep&
         continue;
       }
       if (step.step_s > 0.0) carried *= 1.0 + std::clamp(step.step_s * stretch_per_s(phi, step.u, x, h), -0.5, 0.5);
-      carried = std::clamp(carried + step.shift_m, there - h, there + h);
+      carried = std::clamp(carried, there - h, there + h);
     }
   });
-}
-
-double passed_on(double shift_m, double cell_m, const CarriedLevel& options, double& withheld_m) {
-  const double most = options.withheld_cells * cell_m, sum = withheld_m + shift_m;
-  withheld_m = std::clamp(sum, -most, most);
-  return sum - withheld_m;
 }
 
 }  // namespace klang::liquid

@@ -13,9 +13,8 @@ struct CarriedLevel {
   double band_cells = 3.0;  ///< and cells whose |phi| is less
   /// Smaller differences do not count: grid and particles see a smooth wave differently, by (k h)^2 / 8 of its height.
   double least_cells = 0.02;
-  double most_cells = 0.5;      ///< no difference counts for more than this
-  double full_weight = 2.0;     ///< less weight around a centre than this (8 in the bulk) moves it by less
-  double withheld_cells = 0.1;  ///< shifts of the surface up to this are not passed on to particles
+  double most_cells = 0.5;   ///< no difference counts for more than this
+  double full_weight = 2.0;  ///< less weight around a centre than this (8 in the bulk) moves it by less
 };
 
 /// phi += sum w d_p / max(sum w, full_weight), w trilinear, d_p = phi_p - phi(x_p) where it is larger than least_cells. Nothing happens
@@ -26,18 +25,12 @@ void correct_by_carried(const GridShape& shape, const Particles& particles, cons
 struct CarriedStep {
   const MacGrid& u;
   double step_s = 0.0;
-  double shift_m = 0.0;  ///< see passed_on()
 };
 
 /// phi_p grows as the flow stretches it along the normal n: d phi_p / dt = phi_p n . (n . grad) u. What the grid does to phi (redistancing,
-/// balls of particles that it had lost) it is not told: the grid would teach it its own loss. Particles that carry nothing yet (NaN), or are deep,
-/// take phi(x_p). No more than a cell from it.
+/// balls of particles that it had lost, shifts of the surface that keep the volume) it is not told: the grid would teach it its own loss.
+/// Particles that carry nothing yet (NaN), or are deep, take phi(x_p). No more than a cell from it.
 void update_carried(const GridShape& shape, const Field& phi_m, const CarriedStep& step, const CarriedLevel& options,
                     Particles& particles);
-
-/// A uniform shift of the surface keeps the volume. While it makes up for films that the grid takes as too thick it is no news of
-/// where the surface is, and comes back when they are gone; what exceeds withheld_cells lasts (pockets of air that fill up).
-/// @param withheld_m  sum of what was not passed on
-double passed_on(double shift_m, double cell_m, const CarriedLevel& options, double& withheld_m);
 
 }  // namespace klang::liquid

@@ -289,7 +289,8 @@ double liquid_volume_m3(const GridShape& shape, const Field& phi, const SolidFie
 }
 
 VolumeShift shift_to_volume(const GridShape& shape, const SolidField& solid, double wanted, double most_m, Field& phi) {
-  double volume = liquid_volume_m3(shape, phi, solid), sum = 0.0;
+  const double before = liquid_volume_m3(shape, phi, solid);
+  double volume = before, sum = 0.0;
   for (int turn = 0; turn < 3 && std::abs(volume - wanted) > 1e-12 * wanted; ++turn) {
     const double step = 0.02 * shape.cell_m;
     const double area = (volume - liquid_volume_m3(shape, phi, solid, step)) / step;
@@ -299,7 +300,7 @@ VolumeShift shift_to_volume(const GridShape& shape, const SolidField& solid, dou
     sum += shift;
     volume = liquid_volume_m3(shape, phi, solid);
   }
-  return {volume, sum};
+  return {before, volume, sum};
 }
 
 namespace {

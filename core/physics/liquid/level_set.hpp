@@ -27,8 +27,8 @@ double wet_share(const Field& phi_m, double cell_m, int i, int j, int k);
 
 /// Shifts the surface, by most_m at most, so that the volume is the one asked for.
 struct VolumeShift {
-  double volume_m3;  ///< then
-  double shift_m;    ///< that phi grew by
+  double before_m3, volume_m3;  ///< without the shift, and with it
+  double shift_m;               ///< that phi grew by
 };
 VolumeShift shift_to_volume(const GridShape& shape, const SolidField& solid, double volume_m3, double most_m,
                             Field& phi_m);

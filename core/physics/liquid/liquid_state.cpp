@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <istream>
 #include <ostream>
 
@@ -8,7 +9,7 @@
 namespace klang::liquid {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x3353514c474e4c4bULL;  // "KLNGLQS3"
+constexpr std::uint64_t kMagic = 0x3453514c474e4c4bULL;  // "KLNGLQS4"
 
 constexpr const char* kName = "checkpoint";
 
@@ -36,7 +37,7 @@ void Liquid::save(std::ostream& out) const {
   write_value(out, time_s_);
   write_value(out, pending_kick_s_);
   write_value(out, n_steps_);
-  for (const double value : {volume_, start_volume_, inflow_, outflow_, withheld_shift_}) write_value(out, value);
+  for (const double value : {volume_, start_volume_, inflow_, outflow_, source_per_s_}) write_value(out, value);
   write_list(out, emitted_);
   for (const Solid& solid : solids_) {
     write_value(out, solid.position_m);
@@ -56,7 +57,7 @@ void Liquid::load(std::istream& in) {
   time_s_ = get<double>(in);
   pending_kick_s_ = get<double>(in);
   n_steps_ = get<std::uint64_t>(in);
-  for (double* value : {&volume_, &start_volume_, &inflow_, &outflow_, &withheld_shift_}) *value = get<double>(in);
+  for (double* value : {&volume_, &start_volume_, &inflow_, &outflow_, &source_per_s_}) *value = get<double>(in);
   const std::size_t n_inlets = emitted_.size();
   get_list(in, emitted_, n_inlets);
   if (emitted_.size() != n_inlets) throw InputError(kName, "does not belong to this scene");
@@ -80,6 +81,12 @@ void Liquid::load(std::istream& in) {
   keep_.clear();
   solid_ = setup_.round ? liquid::sector_field(setup_.shape) : liquid::solid_field(setup_.shape, solids_);
   particles_.sort(setup_.shape);
+}
+
+double Liquid::centre_of_mass_z_m() const {
+  double sum = 0.0;
+  for (const Eigen::Vector3d& x : particles_.x_m) sum += x.z();
+  return sum / static_cast<double>(std::max<std::size_t>(particles_.size(), 1));
 }
 
 }  // namespace klang::liquid

@@ -20,6 +20,7 @@ constexpr double kBandCells = 5.0, kKeepCells = 3.0;  // phi is carried, and kep
 constexpr double kReachCells = 8.0;                   // and a distance this far
 constexpr int kAirLayers = 5;
 constexpr double kMostShiftCells = 0.25;  // per step, to keep the volume where drops merge
+constexpr double kSmallShiftCells = 0.02, kSourceTime_s = 0.1, kMostSource = 0.05;  // see keep_volume()
 
 double box_distance(const Vector3d& x, const Vector3d& low, const Vector3d& high) {
   const Vector3d q = (x - 0.5 * (low + high)).cwiseAbs() - 0.5 * (high - low);
@@ -281,6 +282,7 @@ LiquidStep Liquid::step(double step_s) {
   options.density_kg_m3 = o.density_kg_m3;
   options.tension_m3_s2 = o.tension ? o.surface_tension_n_m / o.density_kg_m3 : 0.0;
   options.tolerance = o.pressure_tolerance;
+  options.source_per_s = source_per_s_;
   report.pressure = project(shape, phi_, solid_, solids_, {u_, pressure_}, options);
 
   const Grid3<std::uint8_t> liquid = liquid_cells(shape, phi_, solid_);
@@ -314,8 +316,8 @@ LiquidStep Liquid::step(double step_s) {
   correct_by_particles(shape, particles_, solid_, {}, phi_);
   drain();
   redistance(shape, kKeepCells * h, kReachCells * h, phi_);
-  const double shift_m = keep_volume();
-  update_carried(shape, phi_, {u_, step_s, passed_on(shift_m, h, {}, withheld_shift_)}, {}, particles_);
+  keep_volume();
+  update_carried(shape, phi_, {u_, step_s}, {}, particles_);
   open_carried();
 
   time_s_ += step_s;
@@ -452,16 +454,21 @@ void Liquid::keep_density() {
       }
 }
 
-double Liquid::keep_volume() {
+/// The surface is shifted so that the volume is right now. Particles are not told and bring back what they hold too much (pockets of air that filled up). Where
+/// that makes more than small shifts, the flow is given a little divergence: it takes from particles too, and from thick and thin in proportion (Kim et al. 2007).
+void Liquid::keep_volume() {
   const GridShape& shape = setup_.shape;
   const double expected = start_volume_ + inflow_ - outflow_, most = kMostShiftCells * shape.cell_m;
+  source_per_s_ = 0.0;
   if (!setup_.options.keep_volume || !(expected > 0.0)) {
     volume_ = liquid_volume_m3(shape, phi_, solid_);
-    return 0.0;
+    return;
   }
   const VolumeShift done = shift_to_volume(shape, solid_, expected, most, phi_);
   volume_ = done.volume_m3;
-  return done.shift_m;
+  const double small_m = kSmallShiftCells * shape.cell_m, shift_m = std::abs(done.shift_m);
+  const double share = shift_m > small_m ? (1.0 - small_m / shift_m) * (done.before_m3 / expected - 1.0) : 0.0;
+  source_per_s_ = -std::clamp(share, -kMostSource, kMostSource) / kSourceTime_s;
 }
 
 void Liquid::open_carried() {
@@ -484,12 +491,6 @@ Field Liquid::distance_m() const {
   Field distance = phi_;
   redistance(setup_.shape, kKeepCells * setup_.shape.cell_m, 2.0 * setup_.shape.size_m().norm(), distance);
   return distance;
-}
-
-double Liquid::centre_of_mass_z_m() const {
-  double sum = 0.0;
-  for (const Vector3d& x : particles_.x_m) sum += x.z();
-  return sum / static_cast<double>(std::max<std::size_t>(particles_.size(), 1));
 }
 
 }  // namespace klang::liquid

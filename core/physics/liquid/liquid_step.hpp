@@ -132,8 +132,8 @@ class Liquid {
   void drain();
   void push_out();
   void keep_density();
-  double keep_volume();  ///< @return by how much phi was shifted
-  void open_carried();   ///< what inlets and outlets did to phi, also to what particles carry of it
+  void keep_volume();
+  void open_carried();  ///< what inlets and outlets did to phi, also to what particles carry of it
   void find_near_liquid(const Grid3<std::uint8_t>& liquid);
   double max_speed() const;
 
@@ -148,7 +148,7 @@ class Liquid {
   double time_s_ = 0.0, pending_kick_s_ = 0.0;
   std::uint64_t n_steps_ = 0;
   double volume_ = 0.0, start_volume_ = 0.0, inflow_ = 0.0, outflow_ = 0.0;
-  double withheld_shift_ = 0.0;  ///< of the surface, that particles were not told of
+  double source_per_s_ = 0.0;    ///< divergence of the next step's flow, see keep_volume()
   std::vector<double> emitted_;  ///< per inlet: part of a particle that is due
 };
 

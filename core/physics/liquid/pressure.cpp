@@ -257,6 +257,36 @@ System assemble(Assembly& a, const MacGrid& u) {
   return system;
 }
 
+/// Asks for a divergence wherever flow can come from or get to a free surface.
+void add_source(const Assembly& a, System& system) {
+  const std::size_t n = system.n();
+  std::vector<std::uint8_t> reached(n, 0);
+  std::vector<std::size_t> front;
+  for (std::size_t i = 0; i < n; ++i) {
+    double coupled = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (system.next[axis][i] != kNone) coupled += system.upper[axis][i];
+      if (system.before[axis][i] != kNone)
+        coupled += system.upper[axis][static_cast<std::size_t>(system.before[axis][i])];
+    }
+    if (system.diagonal[i] > coupled + 1e-9) {
+      reached[i] = 1;
+      front.push_back(i);
+    }
+  }
+  while (!front.empty()) {
+    const std::size_t i = front.back();
+    front.pop_back();
+    system.right[i] += a.options.source_per_s * a.shape.cell_m * a.open.open_volume[system.cell[i]];
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int other : {system.next[axis][i], system.before[axis][i]})
+        if (other != kNone && reached[static_cast<std::size_t>(other)] == 0) {
+          reached[static_cast<std::size_t>(other)] = 1;
+          front.push_back(static_cast<std::size_t>(other));
+        }
+  }
+}
+
 void solve(const System& system, double limit, const PressureOptions& options, std::vector<double>& q,
            PressureSolve& result) {
   const std::size_t n = system.n();
@@ -347,7 +377,8 @@ PressureSolve project(const GridShape& shape, const Field& phi_m, const SolidFie
   MacGrid& u = flow.u;
   Field& pressure = flow.pressure;
   Assembly a{shape, phi_m, open, solids, options, liquid_cells(shape, phi_m, open), {}};
-  const System system = assemble(a, u);
+  System system = assemble(a, u);
+  if (options.source_per_s != 0.0) add_source(a, system);
   PressureSolve result;
   result.n_unknowns = system.n();
   const double per = options.kick_s / shape.cell_m;
@@ -364,7 +395,7 @@ PressureSolve project(const GridShape& shape, const Field& phi_m, const SolidFie
   std::vector<double> left(system.n());
   multiply(system, q, left);
   for (std::size_t i = 0; i < left.size(); ++i) left[i] -= system.right[i];
-  result.max_divergence = largest(left) / shape.cell_m * options.kick_s;
+  result.max_divergence = (largest(left) / shape.cell_m + std::abs(options.source_per_s)) * options.kick_s;
   subtract_gradient(a, q, u);
   for (std::size_t s = 0; s < solids.size(); ++s)
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -12,6 +12,7 @@ struct PressureOptions {
   double kick_s = 1e-3;           ///< for how long the pressure acts
   double density_kg_m3 = 1000.0;  ///< of the liquid; moves free solids
   double tension_m3_s2 = 0.0;     ///< surface tension over density; 0: none
+  double source_per_s = 0.0;      ///< divergence that is asked for, where a free surface lets it out
   double tolerance = 1e-5;  ///< of the flux that is left in a cell, over the largest speed and the kick of gravity
   int most_iterations = 2000;
 };
@@ -19,7 +20,7 @@ struct PressureOptions {
 struct PressureSolve {
   bool converged = false;
   int iterations = 0;
-  double max_divergence = 0.0;  ///< max |div u| times kick_s
+  double max_divergence = 0.0;  ///< max |div u| times kick_s, what was asked for included
   std::size_t n_unknowns = 0;
 };
 

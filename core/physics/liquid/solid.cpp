@@ -74,6 +74,8 @@ double positive_area(double a, double b, double c, double d) {
 
 namespace {
 
+constexpr double kOnSurface = 1e-9;  // [cells]
+
 double open_share(const SolidField& field, int axis, int i, int j, int k) {
   const Field& s = field.distance_m;
   if (axis == 0) return positive_area(s(i, j, k), s(i, j + 1, k), s(i, j + 1, k + 1), s(i, j, k + 1));
@@ -114,9 +116,11 @@ SolidField solid_field(const GridShape& shape, const std::vector<Solid>& solids)
     parallel_for(static_cast<std::size_t>(shape.nz) + 1, 1, [&](std::size_t begin, std::size_t) {
       const int k = static_cast<int>(begin);
       for (int j = 0; j <= shape.ny; ++j)
-        for (int i = 0; i <= shape.nx; ++i)
-          for (const Solid& solid : solids)
-            field.distance_m(i, j, k) = std::min(field.distance_m(i, j, k), solid.distance_m(h * Vector3d(i, j, k)));
+        for (int i = 0; i <= shape.nx; ++i) {
+          double& distance = field.distance_m(i, j, k);
+          for (const Solid& solid : solids) distance = std::min(distance, solid.distance_m(h * Vector3d(i, j, k)));
+          if (std::abs(distance) < kOnSurface * h) distance = 0.0;  // whatever rounding says
+        }
     });
     parallel_for(static_cast<std::size_t>(shape.nz), 1, [&](std::size_t begin, std::size_t) {
       const int k = static_cast<int>(begin);
@@ -143,7 +147,11 @@ SolidField solid_field(const GridShape& shape, const std::vector<Solid>& solids)
           const int along = axis == 0 ? i : axis == 1 ? j : k;
           if (along == 0 || along == shape.n(axis)) continue;  // the box's walls
           const double share = field.any ? open_share(field, axis, i, j, k) : 1.0;
-          open(i, j, k) = share < 1e-3 ? 0.0 : share;
+          // Between two cells that are solid all through nothing flows, whatever corners that lie on the solid's surface say.
+          const bool inside =
+              field.open_volume(i, j, k) <= 0.0 &&
+              field.open_volume(i - (axis == 0 ? 1 : 0), j - (axis == 1 ? 1 : 0), k - (axis == 2 ? 1 : 0)) <= 0.0;
+          open(i, j, k) = inside || share < 1e-3 ? 0.0 : share;
         }
     });
   }

@@ -88,6 +88,56 @@ struct RoundDrop {
   }
 };
 
+/// Water 0.63 m deep in a tank of 1 m, where asked two cells of it closed in.
+MacGrid flow_of_a_source(double source_per_s, bool closed_cell, PressureSolve& solve) {
+  const GridShape shape{10, 10, 10, 0.1};
+  Field phi(10, 10, 10), pressure(10, 10, 10);
+  for (int k = 0; k < 10; ++k)
+    for (int j = 0; j < 10; ++j)
+      for (int i = 0; i < 10; ++i) phi(i, j, k) = shape.centre_m(i, j, k).z() - 0.63;
+  std::vector<Solid> solids;
+  SolidField open = solid_field(shape, solids);
+  if (closed_cell) {
+    for (const int k : {1, 2})
+      for (const int side : {4, 5}) open.open[0](side, 4, k) = open.open[1](4, side, k) = 0.0;
+    for (const int side : {1, 3}) open.open[2](4, 4, side) = 0.0;
+  }
+  MacGrid u(shape);
+  PressureOptions options;
+  options.tolerance = 1e-10;
+  options.source_per_s = source_per_s;
+  solve = project(shape, phi, open, solids, {u, pressure}, options);
+  return u;
+}
+
+TEST(SolidField, NothingFlowsBetweenCellsThatAreSolidAllThrough) {
+  const GridShape shape{6, 6, 6, 0.1};
+  Solid box;  // two cells wide, long and high, at the wall x = 0, its corners on the grid's
+  box.shape = SolidShape::kBox;
+  box.size_m = {0.2, 0.2, 0.2};
+  box.position_m = {0.1, 0.3, 0.2};
+  const SolidField field = solid_field(shape, {box});
+  for (int k = 1; k < 3; ++k)
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(field.open[1](i, 3, k), 0.0) << i << " " << k << ": a quarter by its corners";
+  EXPECT_EQ(field.open[1](3, 3, 1), 1.0);
+}
+
+TEST(Pressure, ASourceRaisesAPoolEvenly) {
+  PressureSolve solve;
+  const MacGrid u = flow_of_a_source(0.02, false, solve);
+  EXPECT_TRUE(solve.converged);
+  for (int k = 0; k <= 6; ++k) EXPECT_NEAR(u[2](3, 7, k), 0.02 * 0.1 * k, 1e-9) << k;
+  EXPECT_NEAR(solve.max_divergence, 0.02e-3, 1e-9) << "said";
+}
+
+TEST(Pressure, ASourceLeavesClosedLiquidAlone) {
+  PressureSolve solve;
+  const MacGrid u = flow_of_a_source(0.02, true, solve);
+  EXPECT_TRUE(solve.converged) << "two cells without a way to the surface";
+  EXPECT_NEAR(u[2](4, 4, 2), 0.0, 1e-12);
+  EXPECT_NEAR(u[2](0, 0, 6), 0.02 * 0.6, 0.001);
+}
+
 TEST(Pressure, InARoundDropIsLaplaces) {
   RoundDrop drop;
   PressureOptions options;

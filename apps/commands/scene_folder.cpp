@@ -28,8 +28,6 @@
 namespace klang::apps {
 namespace {
 
-const char* const kRunFile = "run.json";
-
 std::string stem_of(const scene::Scene& scene, int number) {
   const std::vector<std::optional<int>> numbers = scene::sound_model_numbers(scene);
   const auto first = std::find(numbers.begin(), numbers.end(), std::optional<int>(number)) - numbers.begin();
@@ -133,35 +131,6 @@ scene::SceneNotes scene_notes(const CommonOptions& common, std::vector<std::stri
             warn(text);
             warnings.push_back(text);
           }};
-}
-
-bool SceneFolder::has(const std::string& name) const {
-  std::error_code error;
-  return std::filesystem::is_regular_file(file(name), error);
-}
-
-void SceneFolder::begin(const std::string& key) const {
-  std::error_code error;
-  for (const char* sub : {"modes", "pieces"})
-    if (!error) std::filesystem::create_directories(folder_ / sub, error);
-  if (error) throw InputError("--output", "cannot be made: " + error.message(), folder_.string());
-  for (const char* old : {"scene.json", "motion.json", kRunFile, "events.h5", "ledger.csv", "crack_faces.csv",
-                          "shapes.bin", "sound.wav", "frames.pvd", "scene.glb", "report.html"})
-    std::filesystem::remove(file(old), error);
-  for (const char* sub : {"modes", "pieces", "frames"})
-    for (const auto& entry : std::filesystem::directory_iterator(folder_ / sub, error))
-      if (const auto kind = entry.path().extension();
-          kind == ".vtu" || kind == ".json" || kind == ".silent" || kind == ".off" || kind == ".vtp")
-        std::filesystem::remove(entry.path(), error);
-  write_file(file(kRunFile), json_text({{"run", key}}));
-}
-
-void SceneFolder::require(const std::string& key) const {
-  if (!has(kRunFile)) throw InputError("--resume", "there is no run in the folder", folder_.string());
-  const nlohmann::json noted = parse_json(read_file(file(kRunFile)), file(kRunFile).string());
-  if (text_under(noted, "run") != key)
-    throw InputError("--resume", "the folder holds the run of another scene, other options or another version",
-                     folder_.string(), "the same scene and options, or a run without --resume");
 }
 
 void apply(const SceneChanges& changes, scene::Scene& scene) {

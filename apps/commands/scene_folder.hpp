@@ -25,12 +25,19 @@ class SceneFolder {
   std::filesystem::path file(const std::string& name) const { return folder_ / name; }
   bool has(const std::string& name) const;
 
-  /// Makes the folder, removes the results of an earlier run and notes whose run this is.
-  void begin(const std::string& key) const;
+  /// Makes the folder, removes the results of an earlier run and notes whose run this is, and where its motion ends (none: where the
+  /// scene says).
+  void begin(const std::string& key, std::optional<double> until_s) const;
   /// @throws InputError where the folder holds the run of another scene or other options, or none
   void require(const std::string& key) const;
+  /// Makes way for the same motion with a later end: modes stay. @param pieces_stay  theirs too
+  /// @returns  there was an earlier end
+  /// @throws InputError where the noted end is later
+  bool go_on(const std::string& key, std::optional<double> until_s, bool pieces_stay) const;
 
  private:
+  void note_run(const std::string& key, std::optional<double> until_s) const;
+  void remove_results() const;
   std::filesystem::path folder_;
 };
 
@@ -44,7 +51,7 @@ struct SceneChanges {
 /// @throws InputError where proxies are asked for and the scene names no bank
 void apply(const SceneChanges& changes, scene::Scene& scene);
 
-/// Of which scene, options and files a run is: equal where its results are.
+/// Of which scene, options and files a run is: equal where its results are but for where its motion ends.
 std::string scene_run_key(const scene::Scene& scene, const nlohmann::json& options, std::uint64_t seed);
 
 /// The bodies of a scene that are heard, their models from the folder where they are there, else computed and kept in it.

@@ -31,11 +31,10 @@ struct RunOptions {
   std::optional<int> draws;
   SceneChanges changes;
 
-  /// What decides about the results.
+  /// What decides about the results, beside the motion's end.
   nlohmann::json that_matter() const {
     const auto number = [](const std::optional<double>& v) { return v ? nlohmann::json(*v) : nlohmann::json(); };
-    return {{"until_s", number(until_s)},
-            {"proxies_above_hz", number(changes.proxies_above_hz)},
+    return {{"proxies_above_hz", number(changes.proxies_above_hz)},
             {"without_fracture_impulses", changes.without_fracture_impulses},
             {"draws", draws ? nlohmann::json(*draws) : nlohmann::json()}};
   }
@@ -47,24 +46,31 @@ struct Moved {
   events::EventLog log;
 };
 
+/// What it is warned of stands in its document, and is said again where it is there already.
 Moved moved(const RunOptions& options, const CommonOptions& common, const scene::Scene& scene,
-            const SceneFolder& folder, const scene::SceneNotes& notes, Monitor& monitor) {
+            const SceneFolder& folder, Monitor& monitor) {
   const bool shows_shapes = scene.frames.wanted() && std::any_of(scene.bodies.begin(), scene.bodies.end(),
                                                                  [](const auto& body) { return body.deforms(); });
   if (options.resume && folder.has("motion.json") && (!shows_shapes || folder.has("shapes.bin"))) {
     note(common, "the motion is there already");
-    return {read_fields<scene::SceneDocument>(read_result_json(folder.file("motion.json")), "motion.json"),
-            events::read_event_log(folder.file("events.h5"))};
+    Moved kept{read_fields<scene::SceneDocument>(read_result_json(folder.file("motion.json")), "motion.json"),
+               events::read_event_log(folder.file("events.h5"))};
+    for (const std::string& warning : kept.document.header.warnings) warn(warning);
+    return kept;
   }
   const Stopwatch watch;
   nlohmann::json used = options.that_matter();
+  used["until_s"] = options.until_s ? nlohmann::json(*options.until_s) : nlohmann::json();
   used["no_sound"] = options.no_sound;
   used["no_frames"] = options.no_frames;
-  const scene::SceneMotion motion = scene::move(scene, options.until_s, common.seed, notes, monitor);
+  std::vector<std::string> warnings;
+  const scene::SceneMotion motion =
+      scene::move(scene, options.until_s, common.seed, scene_notes(common, warnings), monitor);
   ResultHeader header = make_header("scene", "done", common, used, scene.inputs());
   header.wall_time_s["motion"] = watch.seconds();
   Moved result{scene_document(scene, motion, std::move(header)), motion.log};
-  if (!options.resume) folder.begin(scene_run_key(scene, options.that_matter(), common.seed));
+  result.document.header.warnings.insert(result.document.header.warnings.begin(), warnings.begin(), warnings.end());
+  if (!options.resume) folder.begin(scene_run_key(scene, options.that_matter(), common.seed), options.until_s);
   events::write_event_log(folder.file("events.h5"), motion.log);
   write_pieces(folder, motion.pieces);
   if (!motion.shapes.bodies.empty()) write_shapes(folder.file("shapes.bin"), motion.shapes);
@@ -253,8 +259,15 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   }
   const scene::SceneProxies proxies(scene);
   const SceneFolder folder(options.output);
+  const std::string key = scene_run_key(scene, options.that_matter(), common.seed);
+  if (options.resume) folder.require(key);
+  const FolderLock lock(options.output);
   if (options.resume) {
-    folder.require(scene_run_key(scene, options.that_matter(), common.seed));
+    const bool cracks = std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const scene::SceneBody& body) {
+      return body.model == scene::BodyModel::kCracking;
+    });
+    if (folder.go_on(key, options.until_s, !cracks))
+      note(common, "on to a later end: the motion is computed again from its start, modes that are there stay");
     if (is_made(options, scene, folder)) {
       if (!folder.has("report.html"))
         for (const std::string& warning : reports::write_report(folder.file("scene.json"), {}, monitor).warnings)
@@ -263,12 +276,11 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
       return kDone;
     }
   }
-  const FolderLock lock(options.output);
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
   scene::warn_of_contradicted_fits(scene, notes);
   if (!options.no_sound) scene::require_modes(scene, monitor);
-  Moved result = moved(options, common, scene, folder, notes, monitor);
+  Moved result = moved(options, common, scene, folder, monitor);
   if (!options.no_sound) add_sound(options, common, {scene, proxies, folder, notes}, result, monitor);
   add_frames(scene, folder, result, monitor);
   scene::SceneDocument& document = result.document;
@@ -317,7 +329,8 @@ Subcommand add_scene_run(CLI::App& group, CommonOptions& common) {
                 "Cracks push nothing: as fracture.impulses = false");
   app->add_flag("--no-page", options->no_page, "Of a liquid: no report.html");
   app->add_flag("--resume", options->resume,
-                "Continues an interrupted run of the same scene: stages that are done stay");
+                "Continues an interrupted run of the same scene, or one that ended earlier by --until-s: stages that "
+                "are done stay");
   app->footer(
       "Examples:\n"
       "  klang scene run datasets-synthetic/scenes/s02/chimes.toml -o chimes\n"

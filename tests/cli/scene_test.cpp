@@ -112,6 +112,60 @@ TEST_F(KlangScene, ResumeOfAFinishedRunChangesNothingAndOfAnotherSceneIsRefused)
   EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "nowhere"));
 }
 
+TEST_F(KlangScene, ARunThatEndedEarlierGoesOnWithItsModesInTheBitsOfTheWholeRun) {
+  ASSERT_EQ(run_klang("scene run scene.toml -o whole -q", scratch_.path()).exit_code, 0);
+  ASSERT_EQ(run_klang("scene run scene.toml -o out --until-s 0.15 -q", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(read_json(scratch_.path() / "out/scene.json")["n_steps"], 1500);
+  const std::filesystem::path modes = scratch_.path() / "out/modes/0-bar.vtu";
+  const auto made = std::filesystem::last_write_time(modes);
+  ASSERT_EQ(run_klang("scene run scene.toml -o out --until-s 0.3 --resume -q", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(read_json(scratch_.path() / "out/scene.json")["n_steps"], 3000);
+  const std::string ended = bytes("out/scene.json");
+  const RunResult back = run_klang("scene run scene.toml -o out --until-s 0.2 --resume", scratch_.path());
+  EXPECT_EQ(back.exit_code, 2);
+  EXPECT_NE(back.err.find("--until-s"), std::string::npos) << back.err;
+  EXPECT_EQ(bytes("out/scene.json"), ended);
+  ASSERT_EQ(run_klang("scene run scene.toml -o out --resume -q", scratch_.path()).exit_code, 0);
+  EXPECT_EQ(std::filesystem::last_write_time(modes), made);
+  for (const char* name : {"sound.wav", "ledger.csv", "scene.glb"})
+    EXPECT_EQ(bytes(std::string("out/") + name), bytes(std::string("whole/") + name)) << name;
+}
+
+// What the motion warned of is said, and stands in the document, whenever the run was killed.
+TEST_F(KlangScene, WarningsOfTheMotionOutliveIt) {
+  const std::string glass = R"(
+duration_s = 0.25
+[world.floor]
+material = "glass"
+[fracture]
+most_pieces = 4
+[[material]]
+name = "glass"
+preset = "soda_lime_glass"
+restitution = 0.3
+tensile_strength_pa = 2e7
+fracture_energy_j_m2 = 20
+damping = { model = "loss_factor", loss_factor = 2e-3 }
+[[body]]
+name = "tile"
+shape = { kind = "box", length_m = 0.1, width_m = 0.1, height_m = 0.006 }
+material = "glass"
+model = "breakable"
+position_m = [0, 0, 0.25]
+rotation_deg = [20, 10, 0]
+stress_edge_m = 0.02
+)";
+  scratch_.write("glass.toml", glass);
+  ASSERT_EQ(run_klang("scene run glass.toml -o out -q --no-sound --no-frames", scratch_.path()).exit_code, 0);
+  const json warnings = read_json(scratch_.path() / "out/scene.json")["warnings"];
+  ASSERT_NE(warnings.dump().find("most_pieces"), std::string::npos) << warnings;
+  std::filesystem::remove(scratch_.path() / "out/scene.json");
+  const RunResult again = run_klang("scene run glass.toml -o out -q --no-sound --no-frames --resume", scratch_.path());
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(read_json(scratch_.path() / "out/scene.json")["warnings"], warnings);
+  EXPECT_NE(again.err.find("most_pieces"), std::string::npos) << again.err;
+}
+
 TEST_F(KlangScene, ResumeMakesSoundFramesAndPageThatAreAskedForAndMissing) {
   ASSERT_EQ(run_klang("scene run scene.toml -o whole -q", scratch_.path()).exit_code, 0);
   ASSERT_EQ(run_klang("scene run scene.toml -o out -q --no-sound --no-frames", scratch_.path()).exit_code, 0);

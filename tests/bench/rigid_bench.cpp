@@ -1,4 +1,4 @@
-// Steps of a heap of convex stones of 14 corners on a floor. Limit: collision detection, one pair of hulls about 10 us.
+// Steps of heaps of convex stones of 14 corners, and of coins, on a floor. Limit: collision detection, one pair of hulls about 10 us.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -40,5 +40,22 @@ void rigid_steps(benchmark::State& state) {
 BENCHMARK(rigid_steps)->Args({20, 0})->Args({328, 0})->Unit(benchmark::kMillisecond);
 // The same steps each time: a heap comes to rest.
 BENCHMARK(rigid_steps)->Args({100, 1})->Args({328, 1})->Iterations(1000)->Unit(benchmark::kMillisecond);
+
+/// Coins (prisms of 32 sides) that fall loosely on one another: the first 0.2 s, from the fall to rest.
+void rigid_coins(benchmark::State& state) {
+  RigidWorldOptions options;
+  options.rate_hz = 5000;
+  options.floor = Skin{};
+  RigidWorld world(options);
+  for (int i = 0; i < state.range(0); ++i) {
+    RigidBodySpec body = coin();
+    body.orientation = Eigen::Quaterniond(1, 0.12 * std::sin(2.1 * i), 0.12 * std::cos(1.4 * i), 0.2 * i).normalized();
+    body.position_m << 0.026 * (i % 4), 0.026 * (i / 4 % 4), 0.012 * (0.6 + i / 16);
+    world.add(body);
+  }
+  for (auto _ : state) world.step();
+  state.counters["steps_per_s"] = benchmark::Counter(1, benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK(rigid_coins)->Arg(96)->Iterations(1000)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -98,7 +98,9 @@ struct Breaking::State {
   std::vector<BreakEvent> events;
   std::vector<ScenePiece> pieces;
   std::vector<std::string> warnings;
-  std::set<int> unasked;                           ///< pieces of which a warning says so
+  std::set<int> unasked;  ///< pieces of which a warning says so
+  /// Of bodies of the scene, by their number, whose stress reached their strength and which have not broken: the largest, and when.
+  std::map<int, std::pair<double, double>> withstood;
   double contact_before_j = 0.0, claimed_j = 0.0;  ///< before this step; what breakages of this step got back
   std::int64_t n_solves = 0;
   /// Impulses of this step's contacts, by their number, before a breakage took back their rebounds: the body on the other side is
@@ -255,6 +257,7 @@ rigid::Breakage Breaking::State::replace(rigid::RigidWorld& world, int body, fra
   breakage.body = body;
   breakage.time_s = time_s;
   world.remove(body);
+  withstood.erase(body);
   for (std::size_t i = 0; i < result.pieces.size(); ++i) {
     fracture::FragmentBody& piece = result.pieces[i];
     rigid::RigidBodySpec spec;
@@ -333,6 +336,8 @@ std::optional<fracture::FractureResult> Breaking::State::broken_by(int body, con
   fracture::FractureResult result =
       fracture::fracture_body(breakable.parent(), {field.energy_density_j_m3, field.stress_pa, breaking_pa},
                               scene.fracture, spendable_j, seed + static_cast<std::uint64_t>(body), kept);
+  if (result.status == fracture::FractureStatus::kTooLittleEnergy && breakable.generation() == 0)
+    withstood[body] = std::max(withstood[body], {result.largest_stress_pa, request.time_s});
   if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) return {};
   if (result.limit == fracture::PatternLimit::kCells)
     warnings.push_back("body " + breakable.parent().name + " broke at " + to_text(request.time_s) + " s into " +
@@ -448,7 +453,15 @@ bool Breaking::has_bodies() const { return !state_->bodies.empty() || !state_->u
 const std::vector<BreakEvent>& Breaking::events() const { return state_->events; }
 std::vector<ScenePiece> Breaking::take_pieces() { return std::move(state_->pieces); }
 std::int64_t Breaking::n_stress_solves() const { return state_->n_solves; }
-const std::vector<std::string>& Breaking::warnings() const { return state_->warnings; }
+std::vector<std::string> Breaking::warnings() const {
+  std::vector<std::string> all = state_->warnings;
+  for (const auto& [body, most] : state_->withstood)
+    all.push_back("body " + state_->bodies.at(body)->parent().name +
+                  " stayed whole, though its stress reached its strength (" +
+                  to_text(std::round(most.first / 1e4) / 100) + " MPa at " + to_text(most.second) +
+                  " s): its cells would keep more strain, or cost more, than there was energy for");
+  return all;
+}
 
 std::vector<rigid::Breakage> Breaking::after_step(rigid::RigidWorld& world, rigid::StepRecord& step) {
   std::vector<rigid::Breakage> broken;

@@ -47,8 +47,8 @@ class Breaking {
   const std::vector<BreakEvent>& events() const;
   std::vector<ScenePiece> take_pieces();
   std::int64_t n_stress_solves() const;
-  /// A line per breakage of which something was not found.
-  const std::vector<std::string>& warnings() const;
+  /// A line per breakage of which something was not found, and per body that reached its strength and stayed whole.
+  std::vector<std::string> warnings() const;
 
  private:
   struct State;

@@ -29,4 +29,20 @@ inline RigidBodySpec stone(double radius_m) {
   return body;
 }
 
+/// A coin of brass, 24 mm across and 1.8 mm thick, as a prism of 32 sides.
+inline RigidBodySpec coin() {
+  constexpr double kRadius = 0.012, kHalfThick = 0.0009;
+  RigidBodySpec body;
+  body.name = "coin";
+  ConvexPart part;
+  part.corners_m.resize(3, 64);
+  for (int i = 0; i < 32; ++i)
+    for (int end = 0; end < 2; ++end)
+      part.corners_m.col(2 * i + end) << kRadius * std::cos(kPi * i / 16), kRadius * std::sin(kPi * i / 16),
+          end == 0 ? -kHalfThick : kHalfThick;
+  body.parts.push_back(part);
+  set_mass_from_parts(body, 8500);
+  return body;
+}
+
 }  // namespace klang::rigid

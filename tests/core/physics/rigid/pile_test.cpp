@@ -11,22 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRadius = 0.012, kHalfThick = 0.0009;
-
-/// A coin of brass as a prism of 32 sides.
-RigidBodySpec coin() {
-  RigidBodySpec body;
-  body.name = "coin";
-  ConvexPart part;
-  part.corners_m.resize(3, 64);
-  for (int i = 0; i < 32; ++i)
-    for (int end = 0; end < 2; ++end)
-      part.corners_m.col(2 * i + end) << kRadius * std::cos(kPi * i / 16), kRadius * std::sin(kPi * i / 16),
-          end == 0 ? -kHalfThick : kHalfThick;
-  body.parts.push_back(part);
-  set_mass_from_parts(body, 8500);
-  return body;
-}
+constexpr double kHalfThick = 0.0009;
 
 /// By a fifth a step of what is more than a slop, of bodies about 1 long 2e-5, however many of its corners touch.
 TEST(Pile, WhatLiesTooDeepRisesByAFifth) {

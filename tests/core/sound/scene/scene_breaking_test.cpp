@@ -398,5 +398,22 @@ TEST(SceneBreaking, SameSeedSameBitsAndAStrongTileStaysWhole) {
   EXPECT_TRUE(move(strong, 0.5).breaks.empty());
 }
 
+TEST(SceneBreaking, ABodyThatReachedItsStrengthAndStayedWholeIsSaid) {
+  std::vector<std::string> said;
+  const SceneNotes notes{[](const std::string&) {}, [&](const std::string& text) { said.push_back(text); }};
+  const auto times = [&] {
+    return std::count_if(said.begin(), said.end(), [](const std::string& text) {
+      return text.find("stayed whole, though its stress reached its strength") != std::string::npos;
+    });
+  };
+  Scene tough = coarse_slab();
+  for (SceneMaterial& material : tough.materials) material.fracture_energy_j_m2 = 1e7;
+  EXPECT_TRUE(move(tough, 0.46, 7, notes).breaks.empty());
+  EXPECT_EQ(times(), 1);
+  said.clear();
+  EXPECT_EQ(move(coarse_slab(), 0.46, 7, notes).breaks.size(), 1U);
+  EXPECT_EQ(times(), 0);
+}
+
 }  // namespace
 }  // namespace klang::scene

@@ -79,7 +79,12 @@ bool is_scene_of(const scene::Scene& scene, const scene::SceneDocument& run) {
 
 int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& common) {
   TerminalMonitor monitor(common.quiet);
+  if (!std::filesystem::exists(options.source)) throw InputError(options.source, "is no file and no folder");
   const bool is_folder = std::filesystem::is_directory(options.source);
+  if (is_folder && std::filesystem::weakly_canonical(options.output) ==
+                       std::filesystem::weakly_canonical(std::filesystem::path(options.source) / "sound.wav"))
+    throw InputError("--output", "is the sound of the run itself, which its scene.json describes", options.output,
+                     "another file");
   std::string scene_file = options.scene;
   scene::SceneDocument run;
   if (is_folder)

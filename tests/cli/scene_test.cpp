@@ -206,6 +206,14 @@ TEST_F(KlangScene, SoundAgainIsTheSameSoundAndAnotherListenerHearsAnother) {
   ASSERT_EQ(run_klang("scene run scene.toml -o out -q", scratch_.path()).exit_code, 0);
   ASSERT_EQ(run_klang("scene sound out -o again.wav -q", scratch_.path()).exit_code, 0);
   EXPECT_EQ(bytes("again.wav"), bytes("out/sound.wav"));
+  const std::string own = bytes("out/sound.wav");
+  const RunResult over = run_klang("scene sound out -o out/../out/sound.wav --listener 0,-1,1", scratch_.path());
+  EXPECT_EQ(over.exit_code, 2);
+  EXPECT_NE(over.err.find("the run itself"), std::string::npos) << over.err;
+  EXPECT_EQ(bytes("out/sound.wav"), own);
+  const RunResult none = run_klang("scene sound nowhere -o again.wav", scratch_.path());
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("nowhere"), std::string::npos) << none.err;
   const RunResult near =
       run_klang("scene sound out -o near.wav --listener 0,-0.4,0.3 --stereo --json near.json", scratch_.path());
   ASSERT_EQ(near.exit_code, 0) << near.err;

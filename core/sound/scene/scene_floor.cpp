@@ -64,7 +64,7 @@ FloorContacts floor_contacts(const events::EventLog& log, const stage::ImpactPul
     row.point_m.setZero();
     row.impulse_n_s = {0.0, 0.0, -(pose.orientation() * impulse.impulse_n_s).z()};
     if (const auto pulse = pulses.find(i); pulse != pulses.end())
-      contacts.pulses[contacts.log.impulses.size()] = pulse->second;
+      contacts.pulses[contacts.log.impulses.size()] = {pulse->second.force, 1.0};
     contacts.log.impulses.push_back(row);
   }
   const auto first = static_cast<int>(contacts.log.bodies.size());

@@ -177,7 +177,13 @@ bool set_springs(const events::EventLog& log, const PairTouch& touch, double res
   return true;
 }
 
-std::vector<stage::ForceHistory> histories_of(const Problem& problem, double time_s, double longest_duration_s) {
+/// Of a touch's rows.
+struct TouchForces {
+  std::vector<stage::ForceHistory> histories;
+  double share = 1.0;  ///< that modes feel
+};
+
+TouchForces forces_of(const Problem& problem, double time_s, double longest_duration_s) {
   stage::ContactForces forces =
       stage::yielding_forces(problem.contact, kLongestS + kLongestInTimes * longest_duration_s);
   const Index n = problem.impulse_n_s.size();
@@ -187,14 +193,14 @@ std::vector<stage::ForceHistory> histories_of(const Problem& problem, double tim
   }
   const double vibration = problem.contact.shapes.rows() > 0 ? stage::vibration_j(problem.contact, forces) : 0.0;
   const double share = vibration > problem.taken_j ? std::sqrt(problem.taken_j / vibration) : 1.0;
-  std::vector<stage::ForceHistory> histories;
+  TouchForces found{{}, share};
   for (Index i = 0; i < n; ++i) {
     stage::ForceHistory history{time_s, forces.step_s, {}};
     for (Index r = 0; r < forces.force_n.rows(); ++r)
-      history.force_per_s.push_back(share / problem.impulse_n_s[i] * forces.force_n(r, i));
-    histories.push_back(std::move(history));
+      history.force_per_s.push_back(forces.force_n(r, i) / problem.impulse_n_s[i]);
+    found.histories.push_back(std::move(history));
   }
-  return histories;
+  return found;
 }
 
 }  // namespace
@@ -222,7 +228,7 @@ stage::ImpactPulses impact_pulses(const Scene& scene, const events::EventLog& lo
     if (!members.find(touch.a)) continue;
     touches.push_back(std::move(touch));
   }
-  std::vector<std::vector<stage::ForceHistory>> histories(touches.size());
+  std::vector<TouchForces> forces(touches.size());
   for_each_job(
       touches.size(),
       [&](std::size_t t) {
@@ -249,14 +255,14 @@ stage::ImpactPulses impact_pulses(const Scene& scene, const events::EventLog& lo
         const double restitution = breaks(touch.a) || breaks(touch.b)
                                        ? 0.0
                                        : rigid::pair_restitution(members.skin(touch.a), members.skin(touch.b));
-        if (set_springs(log, touch, restitution, problem))
-          histories[t] = histories_of(problem, touch.time_s, longest_s);
+        if (set_springs(log, touch, restitution, problem)) forces[t] = forces_of(problem, touch.time_s, longest_s);
       },
       "impacts", monitor);
   stage::ImpactPulses pulses;
   for (std::size_t t = 0; t < touches.size(); ++t)
-    for (std::size_t i = 0; i < histories[t].size(); ++i) {
-      const auto pulse = stage::sampled(histories[t][i], scene.sound.sample_rate_hz);
+    for (std::size_t i = 0; i < forces[t].histories.size(); ++i) {
+      const stage::ImpactPulse pulse{stage::sampled(forces[t].histories[i], scene.sound.sample_rate_hz),
+                                     forces[t].share};
       pulses[touches[t].rows_a[i]] = pulse;
       if (touches[t].b >= 0) pulses[touches[t].rows_b[i]] = pulse;
     }

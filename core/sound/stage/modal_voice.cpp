@@ -88,7 +88,8 @@ std::vector<ModalImpulse> modal_impulses(const events::EventLog& log, int body, 
         {pulse.centre_s, push(impulse.point_m, impulse.impulse_n_s)(modes.numbers), pulse.standard_deviation_s, {}});
     const auto other = pulses ? pulses->find(row) : ImpactPulses::const_iterator();
     if (pulses && other != pulses->end()) {
-      impulses.back().pulse = other->second;
+      impulses.back().pulse = other->second.force;
+      impulses.back().impulse *= other->second.share;
     } else if (impulse.shape == events::PulseShape::kHertz && impulse.duration_s > 0.0) {
       impulses.back().pulse = sampled(hertz_history(impulse.time_s, impulse.duration_s), modes.sample_rate_hz);
     }

@@ -6,6 +6,7 @@
 
 #include "core/foundation/base/conventions.hpp"
 #include "core/physics/modal/modes_of.hpp"
+#include "core/sound/scene/scene_floor.hpp"
 #include "core/sound/scene/scene_motion.hpp"
 #include "core/sound/stage/modal_voice.hpp"
 
@@ -102,6 +103,27 @@ TEST(SceneYielding, WhatLosesNothingIsSilent) {
   const std::vector<HeardBody> bodies = heard(scene);
   const stage::ImpactPulses pulses = impact_pulses(scene, log, bodies, {});
   EXPECT_LE(vibration_j(log, bodies[0], &pulses), 1e-9 * vibration_j(log, bodies[0], nullptr));
+}
+
+/// However little of it the body's modes may take: low modes of a slab feel the impulse, whatever the force over time.
+TEST(SceneYielding, TheFloorFeelsTheWholeImpulse) {
+  for (const char* restitution : {"1", "0.95"}) {
+    Scene scene = scene_of(restitution, kPlate);
+    FloorSound slab;
+    slab.slab_m = {3.0, 3.0, 0.2};
+    slab.high_hz = 150.0;
+    scene.floor_sound = slab;
+    events::EventLog log = move(scene, 0.06).log;
+    ASSERT_FALSE(log.impulses.empty());
+    log.impulses.resize(1);  // at its own time: the body lies on the floor then
+    const stage::ImpactPulses pulses = impact_pulses(scene, log, heard(scene), {});
+    ASSERT_EQ(pulses.size(), 1U);
+    EXPECT_LT(pulses.begin()->second.share, 1.0) << restitution;
+    const double with = floor_sound_of(scene, log, pulses, 0.1).sound_pa.samples.norm(),
+                 rigid = floor_sound_of(scene, log, {}, 0.1).sound_pa.samples.norm();
+    EXPECT_GT(rigid, 0.0);
+    EXPECT_LE(std::abs(with / rigid - 1.0), 0.05) << restitution;
+  }
 }
 
 TEST(SceneYielding, ABallStrikesABlockAsHertzSays) {

@@ -78,7 +78,9 @@ void at_rest(benchmark::State& bench) {
   for (scene::detail::ModalPlace& place : body.places) place.rest_m.z() = std::max(place.rest_m.z(), kFlat);
   body.groups = scene::detail::corner_groups(body.places);
   body.turn.setIdentity();
-  body.modes.z.setZero();
+  // A hundred times as fast, so that it does not sag: 2 to 18 kHz, which ring for some milliseconds.
+  body.modes = modal::ModalState(1e4 * body.modes.lambda(), Eigen::VectorXd::Constant(kModes, 500.0));
+  body.dt_s = 2.5e-6;
   body.centre_m.z() = -kFlat;
   scene::detail::ModalContacts contacts(scene, bodies, {});
   std::vector<scene::detail::PressedBody> none;
@@ -89,11 +91,11 @@ void at_rest(benchmark::State& bench) {
     body.touches.clear();
     dt_s = contacts.solve(none, body.dt_s);
   };
-  for (int k = 0; k < 2000; ++k) step();
+  for (int k = 0; k < 20000; ++k) step();
   for (auto _ : bench) step();
   bench.counters["looked_at"] = static_cast<double>(body.looked_at.size());
   bench.counters["touch"] = static_cast<double>(body.touches.size());
-  bench.counters["sunk_nm"] = 1e9 * (-kFlat - body.centre_m.z());
+  bench.counters["sunk_um"] = 1e6 * (-kFlat - body.centre_m.z());
 }
 
 BENCHMARK(at_rest)->Arg(500)->Arg(18847)->Unit(benchmark::kMicrosecond);

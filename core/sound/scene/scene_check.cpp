@@ -28,6 +28,15 @@ void check_deforming(const Scene& scene, rigid::RigidWorld& world, std::uint64_t
   const ModalBodies modal(stiff, world, silent, monitor);
 }
 
+void warn_of_strangers(const Scene& scene, const SceneNotes& notes) {
+  const auto has = [&](BodyModel model) {
+    return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                       [&](const SceneBody& body) { return body.model == model; });
+  };
+  if (notes.warning && has(BodyModel::kModal) && has(BodyModel::kCracking))
+    notes.warning("modal and cracking bodies do not feel one another: a run stops where they meet");
+}
+
 }  // namespace
 
 SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor) {
@@ -37,6 +46,7 @@ SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const Sce
   warn_of_assumed_damping(scene, notes);
   warn_of_low_sample_rate(scene, notes);
   require_modes(scene, monitor);
+  warn_of_strangers(scene, notes);
   SceneCheckDocument document;
   document.name = scene.name;
   const double step_s = 1.0 / scene.solver.rate_hz;

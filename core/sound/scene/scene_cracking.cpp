@@ -46,6 +46,12 @@ void CrackingBodies::State::add_row(double time_s) {
   rows.push_back(row);
 }
 
+std::vector<std::pair<int, const std::vector<Eigen::Vector3d>*>> CrackingBodies::nodes_m() const {
+  std::vector<std::pair<int, const std::vector<Eigen::Vector3d>*>> nodes;
+  for (const auto& body : state_->bodies) nodes.emplace_back(body->row(), &body->solid().mesh().place_m);
+  return nodes;
+}
+
 void CrackingBodies::State::bound_shapes() {
   std::vector<detail::ShapeKeeper*> keepers;
   for (const auto& body : bodies) keepers.push_back(&body->shapes());

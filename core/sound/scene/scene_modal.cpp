@@ -13,6 +13,7 @@
 #include "core/sound/scene/detail/modal_contacts.hpp"
 #include "core/sound/scene/detail/rigid_push.hpp"
 #include "core/sound/scene/detail/shape_keeper.hpp"
+#include "core/sound/scene/scene_cracking.hpp"
 
 namespace klang::scene {
 
@@ -204,9 +205,6 @@ ModalBodies::ModalBodies(const Scene& scene, rigid::RigidWorld& world, const Sce
   double least_s = HUGE_VAL;
   for (const ModalBody& body : state_->bodies) least_s = std::min(least_s, body.dt_s);
   state_->small_step_s = state_->next_step_s = least_s;
-  bool deforms = false;
-  for (const SceneBody& body : scene.bodies) deforms = deforms || body.model == BodyModel::kCracking;
-  if (deforms && notes.warning) notes.warning("modal and cracking bodies do not feel one another");
   for (ModalBody& body : state_->bodies) {
     body.dt_s = least_s;
     body.modes.set_step(least_s);
@@ -276,6 +274,18 @@ void ModalBodies::after_step(rigid::RigidWorld& world) {
   detail::thin_to(s.scene.frames.most_shape_bytes, keepers);
   for (const ModalBody& body : s.bodies) check_sane(body, s.scene);
   s.add_row(world.time_s());
+}
+
+void ModalBodies::refuse_nodes(const CrackingBodies& cracking) const {
+  if (!any()) return;
+  for (const auto& [row, places_m] : cracking.nodes_m())
+    for (const ModalBody& body : state_->bodies)
+      for (const Eigen::Vector3d& x : *places_m)
+        if (body.is_near(x, 0.0) && body.depth_of(x))
+          throw NumericalError(
+              "bodies " + state_->scene.bodies[static_cast<std::size_t>(body.row)].name + " and " +
+              state_->scene.bodies[static_cast<std::size_t>(row)].name + " meet at " + to_text(body.time_s) +
+              " s: modal and cracking bodies do not feel one another, so that they would pass through");
 }
 
 void ModalBodies::warn_of_gain() const {

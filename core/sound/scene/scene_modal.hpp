@@ -7,6 +7,8 @@
 
 namespace klang::scene {
 
+class CrackingBodies;
+
 /// The modal bodies of a scene (H03): a rigid frame and elastic modes, which the same forces drive.
 ///
 /// Within each step of the rigid world they make smaller ones, twenty per period of the highest mode kept: frame and modes go on freely
@@ -21,6 +23,8 @@ class ModalBodies {
   ~ModalBodies();
   bool any() const;
   void after_step(rigid::RigidWorld& world);
+  /// @throws NumericalError that names two bodies where a node of a cracking body is in a modal one: they do not feel one another
+  void refuse_nodes(const CrackingBodies& cracking) const;
   void add_to(SceneMotion& motion) const;
 
  private:

@@ -179,6 +179,17 @@ TEST(SceneModalTouch, AJointHoldsTwoPlacesTogetherAndAnotherOneToTheWorld) {
   EXPECT_GT(motion.final[1].velocity_m_s.norm(), 0.1);
 }
 
+TEST(SceneModalTouch, ACrackingBodyThatMeetsAModalOneEndsTheRunAndOneThatDoesNotGoesOn) {
+  const auto at = [](const std::string& z) {
+    return parse_scene(std::string("duration_s = 0.004\n") + kWeightless + kMaterials +
+                           box("a", "model = \"modal\"\nposition_m = [0, 0, " + z + "]\nvelocity_m_s = [0, 0, -1]") +
+                           box("b", "model = \"cracking\"") + "[crack]\nstrength_pa = 1e9\n[modal]\nn_modes = 0\n",
+                       "strangers.toml");
+  };
+  EXPECT_THROW(move(at("0.061")), NumericalError);
+  EXPECT_NO_THROW(move(at("0.07")));
+}
+
 TEST(SceneModalTouch, JointsThatCannotBeAreRefused) {
   const auto with = [](const std::string& joint) {
     return parse_scene(std::string("duration_s = 0.01\n") + kWeightless + kMaterials + box("a", "model = \"modal\"") +

@@ -16,6 +16,7 @@
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/events/event_log_file.hpp"
 #include "core/sound/scene/scene_draws.hpp"
+#include "core/sound/scene/scene_floor.hpp"
 #include "core/sound/scene/scene_frames.hpp"
 #include "core/sound/scene/scene_roughness.hpp"
 #include "reports/report/report.hpp"
@@ -103,7 +104,9 @@ void add_sound(const RunOptions& options, const CommonOptions& common, const Run
     const auto [modes, transfer] = model_files(scene, body);
     record.sound = {modes, transfer, std::string(body.damping.law->name()), body.damping.parameters};
   }
-  const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
+  const double tail_s =
+      std::min(scene.sound.longest_tail_s,
+               std::max(scene::ring_time_s(heard, scene.sound.radiation_damping), scene::floor_ring_time_s(scene)));
   const double duration_s = scene.duration_s ? moved.document.end_s : moved.document.end_s + tail_s;
   watch = Stopwatch();
   const stage::ImpactPulses pulses = heard_pulses(scene, moved.log, heard, &folder, monitor);

@@ -10,6 +10,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/events/event_log_file.hpp"
+#include "core/sound/scene/scene_floor.hpp"
 
 namespace klang::apps {
 namespace {
@@ -128,7 +129,9 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
     for (scene::HeardBody& piece : heard_pieces(scene, proxies, log, folder, notes, monitor))
       heard.push_back(std::move(piece));
   if (!is_folder) check_places(log, heard, options.source);
-  const double tail_s = std::min(scene.sound.longest_tail_s, scene::ring_time_s(heard, scene.sound.radiation_damping));
+  const double tail_s =
+      std::min(scene.sound.longest_tail_s,
+               std::max(scene::ring_time_s(heard, scene.sound.radiation_damping), scene::floor_ring_time_s(scene)));
   const double duration_s = options.duration_s.value_or(scene.duration_s.value_or(end_of(log) + tail_s));
   const stage::ImpactPulses pulses = heard_pulses(scene, log, heard, is_same ? &folder : nullptr, monitor);
   const scene::HeardRecord record = write_scene_sound(

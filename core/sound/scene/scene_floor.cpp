@@ -150,6 +150,18 @@ void give_signs(const std::vector<std::size_t>& group, const Eigen::MatrixXcd& p
 
 }  // namespace
 
+double floor_ring_time_s(const Scene& scene) {
+  if (!scene.floor_sound) return 0.0;
+  const SceneMaterial& material = scene.materials[static_cast<std::size_t>(*scene.floor_material)];
+  const std::vector<SlabMode> modes = slab_modes(*scene.floor_sound, material.elastic);
+  if (modes.empty()) return 0.0;
+  Eigen::VectorXd omega(static_cast<Eigen::Index>(modes.size()));
+  for (std::size_t k = 0; k < modes.size(); ++k) omega[static_cast<Eigen::Index>(k)] = modes[k].angular_frequency_rad_s;
+  const damping::LawValue damping = material.damping_heard();
+  const double slowest = damping.law->decay_per_s(omega, damping.parameters.data()).minCoeff();
+  return slowest > 0.0 ? std::log(1000.0) / slowest : HUGE_VAL;
+}
+
 FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, const stage::ImpactPulses& pulses,
                           double duration_s, Monitor& monitor) {
   const FloorSound& floor = *scene.floor_sound;

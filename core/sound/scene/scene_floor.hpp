@@ -35,6 +35,9 @@ struct FloorHeard {
   audio::Signal sound_pa;
   int n_modes = 0, n_places = 0;
 };
+/// How long the slab rings on to -60 dB, as ring_time_s() of bodies; 0 without a sounding floor.
+double floor_ring_time_s(const Scene& scene);
+
 /// @param pulses  impact_pulses()
 FloorHeard floor_sound_of(const Scene& scene, const events::EventLog& log, const stage::ImpactPulses& pulses,
                           double duration_s, Monitor& monitor = silent_monitor());

@@ -126,6 +126,21 @@ TEST(SceneYielding, TheFloorFeelsTheWholeImpulse) {
   }
 }
 
+TEST(SceneYielding, TheFloorRingsOnAsLongAsItsSlowestMode) {
+  Scene scene = scene_of("0.5", kPlate);
+  EXPECT_EQ(floor_ring_time_s(scene), 0.0);
+  FloorSound slab;
+  slab.slab_m = {3.0, 3.0, 0.2};
+  scene.floor_sound = slab;
+  const auto& glass = scene.materials[static_cast<std::size_t>(*scene.floor_material)];
+  const double lowest = slab_modes(slab, glass.elastic).front().angular_frequency_rad_s;
+  const damping::LawValue damping = glass.damping_heard();
+  const double decay_per_s =
+      damping.law->decay_per_s(Eigen::VectorXd::Constant(1, lowest), damping.parameters.data())[0];
+  EXPECT_GT(decay_per_s, 0.0);
+  EXPECT_NEAR(floor_ring_time_s(scene), std::log(1000.0) / decay_per_s, 1e-9);
+}
+
 TEST(SceneYielding, ABallStrikesABlockAsHertzSays) {
   const Scene scene = parse_scene(
       "[world]\ngravity_m_s2 = [0, 0, 0]\n[[material]]\nname = \"glass\"\nyoungs_modulus_pa = 70e9\npoissons_ratio = "

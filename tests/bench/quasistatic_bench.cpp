@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "core/foundation/la/block_ordering.hpp"
 #include "core/physics/fracture/quasistatic/contact_responses.hpp"
 #include "core/physics/fracture/quasistatic/free_body_solver.hpp"
 #include "core/physics/solid/assembly.hpp"

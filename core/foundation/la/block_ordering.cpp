@@ -11,7 +11,6 @@
 namespace klang::la {
 namespace {
 
-constexpr int kAmdLimitNodes = 3000;
 // Of the factor. METIS takes as long as a tenth of these and saves at most a half.
 constexpr double kMetisFromOperations = 3e9;
 
@@ -111,19 +110,9 @@ int n_nodes_of(const SparseMatrix& lower) {
 }  // namespace
 
 std::vector<int> block_ordering(const SparseMatrix& lower) {
-  std::vector<int> nodes(static_cast<std::size_t>(n_nodes_of(lower)));
-  std::iota(nodes.begin(), nodes.end(), 0);
-  Graph graph = graph_of(lower, nodes);
-  cholmod_sparse view = graph.view();
-  detail::CholmodSession session;
-  int done = 0;
-  if (graph.n() > kAmdLimitNodes) {
-    const std::lock_guard lock(metis_mutex);
-    done = cholmod_metis(&view, nullptr, 0, 1, nodes.data(), &session.common);
-  }
-  if (!done) done = cholmod_amd(&view, nullptr, 0, nodes.data(), &session.common);
-  if (!done) std::iota(nodes.begin(), nodes.end(), 0);
-  return dofs_of(nodes);
+  NodeEnds ends(static_cast<std::size_t>(n_nodes_of(lower)));
+  for (std::size_t i = 0; i < ends.size(); ++i) ends[i] = {static_cast<int>(i), static_cast<int>(i)};
+  return block_ordering(lower, ends);
 }
 
 std::vector<int> block_ordering(const SparseMatrix& lower, const NodeEnds& ends) {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/la/block_ordering.hpp"
 #include "core/foundation/la/sparse_cholesky.hpp"
+#include "core/physics/solid/node_ends.hpp"
 #include "core/physics/solid/rigid_modes.hpp"
 
 namespace klang::solid {
@@ -120,7 +120,7 @@ StaticResult solve_statics(const mesh::TetMesh& mesh, const AssembledSolid& asse
     }
   }
   la::SparseCholesky factor;
-  if (!factor.factor(pinned, la::block_ordering(pinned))) {
+  if (!factor.factor(pinned, la::block_ordering(pinned, node_ends(mesh, assembled)))) {
     result.status = StaticStatus::kFailed;
     result.message = factor.message();
     return result;

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
-#include "core/foundation/la/block_ordering.hpp"
 #include "core/geometry/mesh/face_parts.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
 #include "core/physics/solid/assembly.hpp"
+#include "core/physics/solid/node_ends.hpp"
 
 namespace klang::fracture {
 namespace {
@@ -79,7 +79,7 @@ FreeBodySolver::FreeBodySolver(mesh::TetMesh mesh, const solid::Material& materi
     for (la::SparseMatrix::InnerIterator entry(pinned, j); entry; ++entry)
       if (entry.row() != j && (is_pin[static_cast<std::size_t>(entry.row())] || is_pin[static_cast<std::size_t>(j)]))
         entry.valueRef() = 0.0;
-  usable_ = factor_.factor(pinned, la::block_ordering(pinned));
+  usable_ = factor_.factor(pinned, la::block_ordering(pinned, solid::node_ends(mesh_, solid)));
   message_ = usable_ ? "" : factor_.message();
 }
 

@@ -8,6 +8,7 @@
 #include "core/geometry/mesh/graded_patch.hpp"
 #include "core/geometry/mesh/surface_point.hpp"
 #include "core/physics/solid/assembly.hpp"
+#include "core/physics/solid/node_ends.hpp"
 #include "core/physics/solid/statics.hpp"
 
 namespace klang::fracture {
@@ -81,8 +82,8 @@ struct Patch {
         if (entry.row() != j && (is_held(entry.row()) || is_held(j))) entry.valueRef() = 0.0;
     for (Index i = 0; i < held.cols(); ++i)
       if (!is_held(i)) free.push_back(i);
-    usable =
-        !free.empty() && static_cast<Index>(free.size()) < held.cols() && factor.factor(held, la::block_ordering(held));
+    usable = !free.empty() && static_cast<Index>(free.size()) < held.cols() &&
+             factor.factor(held, la::block_ordering(held, solid::node_ends(cut.mesh, solid)));
   }
   VectorXd fine(const VectorXd& coarse) const { return times(cut.from_coarse, coarse); }
   VectorXd coarse(const VectorXd& fine) const { return times(cut.from_coarse.transpose(), fine); }

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <set>
 
 #include "core/foundation/base/blas_kernels.hpp"
 #include "core/foundation/base/check.hpp"
@@ -78,12 +79,30 @@ void for_each_job(std::size_t n, const std::function<void(std::size_t)>& job, st
   monitor.throw_if_stopped();
 }
 
-BlasThreads::BlasThreads(int n_threads) : before_(openblas_get_num_threads()) {
-  if (n_threads != before_) openblas_set_num_threads(n_threads);
+namespace {
+
+// OpenBLAS has one number for the process, which guards of several threads share.
+std::mutex blas_mutex;
+std::multiset<int> blas_asked;
+int blas_before = 0;
+
+void set_blas_threads(int n_threads) {
+  if (openblas_get_num_threads() != n_threads) openblas_set_num_threads(n_threads);
+}
+
+}  // namespace
+
+BlasThreads::BlasThreads(int n_threads) {
+  const std::lock_guard lock(blas_mutex);
+  if (blas_asked.empty()) blas_before = openblas_get_num_threads();
+  asked_ = blas_asked.insert(n_threads);
+  set_blas_threads(*blas_asked.begin());
 }
 
 BlasThreads::~BlasThreads() {
-  if (openblas_get_num_threads() != before_) openblas_set_num_threads(before_);
+  const std::lock_guard lock(blas_mutex);
+  blas_asked.erase(asked_);
+  set_blas_threads(blas_asked.empty() ? blas_before : *blas_asked.begin());
 }
 
 }  // namespace klang

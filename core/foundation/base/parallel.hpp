@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string_view>
 
 #include "core/foundation/base/monitor.hpp"
@@ -23,7 +24,8 @@ void parallel_for(std::size_t n, std::size_t grain,
 void for_each_job(std::size_t n, const std::function<void(std::size_t index)>& job, std::string_view stage = "jobs",
                   Monitor& monitor = silent_monitor());
 
-/// While it lives, BLAS calls use n_threads threads. Needed around BLAS inside parallel_for bodies (use 1) and around
+/// While it lives, BLAS calls use n_threads threads at most: of several that live at once, in whatever threads, the smallest number holds,
+/// and the last to end brings back what was before the first. Needed around BLAS inside parallel_for bodies (use 1) and around
 /// one large factorisation (use thread_count()); without it threads multiply.
 class BlasThreads {
  public:
@@ -33,7 +35,7 @@ class BlasThreads {
   BlasThreads& operator=(const BlasThreads&) = delete;
 
  private:
-  int before_;
+  std::multiset<int>::iterator asked_;
 };
 
 }  // namespace klang

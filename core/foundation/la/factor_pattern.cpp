@@ -1,5 +1,7 @@
 #include "core/foundation/la/factor_pattern.hpp"
 
+#include <new>
+
 #include "core/foundation/la/detail/analysed_pattern.hpp"
 #include "core/foundation/la/detail/cholmod_session.hpp"
 
@@ -16,11 +18,15 @@ detail::AnalysedPattern::~AnalysedPattern() {
 FactorPattern::FactorPattern(const SparseMatrix& lower, const std::vector<int>& order) : order_(order) {
   detail::CholmodSession session;
   cholmod_factor* factor = session.analyse_supernodal(lower, order);
-  if (factor != nullptr && factor->is_super != 0) {
-    analysed_ = std::make_shared<const detail::AnalysedPattern>(factor, lower);
-    return;
-  }
   out_of_memory_ = session.common.status == CHOLMOD_OUT_OF_MEMORY;
+  if (factor != nullptr && factor->is_super != 0) {
+    try {
+      analysed_ = std::make_shared<const detail::AnalysedPattern>(factor, lower);
+      return;
+    } catch (const std::bad_alloc&) {  // nothing has taken the factor
+      out_of_memory_ = true;
+    }
+  }
   cholmod_free_factor(&factor, &session.common);
 }
 

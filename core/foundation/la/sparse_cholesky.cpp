@@ -54,16 +54,20 @@ bool SparseCholesky::factor(const SparseMatrix& lower, const FactorPattern& patt
   cholmod_factor*& factor = state_->factor;
   factor = cholmod_copy_factor(pattern.analysed().symbolic, &common);
   if (factor == nullptr || !cholmod_change_factor(CHOLMOD_REAL, 1, 1, 1, 1, factor, &common)) {
+    state_->release();
     common.status = CHOLMOD_OUT_OF_MEMORY;
     return false;
   }
+  KLANG_CHECK(lower.rows() == static_cast<Eigen::Index>(factor->n), "the pattern is of another matrix");
   try {
-    const BlasThreads one(1);  // fronts are shared out here
+    const BlasThreads one_each(1);  // fronts are shared out here
     if (!detail::tree_cholesky(pattern.analysed().tree, lower.valuePtr(), static_cast<double*>(factor->x))) {
+      state_->release();
       common.status = CHOLMOD_NOT_POSDEF;
       return false;
     }
   } catch (const std::bad_alloc&) {
+    state_->release();
     common.status = CHOLMOD_OUT_OF_MEMORY;
     return false;
   }

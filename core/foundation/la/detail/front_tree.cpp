@@ -67,7 +67,7 @@ void FrontTree::cut() {
   const auto lighter = [&](int a, int b) { return work[a] < work[b]; };
   subtrees = roots_;
   std::make_heap(subtrees.begin(), subtrees.end(), lighter);
-  while (subtrees.size() < kSubtrees && !children[subtrees.front()].empty()) {
+  while (!subtrees.empty() && subtrees.size() < kSubtrees && !children[subtrees.front()].empty()) {
     const int root = subtrees.front();
     std::pop_heap(subtrees.begin(), subtrees.end(), lighter);
     subtrees.pop_back();

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "core/foundation/base/parallel.hpp"
 #include "core/foundation/la/lapack.hpp"
 
 namespace klang::la::detail {
@@ -110,6 +111,7 @@ class Elimination {
 std::optional<PivotSigns> pivot_signs(const FrontTree& tree, const SparseMatrix& lower) try {
   std::vector<Values> update(static_cast<std::size_t>(tree.n_supernodes));
   std::vector<std::unique_ptr<Elimination>> job(static_cast<std::size_t>(tree.n_jobs()));
+  const BlasThreads one_each(1);  // fronts are shared out here
   const bool done = tree.run([&](int k, int s) {
     if (!job[k]) job[k] = std::make_unique<Elimination>(tree, lower.valuePtr(), update);
     return job[k]->eliminate(s);

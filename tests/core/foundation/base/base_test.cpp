@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <sstream>
 
 #include "core/foundation/base/blas_kernels.hpp"
@@ -16,6 +17,11 @@
 #include "core/foundation/base/random.hpp"
 #include "core/foundation/base/sealed_file.hpp"
 #include "core/foundation/config/csv.hpp"
+
+extern "C" {  // as parallel.cpp declares them
+void openblas_set_num_threads(int n_threads);
+int openblas_get_num_threads(void);
+}
 
 namespace fs = std::filesystem;
 
@@ -169,6 +175,20 @@ TEST(ForEachJob, ThrowsTheFailureOfTheLowestIndexThatRan) {
                                      if (i == 0) throw klang::InputError("job 0");
                                    }),
                klang::InputError);
+}
+
+TEST(BlasThreads, OfSeveralThatLiveAtOnceTheSmallestHoldsAndTheLastToEndBringsBackWhatWas) {
+  openblas_set_num_threads(2);
+  auto first = std::make_unique<klang::BlasThreads>(1);
+  auto second = std::make_unique<klang::BlasThreads>(1);
+  first.reset();  // as another thread's, which began before
+  EXPECT_EQ(openblas_get_num_threads(), 1);
+  {
+    const klang::BlasThreads more(2);
+    EXPECT_EQ(openblas_get_num_threads(), 1);
+  }
+  second.reset();
+  EXPECT_EQ(openblas_get_num_threads(), 2);
 }
 
 TEST(Sha256, MatchesThePublishedDigestOfAbc) {

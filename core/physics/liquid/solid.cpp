@@ -1,6 +1,7 @@
 #include "core/physics/liquid/solid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -76,20 +77,37 @@ namespace {
 
 constexpr double kOnSurface = 1e-9;  // [cells]
 
-double open_share(const SolidField& field, int axis, int i, int j, int k) {
-  const Field& s = field.distance_m;
-  if (axis == 0) return positive_area(s(i, j, k), s(i, j + 1, k), s(i, j + 1, k + 1), s(i, j, k + 1));
-  if (axis == 1) return positive_area(s(i, j, k), s(i + 1, j, k), s(i + 1, j, k + 1), s(i, j, k + 1));
-  return positive_area(s(i, j, k), s(i + 1, j, k), s(i + 1, j + 1, k), s(i, j + 1, k));
+double least_distance_m(const std::vector<Solid>& solids, const Vector3d& x_m) {
+  double least = HUGE_VAL;
+  for (const Solid& solid : solids) least = std::min(least, solid.distance_m(x_m));
+  return least;
 }
 
-double open_volume(const Field& s, int i, int j, int k, double h) {
+std::array<double, 4> corners_of_face(const Field& s, int axis, int i, int j, int k) {
+  if (axis == 0) return {s(i, j, k), s(i, j + 1, k), s(i, j + 1, k + 1), s(i, j, k + 1)};
+  if (axis == 1) return {s(i, j, k), s(i + 1, j, k), s(i + 1, j, k + 1), s(i, j, k + 1)};
+  return {s(i, j, k), s(i + 1, j, k), s(i + 1, j + 1, k), s(i, j + 1, k)};
+}
+
+/// Where all corners lie on surfaces of solids the middle says: a face is closed on the surface of one and within a plate of one cell, open in
+/// a slit of one.
+double open_share(const std::array<double, 4>& corner_m, const std::vector<Solid>& solids, const Vector3d& middle_m,
+                  double cell_m) {
+  if (std::any_of(corner_m.begin(), corner_m.end(), [](double d) { return d != 0.0; }))
+    return positive_area(corner_m[0], corner_m[1], corner_m[2], corner_m[3]);
+  return least_distance_m(solids, middle_m) > kOnSurface * cell_m ? 1.0 : 0.0;
+}
+
+/// @param middle_m  distance of the cell's middle
+double open_volume(const Field& s, const std::array<int, 3>& cell, double middle_m, double h) {
+  const auto [i, j, k] = cell;
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (int c = 0; c < 8; ++c) {
     const double value = s(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     low = std::min(low, value);
     high = std::max(high, value);
   }
+  if (low == 0.0 && high == 0.0) return middle_m > 0.0 ? 1.0 : 0.0;  // a slit, or a plate, of one cell
   if (low >= 0.0) return 1.0;
   if (high <= 0.0) return 0.0;
   constexpr int kSub = 4;
@@ -134,7 +152,7 @@ SolidField solid_field(const GridShape& shape, const std::vector<Solid>& solids)
               field.nearest(i, j, k) = static_cast<int>(s);
             }
           }
-          field.open_volume(i, j, k) = open_volume(field.distance_m, i, j, k, h);
+          field.open_volume(i, j, k) = open_volume(field.distance_m, {i, j, k}, best, h);
         }
     });
   }
@@ -146,7 +164,10 @@ SolidField solid_field(const GridShape& shape, const std::vector<Solid>& solids)
         for (int i = 0; i < open.nx(); ++i) {
           const int along = axis == 0 ? i : axis == 1 ? j : k;
           if (along == 0 || along == shape.n(axis)) continue;  // the box's walls
-          const double share = field.any ? open_share(field, axis, i, j, k) : 1.0;
+          Vector3d middle = h * Vector3d(i + 0.5, j + 0.5, k + 0.5);
+          middle[axis] -= 0.5 * h;
+          const double share =
+              field.any ? open_share(corners_of_face(field.distance_m, axis, i, j, k), solids, middle, h) : 1.0;
           // Between two cells that are solid all through nothing flows, whatever corners that lie on the solid's surface say.
           const bool inside =
               field.open_volume(i, j, k) <= 0.0 &&

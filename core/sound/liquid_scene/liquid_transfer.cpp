@@ -277,9 +277,11 @@ Row TransferFinder::half_space(std::size_t i, double time_s, double frequency_hz
   Vector3d place = place_at(path, time_s), ear = scene_.sound.listener.centre_m(time_s);
   ear.z() = std::max(ear.z() - (place.z() + depth), 1e-3);  // over the surface above the bubble
   place.z() = -depth;
+  const double omega = 2.0 * kPi * frequency_hz, way_m = std::hypot(ear.x() - place.x(), ear.y() - place.y(), ear.z());
+  // With the phase of its way through the air, as rows by cells have it: rows of one bubble are joined along straight lines.
   return {time_s, frequency_hz,
-          stage::half_space_transfer(scene_.sound, heard_[i]->radius_m, place, ear,
-                                     Complex(0.0, 2.0 * kPi * frequency_hz))};
+          stage::half_space_transfer(scene_.sound, heard_[i]->radius_m, place, ear, Complex(0.0, omega)) *
+              std::polar(1.0, -omega / scene_.sound.air_sound_speed_m_s * way_m)};
 }
 
 void TransferFinder::half_space(std::size_t i) {

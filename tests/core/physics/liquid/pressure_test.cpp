@@ -122,6 +122,29 @@ TEST(SolidField, NothingFlowsBetweenCellsThatAreSolidAllThrough) {
   EXPECT_EQ(field.open[1](3, 3, 1), 1.0);
 }
 
+TEST(SolidField, APlateOfOneCellOnTheGridsPlanesIsClosedAndASlitOfOneIsOpen) {
+  const GridShape shape{6, 6, 8, 0.005};
+  const auto plate = [](double z_m) {
+    Solid box;
+    box.shape = SolidShape::kBox;
+    box.size_m = {1.0, 1.0, 0.005};
+    box.position_m = {0.0, 0.0, z_m};
+    return box;
+  };
+  const SolidField one = solid_field(shape, {plate(0.0125)});
+  EXPECT_EQ(one.open_volume(2, 2, 2), 0.0);
+  EXPECT_EQ(one.open_volume(2, 2, 1), 1.0);
+  EXPECT_EQ(one.open_volume(2, 2, 3), 1.0);
+  for (const int k : {2, 3}) EXPECT_EQ(one.open[2](2, 2, k), 0.0) << k;
+  for (const int k : {1, 4}) EXPECT_EQ(one.open[2](2, 2, k), 1.0) << k;
+  EXPECT_EQ(one.open[0](2, 2, 2), 0.0);
+  EXPECT_EQ(one.open[0](2, 2, 3), 1.0);
+  const SolidField slit = solid_field(shape, {plate(0.0125), plate(0.0225)});
+  EXPECT_EQ(slit.open_volume(2, 2, 3), 1.0);
+  EXPECT_EQ(slit.open[0](2, 2, 3), 1.0);
+  EXPECT_EQ(slit.open[2](2, 2, 3), 0.0);
+}
+
 TEST(Pressure, ASourceRaisesAPoolEvenly) {
   PressureSolve solve;
   const MacGrid u = flow_of_a_source(0.02, false, solve);

@@ -46,10 +46,10 @@ void CrackingBodies::State::add_row(double time_s) {
   rows.push_back(row);
 }
 
-std::vector<std::pair<int, const std::vector<Eigen::Vector3d>*>> CrackingBodies::nodes_m() const {
-  std::vector<std::pair<int, const std::vector<Eigen::Vector3d>*>> nodes;
-  for (const auto& body : state_->bodies) nodes.emplace_back(body->row(), &body->solid().mesh().place_m);
-  return nodes;
+std::vector<std::pair<int, const fracture::CrackMesh*>> CrackingBodies::meshes() const {
+  std::vector<std::pair<int, const fracture::CrackMesh*>> meshes;
+  for (const auto& body : state_->bodies) meshes.emplace_back(body->row(), &body->solid().mesh());
+  return meshes;
 }
 
 void CrackingBodies::State::bound_shapes() {

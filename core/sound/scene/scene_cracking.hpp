@@ -26,8 +26,8 @@ class CrackingBodies {
   bool any() const;
   /// After a step of the world. @throws NumericalError where an element inverts
   void after_step(rigid::RigidWorld& world);
-  /// Rows of the bodies, and where their nodes are now.
-  std::vector<std::pair<int, const std::vector<Eigen::Vector3d>*>> nodes_m() const;
+  /// Rows of the bodies, and their meshes as they are now.
+  std::vector<std::pair<int, const fracture::CrackMesh*>> meshes() const;
   /// Adds what they did to the motion of the rigid bodies: ledger, log, pieces, ends.
   void add_to(SceneMotion& motion) const;
 

@@ -13,6 +13,7 @@
 #include "core/sound/scene/detail/modal_contacts.hpp"
 #include "core/sound/scene/detail/rigid_push.hpp"
 #include "core/sound/scene/detail/shape_keeper.hpp"
+#include "core/sound/scene/detail/strangers.hpp"
 #include "core/sound/scene/scene_cracking.hpp"
 
 namespace klang::scene {
@@ -276,16 +277,15 @@ void ModalBodies::after_step(rigid::RigidWorld& world) {
   s.add_row(world.time_s());
 }
 
-void ModalBodies::refuse_nodes(const CrackingBodies& cracking) const {
+void ModalBodies::refuse_meeting(const CrackingBodies& cracking) const {
   if (!any()) return;
-  for (const auto& [row, places_m] : cracking.nodes_m())
+  for (const auto& [row, mesh] : cracking.meshes())
     for (const ModalBody& body : state_->bodies)
-      for (const Eigen::Vector3d& x : *places_m)
-        if (body.is_near(x, 0.0) && body.depth_of(x))
-          throw NumericalError(
-              "bodies " + state_->scene.bodies[static_cast<std::size_t>(body.row)].name + " and " +
-              state_->scene.bodies[static_cast<std::size_t>(row)].name + " meet at " + to_text(body.time_s) +
-              " s: modal and cracking bodies do not feel one another, so that they would pass through");
+      if (detail::meet(body, *mesh))
+        throw NumericalError("bodies " + state_->scene.bodies[static_cast<std::size_t>(body.row)].name + " and " +
+                             state_->scene.bodies[static_cast<std::size_t>(row)].name + " meet at " +
+                             to_text(body.time_s) +
+                             " s: modal and cracking bodies do not feel one another, so that they would pass through");
 }
 
 void ModalBodies::warn_of_gain() const {
@@ -332,8 +332,8 @@ void ModalBodies::add_to(SceneMotion& motion) const {
     motion.log.poses.insert(motion.log.poses.end(), body.poses.begin(), body.poses.end());
     for (const detail::ModalTouch& touch : body.touches) {
       events::Impulse impulse;
-      impulse.time_s = touch.time_s - touch.duration_s;
-      impulse.duration_s = touch.duration_s;
+      impulse.time_s = touch.span.begin_s;
+      impulse.duration_s = touch.span.duration_s;
       impulse.shape = events::PulseShape::kHeld;
       impulse.kind = touch.is_new ? events::ImpulseKind::kImpact : events::ImpulseKind::kLasting;
       impulse.body = body.row;

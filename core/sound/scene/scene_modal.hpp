@@ -23,8 +23,8 @@ class ModalBodies {
   ~ModalBodies();
   bool any() const;
   void after_step(rigid::RigidWorld& world);
-  /// @throws NumericalError that names two bodies where a node of a cracking body is in a modal one: they do not feel one another
-  void refuse_nodes(const CrackingBodies& cracking) const;
+  /// @throws NumericalError that names a modal and a cracking body that meet: they do not feel one another
+  void refuse_meeting(const CrackingBodies& cracking) const;
   void add_to(SceneMotion& motion) const;
 
  private:

@@ -93,7 +93,7 @@ SceneMotion move(const Scene& scene, std::optional<double> until_s, std::uint64_
       monitor.throw_if_stopped();
       cracking.after_step(w);
       modal.after_step(w);
-      modal.refuse_nodes(cracking);
+      modal.refuse_meeting(cracking);
       return breaking.has_bodies() ? breaking.after_step(w, step) : std::vector<rigid::Breakage>();
     };
   SceneMotion motion;

@@ -73,6 +73,26 @@ bool holds_a_face(const std::vector<HeldNodes>& holds, const mesh::TetMesh& mesh
   });
 }
 
+std::vector<int> three_apart(const std::vector<int>& nodes, const mesh::TetMesh& mesh) {
+  if (nodes.size() <= 2) return nodes;
+  const auto place = [&](int node) -> Eigen::Vector3d { return mesh.nodes_m.row(node).transpose(); };
+  const auto farthest = [&](const auto& distance) {
+    int found = nodes.front();
+    double most = -1.0;
+    for (const int node : nodes)
+      if (const double here = distance(place(node)); here > most) most = here, found = node;
+    return found;
+  };
+  const Eigen::Vector3d any = place(nodes.front());
+  const int first = farthest([&](const Eigen::Vector3d& x) { return (x - any).norm(); });
+  const Eigen::Vector3d origin = place(first);
+  const int second = farthest([&](const Eigen::Vector3d& x) { return (x - origin).norm(); });
+  const Eigen::Vector3d along = place(second) - origin;
+  const int third = farthest([&](const Eigen::Vector3d& x) { return along.cross(x - origin).norm(); });
+  if (!(along.cross(place(third) - origin).norm() > std::sqrt(kInALine) * along.squaredNorm())) return {first, second};
+  return {first, second, third};
+}
+
 HeldBasis held_basis(const mesh::TetMesh& mesh, const solid::Material& material, const std::vector<HeldNodes>& holds,
                      int count, bool without_mesh_error, Monitor& monitor) {
   mesh::TetMesh named = mesh;

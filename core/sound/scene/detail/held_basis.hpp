@@ -11,6 +11,9 @@ namespace klang::scene::detail {
 /// Whether a region that is held keeps the body from turning about it: three places of one hold that are not in a line.
 bool holds_a_face(const std::vector<HeldNodes>& holds, const mesh::TetMesh& mesh);
 
+/// Three of some nodes that lie far from one another and from a line, or two where all lie in one: what nodes that move as one do follows from theirs.
+std::vector<int> three_apart(const std::vector<int>& nodes, const mesh::TetMesh& mesh);
+
 /// The elastic motions that a body whose holds keep it from turning is bent by, as modes beside its six rigid ones: all combinations of the rigid ones,
 /// of the lowest modes of the body with what is held clamped, and, where several holds move, of what it does while one of them is moved slowly. What is
 /// held is met by the rigid ones alone, so that any number of clamped modes gives those frequencies, from above (Craig and Bampton's basis with

@@ -40,6 +40,11 @@ HeldDamping::HeldDamping(const ModalBody& body, const std::vector<ModalPlace>& h
   stiff.tail(n_modes) = body.modes.lambda();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> mobile(rows.transpose() * rows);
   const Index n_fixed = (mobile.eigenvalues().array() > kDependentHolds * mobile.eigenvalues().maxCoeff()).count();
+  if (n_fixed == 6 + n_modes) {  // holds keep all of its motions
+    motions_.resize(6 + n_modes, 0);
+    follow_ = MatrixXd::Zero(6 + n_modes, 3 * n_held);
+    return;
+  }
   const MatrixXd left = mobile.eigenvectors().leftCols(6 + n_modes - n_fixed);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> swing(left.transpose() * stiff.asDiagonal() * left);
   const double still = n_modes > 0 ? kStill * body.modes.lambda().minCoeff() : HUGE_VAL;

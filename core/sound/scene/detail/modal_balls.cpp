@@ -24,9 +24,9 @@ void ModalContacts::press_balls(std::vector<PressedBody>& others, double dt_s, b
       if (!at_end) continue;
       state.book(bodies_[a]);
       if (state.impulse_n_s.squaredNorm() > 0.0) {
-        bodies_[a].note(state.place, other.body(), state.is_new, state.impulse_n_s);
+        bodies_[a].note(state.place, other.body(), state.is_new, state.impulse_n_s, bodies_[a].last_step());
         note_rigid(bodies_[a], other, bodies_[a].centre_m + bodies_[a].arm(state.place), -state.impulse_n_s,
-                   state.is_new);
+                   state.is_new, bodies_[a].last_step());
         state.is_new = false;
       }
       if (!state.touches) state.is_new = true;

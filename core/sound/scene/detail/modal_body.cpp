@@ -33,8 +33,7 @@ constexpr double kMeshErrorToSay = 0.04;
 /// Elastic motions of a body.
 struct Elastic {
   modal::ModalModel model;  ///< as meshed
-  Eigen::VectorXd
-      lambda;  ///< without what the mesh adds, by its estimate; with residual flexibility, which is the mesh's, as meshed
+  Eigen::VectorXd lambda;   ///< without what the mesh adds, by its estimate
 };
 
 void warn_of_mesh(const SceneBody& body, const std::optional<Eigen::VectorXd>& error, const SceneNotes& notes) {
@@ -42,9 +41,7 @@ void warn_of_mesh(const SceneBody& body, const std::optional<Eigen::VectorXd>& e
   const auto percent = [](double share) { return std::to_string(std::lround(100.0 * share)) + " %"; };
   notes.warning("body " + body.name + ": its mesh makes modes that it moves by too high, by up to " +
                 percent(error->maxCoeff()) + " and by " + percent(error->mean()) + " in the mean, by its estimate" +
-                (body.modal.residual_flexibility
-                     ? "; how it rebounds may be off by more: a smaller max_edge_m, or fewer n_modes"
-                     : "; that is taken off their frequencies, not off their shapes"));
+                "; that is taken off their frequencies, not off their shapes");
 }
 
 Elastic elastic_of(const Scene& scene, int row, const SceneNotes& notes, Monitor& monitor) {
@@ -124,8 +121,10 @@ void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::R
 }
 
 void add_holds(ModalBody& made, const Scene& scene, const modal::ModalModel& model, const Vector3d& centre_m) {
-  for (const HeldNodes& hold : held_nodes_of(scene, made.row, model.mesh))
-    for (const int node : hold.nodes) {
+  const std::vector<HeldNodes> holds = held_nodes_of(scene, made.row, model.mesh);
+  const bool rigid = holds_a_face(holds, model.mesh);
+  for (const HeldNodes& hold : holds)
+    for (const int node : rigid ? three_apart(hold.nodes, model.mesh) : hold.nodes) {
       HeldPlace held{place_of(model, made.modes.z.size(), node, centre_m), &hold.hold->path, Vector3d::Zero()};
       held.origin_m = made.centre_m + made.arm(held.place);
       made.held.push_back(std::move(held));
@@ -241,8 +240,8 @@ void ModalBody::push(const ModalPlace& place, const Vector3d& impulse_n_s) {
   modes.v += place.shape.transpose() * (turn.conjugate() * impulse_n_s);
 }
 
-void ModalBody::note(const ModalPlace& place, int other, bool is_new, const Vector3d& impulse_n_s) {
-  touches.push_back({time_s, dt_s, other, is_new, rest_centre_m + place.rest_m, impulse_n_s});
+void ModalBody::note(const ModalPlace& place, int other, bool is_new, const Vector3d& impulse_n_s, const Span& span) {
+  touches.push_back({span, other, is_new, rest_centre_m + place.rest_m, impulse_n_s});
 }
 
 void ModalBody::turn_touches(std::size_t from) {

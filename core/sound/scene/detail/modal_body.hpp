@@ -26,10 +26,15 @@ struct HeldPlace {
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< in the world, at the start
 };
 
+/// When something pushed.
+struct Span {
+  double begin_s = 0.0, duration_s = 0.0;
+};
+
 /// What pushed a modal body, in its own frame; the impulse in the world's axes until the step of the world ends, then in those of the body then,
 /// as its pose has them that readers turn it back by.
 struct ModalTouch {
-  double time_s = 0.0, duration_s = 0.0;
+  Span span;
   int other = -1;  ///< row of a body, or -1: the floor
   bool is_new = false;
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero(), impulse_n_s = Eigen::Vector3d::Zero();
@@ -114,7 +119,10 @@ struct ModalBody {
   /// An impulse at a place, without what it costs.
   void push(const ModalPlace& place, const Eigen::Vector3d& impulse_n_s);
   void turn_touches(std::size_t from);  ///< impulses of touches from there on to its own axes
-  void note(const ModalPlace& place, int other, bool is_new, const Eigen::Vector3d& impulse_n_s);
+  Span last_step() const { return {time_s - dt_s, dt_s}; }
+  /// Of an impulse between two steps, which is half of the last one's and half of the next one's.
+  Span between_steps(double next_s) const { return {time_s - 0.5 * dt_s, 0.5 * (dt_s + next_s)}; }
+  void note(const ModalPlace& place, int other, bool is_new, const Eigen::Vector3d& impulse_n_s, const Span& span);
   /// The place of the surface nearest to a point about the centre of mass at rest, and its outward normal.
   ModalPlace nearest(const Eigen::Vector3d& own, Eigen::Vector3d& normal) const;
   /// The same among some of its triangles.

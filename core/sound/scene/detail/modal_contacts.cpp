@@ -195,23 +195,24 @@ double ModalContacts::solve(std::vector<PressedBody>& others, double step_s, boo
 /// What a touch did, to the lists of both; a rigid body is pushed.
 void ModalContacts::apply(const ModalTouching& touch, const Vector3d& impulse_n_s, std::vector<PressedBody>& others) {
   ModalBody& body = bodies_[nth(touch.a.member)];
-  body.note(touch.a.place, touch.b.member >= 0 ? touch.b_row : -1, touch.is_new, impulse_n_s);
+  const Span span = body.between_steps(last_dt_s_);
+  body.note(touch.a.place, touch.b.member >= 0 ? touch.b_row : -1, touch.is_new, impulse_n_s, span);
   if (touch.b.member < 0) return;
   if (nth(touch.b.member) < bodies_.size()) {
-    bodies_[nth(touch.b.member)].note(touch.b.place, touch.a_row, touch.is_new, -impulse_n_s);
+    bodies_[nth(touch.b.member)].note(touch.b.place, touch.a_row, touch.is_new, -impulse_n_s, span);
     return;
   }
   PressedBody& other = others[nth(touch.b.member) - bodies_.size()];
   other.push(touch.b.x, -impulse_n_s);
-  note_rigid(body, other, touch.b.x, -impulse_n_s, touch.is_new);
+  note_rigid(body, other, touch.b.x, -impulse_n_s, touch.is_new, span);
 }
 
 void ModalContacts::note_rigid(const ModalBody& from, const PressedBody& other, const Vector3d& x,
-                               const Vector3d& impulse_n_s, bool is_new) {
+                               const Vector3d& impulse_n_s, bool is_new, const Span& span) {
   if (other.inverse_mass_per_kg() == 0.0) return;
   events::Impulse impulse;
-  impulse.time_s = from.time_s - from.dt_s;
-  impulse.duration_s = from.dt_s;
+  impulse.time_s = span.begin_s;
+  impulse.duration_s = span.duration_s;
   impulse.shape = events::PulseShape::kHeld;
   impulse.kind = is_new ? events::ImpulseKind::kImpact : events::ImpulseKind::kLasting;
   impulse.body = other.body();

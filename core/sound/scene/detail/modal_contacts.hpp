@@ -49,9 +49,9 @@ class ModalContacts {
   void find_corners(std::size_t a, std::vector<PressedBody>& others, std::vector<ModalTouching>& found,
                     std::set<Key>& now);
   void apply(const ModalTouching& touch, const Eigen::Vector3d& impulse_n_s, std::vector<PressedBody>& others);
-  /// The row of a rigid body that got an impulse from a modal one in the last dt.
+  /// The row of a rigid body that got an impulse from a modal one.
   void note_rigid(const ModalBody& from, const PressedBody& other, const Eigen::Vector3d& x,
-                  const Eigen::Vector3d& impulse_n_s, bool is_new);
+                  const Eigen::Vector3d& impulse_n_s, bool is_new, const Span& span);
   void press_ball(std::size_t a, PressedBody& ball, Ball& state, double dt_s);
   void time_touch(std::size_t a, Ball& state, double dt_s);
 

@@ -378,14 +378,17 @@ void ModalIsland::note_held() {
   Index row = 0;
   for (const auto& [member, hold] : holds_) {
     ModalBody& body = world_.bodies[number(member)];
-    body.note(hold->place, body.row, false, impulses_.segment<3>(row));
+    body.note(hold->place, body.row, false, impulses_.segment<3>(row), body.between_steps(world_.dt_s));
     row += 3;
   }
   for (const JointPlace* joint : joints_) {
     ModalBody& body = world_.bodies[number(joint->body)];
     const Vector3d impulse = impulses_.segment<3>(row);
-    body.note(joint->place, joint->other < 0 ? body.row : world_.bodies[number(joint->other)].row, false, impulse);
-    if (joint->other >= 0) world_.bodies[number(joint->other)].note(joint->other_place, body.row, false, -impulse);
+    const Span span = body.between_steps(world_.dt_s);
+    body.note(joint->place, joint->other < 0 ? body.row : world_.bodies[number(joint->other)].row, false, impulse,
+              span);
+    if (joint->other >= 0)
+      world_.bodies[number(joint->other)].note(joint->other_place, body.row, false, -impulse, span);
     row += 3;
   }
 }

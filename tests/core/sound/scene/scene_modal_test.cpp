@@ -231,6 +231,18 @@ TEST_F(SceneModal, ABarThatIsClampedDecaysAtTheFrequencyThatItHasAsHeldAndStillH
   EXPECT_LE(motion.residual_relative, 1e-9);
 }
 
+TEST_F(SceneModal, APlateWhoseHoldsKeepAllOfItsMotionsIsStill) {
+  std::ofstream(folder_ / "still.csv") << "time_s,x,y,z\n0,0,0,0\n";
+  std::string holds;
+  for (const char* at : {"0.01, 0.01, 0.1", "0.01, -0.01, 0.1", "-0.01, 0.01, 0.1", "-0.01, -0.01, -0.1"})
+    holds += std::string("[[hold]]\nbody = \"bar\"\nat_m = [") + at + "]\ncsv = \"still.csv\"\n";
+  Scene held = scene("n_modes = 3", "[solver]\nrate_hz = 20000\n", "", holds);
+  held.materials[0].damping = damping::assumed_damping();
+  const SceneMotion motion = move(held);
+  EXPECT_LE(motion.final[0].velocity_m_s.norm(), 1e-9);
+  EXPECT_LE(motion.residual_relative, 1e-9);
+}
+
 TEST_F(SceneModal, ABoxThatSlidesDoesNotSinkAndStopsWhereItShould) {  // more corners than it has motions
   Scene sliding = scene("n_modes = 6", "[solver]\nrate_hz = 5000\n[world.floor]\nmaterial = \"soft\"\n",
                         "position_m = [0, 0, 0.01]\nrotation_deg = [0, 90, 0]\nvelocity_m_s = [0.5, 0, 0]");

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/sound/scene/scene_motion.hpp"
@@ -188,6 +189,40 @@ TEST(SceneModalTouch, ACrackingBodyThatMeetsAModalOneEndsTheRunAndOneThatDoesNot
   };
   EXPECT_THROW(move(at("0.061")), NumericalError);
   EXPECT_NO_THROW(move(at("0.07")));
+}
+
+TEST(SceneModalTouch, AModalBodyBetweenTheNodesOfACrackingOneEndsTheRun) {
+  // The cube is a fifth as long as the plate's elements: no node of the plate ever lies in it.
+  const Scene scene = parse_scene(
+      std::string("duration_s = 0.03\n") + kWeightless + kMaterials +
+          "[[body]]\nname = \"plate\"\nmaterial = \"soft\"\nmodel = \"cracking\"\nsound = \"none\"\nmax_edge_m = 0.1\n"
+          "shape = { kind = \"box\", length_m = 0.4, width_m = 0.4, height_m = 0.02 }\n"
+          "[[body]]\nname = \"cube\"\nmaterial = \"soft\"\nmodel = \"modal\"\nsound = \"none\"\n"
+          "shape = { kind = \"box\", length_m = 0.02, width_m = 0.02, height_m = 0.02 }\n"
+          "position_m = [0.03, 0.034, 0.021]\nvelocity_m_s = [0, 0, -1]\n"
+          "[crack]\nstrength_pa = 1e9\n[modal]\nn_modes = 0\n",
+      "small.toml");
+  EXPECT_THROW(move(scene), NumericalError);
+}
+
+TEST(SceneModalTouch, ARestingBodyPressesByItsWeightWhileAnotherThatLandsMakesStepsSmaller) {
+  const Scene scene =
+      parse_scene(std::string("duration_s = 0.03\n[solver]\nrate_hz = 10000\n[world.floor]\nmaterial = \"soft\"\n") +
+                      kMaterials + box("a", "model = \"modal\"\nmodal = { n_modes = 0 }\nposition_m = [0, 0, 0.03]") +
+                      box("b", "model = \"modal\"\nmodal = { n_modes = 6 }\nposition_m = [1, 0, 0.0305]"),
+                  "rest.toml");
+  const SceneMotion motion = move(scene);
+  std::map<double, double> force_n;  // by the begin of a small step
+  double least_s = HUGE_VAL, most_s = 0.0;
+  for (const events::Impulse& row : motion.log.impulses) {
+    if (row.body != 0 || row.kind != events::ImpulseKind::kLasting || row.time_s < 0.002) continue;
+    force_n[row.time_s] += row.impulse_n_s.z() / row.duration_s;
+    least_s = std::min(least_s, row.duration_s);
+    most_s = std::max(most_s, row.duration_s);
+  }
+  EXPECT_GT(most_s, 3.0 * least_s);
+  const double weight_n = motion.mass_kg[0] * scene.solver.gravity_m_s2.norm();
+  for (const auto& [time_s, force] : force_n) EXPECT_LE(std::abs(force / weight_n - 1.0), 1e-3) << time_s;
 }
 
 TEST(SceneModalTouch, JointsThatCannotBeAreRefused) {

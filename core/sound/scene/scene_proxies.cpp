@@ -7,6 +7,7 @@
 #include "core/geometry/mesh/mass_properties.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/modal/polynomial_modes.hpp"
+#include "core/sound/scene/detail/held_nodes.hpp"
 #include "core/sound/scene/scene_frames.hpp"
 #include "core/sound/soundbank/proxy.hpp"
 #include "core/sound/soundbank/soundbank_file.hpp"
@@ -69,7 +70,8 @@ SceneProxies::~SceneProxies() = default;
 
 bool SceneProxies::may_stand_for(const SceneBody& body) const {
   return body.sounds() && (body.sound == BodySound::kProxy ||
-                           (body.sound == BodySound::kAuto && scene_.sound.proxy_above_hz.has_value()));
+                           (body.sound == BodySound::kAuto && scene_.sound.proxy_above_hz.has_value() &&
+                            detail::kept_by(scene_, body) != detail::KeptBy::kStillPlaces));
 }
 
 std::optional<SoundModel> SceneProxies::stand_in(const Body& body, const SceneNotes& notes, Monitor& monitor) const {

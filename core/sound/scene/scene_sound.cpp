@@ -10,6 +10,7 @@
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/modal/polynomial_modes.hpp"
+#include "core/sound/scene/detail/held_nodes.hpp"
 #include "core/sound/stage/radiating_voice.hpp"
 #include "core/sound/transfer/radiate.hpp"
 
@@ -22,9 +23,9 @@ constexpr int kFewPieceElements = 1000;
 constexpr int kMostPieceElements = 20000;
 
 /// What makes two bodies sound alike, as text.
-std::string key_of(const SceneBody& body) {
-  std::string key = std::to_string(static_cast<int>(body.sound)) + ";" + std::to_string(body.material) + ";" +
-                    to_text(body.max_edge_m) + ";" + to_text(body.unit_m) + ";";
+std::string key_of(const Scene& scene, const SceneBody& body) {
+  std::string key = detail::kept_key(scene, body) + std::to_string(static_cast<int>(body.sound)) + ";" +
+                    std::to_string(body.material) + ";" + to_text(body.max_edge_m) + ";" + to_text(body.unit_m) + ";";
   if (body.modes_to_hz) key += to_text(*body.modes_to_hz) + ";";
   if (!body.shape) return key + body.mesh.string();
   key += body.shape->kind + ";" + body.shape->profile_csv.string();
@@ -39,7 +40,8 @@ std::vector<std::optional<int>> sound_model_numbers(const Scene& scene) {
   std::vector<std::optional<int>> numbers;
   for (const SceneBody& body : scene.bodies) {
     numbers.emplace_back();
-    if (body.sounds()) numbers.back() = known.try_emplace(key_of(body), static_cast<int>(known.size())).first->second;
+    if (body.sounds())
+      numbers.back() = known.try_emplace(key_of(scene, body), static_cast<int>(known.size())).first->second;
   }
   return numbers;
 }
@@ -76,7 +78,16 @@ namespace {
 struct Meshed {
   const mesh::TetMesh& mesh;
   std::optional<mesh::ShapeSpec> shape;
+  solid::Support support = {};
 };
+
+/// Where the world keeps a body of the scene, which is heard as kept there.
+solid::Support support_of(const Scene& scene, const SceneBody& body, mesh::TetMesh& mesh, const SceneNotes& notes) {
+  if (notes.warning && detail::kept_by(scene, body) == detail::KeptBy::kMovingPlaces)
+    notes.warning("body " + body.name +
+                  " is held by what moves: it is heard by the modes of the free body, its notes as held too quietly");
+  return detail::still_support_of(scene, body, mesh);
+}
 
 /// Every mesh is stiffer than the body; what its estimate says is taken off (of half a tile of 587 elements 0.24 and 1.18 % remain
 /// 0.002 and 0.08 %), and what then lies above the band.
@@ -98,7 +109,7 @@ double largest_mesh_error(const modal::EigenResult& modes) {
 
 modal::EigenResult modes_in_band(const Scene& scene, const SceneBody& body, const Meshed& meshed,
                                  const SceneNotes& notes, Monitor& monitor) {
-  const modal::ModesBody what{meshed.shape, {}, 2};
+  const modal::ModesBody what{meshed.shape, meshed.support, 2};
   modal::ModesOptions options;
   options.eigen.estimate_mesh_error = true;
   options.eigen.band = {scene.sound.low_hz, scene.sound.high_hz};
@@ -149,7 +160,10 @@ InputError no_mode(const Scene& scene, const SceneBody& body) {
 /// Polynomials' lowest frequency is an upper bound; of what is convex it is near the truth.
 bool has_mode(const Scene& scene, const SceneBody& body, Monitor& monitor) {
   constexpr double kTooHigh = 1.05;
-  const mesh::TetMesh mesh = mesh_of(body, {}, monitor);
+  mesh::TetMesh mesh = mesh_of(body, {}, monitor);
+  const solid::Support support = support_of(scene, body, mesh, {});
+  if (support.kind != solid::SupportKind::kFree)
+    return modes_in_band(scene, body, {mesh, body.shape, support}, {}, monitor).model.n_modes() > 0;
   try {
     const double lowest_hz =
         modal::lowest_frequency_hz(mesh::boundary_surface(mesh), scene.material_of(body).elastic, {8});
@@ -204,8 +218,9 @@ void require_modes(const Scene& scene, Monitor& monitor) {
 
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes,
                                          Monitor& monitor) {
-  const mesh::TetMesh mesh = mesh_of(body, notes, monitor);
-  const modal::EigenResult modes = modes_in_band(scene, body, {mesh, body.shape}, notes, monitor);
+  mesh::TetMesh mesh = mesh_of(body, notes, monitor);
+  const solid::Support support = support_of(scene, body, mesh, notes);
+  const modal::EigenResult modes = modes_in_band(scene, body, {mesh, body.shape, support}, notes, monitor);
   if (modes.model.n_modes() == 0) {
     if (body.sound == BodySound::kModes) throw no_mode(scene, body);  // asked for by name
     if (notes.warning)

@@ -26,8 +26,8 @@ struct SoundModel {
   std::optional<double> mesh_error;
 };
 
-/// Modes of the free body within the scene's band, and their radiation. Nothing where it has no mode there: a steel ball of
-/// 40 mm rings above hearing (notes.warning says so).
+/// Modes of the body within the scene's band, and their radiation: of the free one, of a modal one that still holds or joints to the world
+/// keep as kept there. Nothing where it has no mode there: a steel ball of 40 mm rings above hearing (notes.warning says so).
 /// @throws InputError that names the body, where it has no mode in the band and sound = "modes" asks for them; NumericalError;
 ///   Interrupted
 std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& body, const SceneNotes& notes = {},
@@ -46,7 +46,7 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
                                          mesh::TetMesh tetrahedra, const SceneNotes& notes = {},
                                          Monitor& monitor = silent_monitor());
 
-/// Bodies with the same number sound alike: same shape or mesh, material and mesh size. One number per body of the scene,
+/// Bodies with the same number sound alike: same shape or mesh, material, mesh size, and places that are kept. One number per body of the scene,
 /// from 0 up; none for bodies that are silent.
 std::vector<std::optional<int>> sound_model_numbers(const Scene& scene);
 

@@ -26,6 +26,11 @@ HoldPath::HoldPath(HoldKind kind, std::vector<Row> rows, const std::string& plac
   }
 }
 
+bool HoldPath::is_still() const {
+  return start_velocity_.isZero(0.0) &&
+         std::all_of(rows_.begin(), rows_.end(), [](const Row& row) { return row.value.isZero(0.0); });
+}
+
 std::size_t HoldPath::row_before(double time_s) const {
   const auto after =
       std::upper_bound(rows_.begin(), rows_.end(), time_s, [](double t, const Row& row) { return t < row.time_s; });

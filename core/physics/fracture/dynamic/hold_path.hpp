@@ -28,6 +28,7 @@ class HoldPath {
   HoldPath(HoldKind kind, std::vector<Row> rows, const std::string& place = "hold");
 
   HoldKind kind() const { return kind_; }
+  bool is_still() const;  ///< whether what it holds never moves
   /// Acceleration holds: velocity of the place at the start, which is kept.
   void set_start_velocity(const Eigen::Vector3d& velocity_m_s) { start_velocity_ = velocity_m_s; }
   Eigen::Vector3d displacement_m(double time_s) const;

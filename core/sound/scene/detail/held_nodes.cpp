@@ -1,5 +1,7 @@
 #include "core/sound/scene/detail/held_nodes.hpp"
 
+#include <algorithm>
+
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/config/toml_table.hpp"
 #include "core/physics/solid/support.hpp"
@@ -9,14 +11,22 @@ namespace {
 
 constexpr double kAway = 0.1;  ///< of the body's size: a place farther from all nodes is none of it
 
+int nearest_node(const mesh::TetMesh& mesh, const Eigen::Vector3d& place_m) {
+  Eigen::Index nearest = 0;
+  (mesh.nodes_m.rowwise() - place_m.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
+  return static_cast<int>(nearest);
+}
+
+std::string text_of(const Eigen::Vector3d& x) { return to_text(x[0]) + "," + to_text(x[1]) + "," + to_text(x[2]); }
+
 std::vector<int> nodes_under(const SceneHold& hold, const mesh::TetMesh& mesh) {
   if (!hold.at_m) return solid::held_nodes(solid::parse_support("clamped:" + hold.where), mesh);
-  const Eigen::VectorXd far = (mesh.nodes_m.rowwise() - hold.at_m->transpose()).rowwise().norm();
-  Eigen::Index nearest = 0;
+  const int nearest = nearest_node(mesh, *hold.at_m);
+  const double far = (mesh.nodes_m.row(nearest).transpose() - *hold.at_m).norm();
   const double size = (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).norm();
-  if (!(far.minCoeff(&nearest) <= kAway * size))
-    throw InputError("at_m", "is away from the body", to_text(far.minCoeff()) + " m", "a place of the body");
-  return {static_cast<int>(nearest)};
+  if (!(far <= kAway * size))
+    throw InputError("at_m", "is away from the body", to_text(far) + " m", "a place of the body");
+  return {nearest};
 }
 
 }  // namespace
@@ -39,6 +49,59 @@ std::vector<HeldNodes> held_nodes_of(const Scene& scene, int row, const mesh::Te
     });
   }
   return found;
+}
+
+namespace {
+
+struct Kept {
+  int row = -1;
+  std::vector<const SceneHold*> holds;
+  std::vector<const SceneJoint*> joints;
+};
+
+Kept kept_places(const Scene& scene, const SceneBody& body) {
+  Kept kept;
+  if (body.model != BodyModel::kModal) return kept;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    if (scene.bodies[i].name == body.name) kept.row = static_cast<int>(i);
+  for (const SceneHold& hold : scene.holds)
+    if (hold.body == kept.row) kept.holds.push_back(&hold);
+  for (const SceneJoint& joint : scene.joints)
+    if (joint.body == kept.row && joint.other < 0) kept.joints.push_back(&joint);
+  return kept;
+}
+
+}  // namespace
+
+KeptBy kept_by(const Scene& scene, const SceneBody& body) {
+  const Kept kept = kept_places(scene, body);
+  if (std::any_of(kept.holds.begin(), kept.holds.end(), [](const SceneHold* hold) { return !hold->path.is_still(); }))
+    return KeptBy::kMovingPlaces;
+  return kept.holds.empty() && kept.joints.empty() ? KeptBy::kNothing : KeptBy::kStillPlaces;
+}
+
+std::string kept_key(const Scene& scene, const SceneBody& body) {
+  std::string key;
+  if (kept_by(scene, body) != KeptBy::kStillPlaces) return key;
+  const Kept kept = kept_places(scene, body);
+  for (const SceneHold* hold : kept.holds) key += "hold " + (hold->at_m ? text_of(*hold->at_m) : hold->where) + ";";
+  for (const SceneJoint* joint : kept.joints) key += "joint " + text_of(joint->at_m) + ";";
+  return key;
+}
+
+solid::Support still_support_of(const Scene& scene, const SceneBody& body, mesh::TetMesh& mesh) {
+  constexpr const char* kSet = "what the world keeps";
+  if (kept_by(scene, body) != KeptBy::kStillPlaces) return {};
+  const Kept kept = kept_places(scene, body);
+  const std::vector<HeldNodes> holds = held_nodes_of(scene, kept.row, mesh);
+  if (holds.size() == 1 && kept.joints.empty() && !holds[0].hold->at_m)
+    return {solid::SupportKind::kClamped, holds[0].hold->where};  // a whole face of a box is known by polynomials
+  std::vector<int>& nodes = mesh.node_sets[kSet];
+  for (const HeldNodes& hold : holds) nodes.insert(nodes.end(), hold.nodes.begin(), hold.nodes.end());
+  for (const SceneJoint* joint : kept.joints) nodes.push_back(nearest_node(mesh, joint->at_m));
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return {solid::SupportKind::kClamped, std::string("set:") + kSet};
 }
 
 }  // namespace klang::scene::detail

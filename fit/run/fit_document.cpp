@@ -120,6 +120,7 @@ SpecimenRecord specimen_record(const FitProblem& problem, const FitResult& resul
   record.max_deviation_cents = specimen.max_deviation_cents;
   record.partials = partial_records(result, s);
   record.strikes_s = specimen.ringdown.strikes_s;
+  record.amplitude_strike = specimen.ringdown.amplitude_strike;
   record.explained_energy = specimen.ringdown.explained_energy;
   record.files = files_of(specimen);
   return record;

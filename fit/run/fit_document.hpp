@@ -156,6 +156,7 @@ struct SpecimenRecord {
   std::optional<double> rms_deviation_cents, max_deviation_cents;
   std::vector<PartialRecord> partials;
   std::vector<double> strikes_s;
+  std::optional<int> amplitude_strike;
   std::optional<double> explained_energy;
   SpecimenFiles files;
 
@@ -172,6 +173,9 @@ struct SpecimenRecord {
     visit({"max_deviation_cents", "the largest, absolute"}, self.max_deviation_cents);
     visit({"partials", "that were measured"}, self.partials);
     visit({"strikes_s", "from the recording's start"}, self.strikes_s);
+    visit(absent_if_empty(
+              {"amplitude_strike", "place in strikes_s of the strike at which the partials' amplitudes are told"}),
+          self.amplitude_strike);
     visit({"explained_energy", "by the partials, 0 to 1"}, self.explained_energy);
     visit({"files", "beside the result"}, self.files);
   }

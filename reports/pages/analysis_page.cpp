@@ -173,7 +173,7 @@ Page make(const fit::AnalysisDocument& data, ReportFolder& folder) {
   const SoundPair sounds = sounds_of(data, folder);
   const std::vector<fit::Partial> rings = fit::without_shapes(data.partials);
   SpectrumView spectrum{data.name, sounds.recorded, sounds.computed, 0, rings};
-  if (!data.strikes_s.empty()) spectrum.strike_s = data.strikes_s.front();
+  spectrum.strike_s = told_strike_s(data.strikes_s, data.amplitude_strike);
   if (data.responses) {
     spectrum.given = level_spectrum(data.responses->curve_hz, data.responses->curve_db);
     spectrum.axis = "Level [dB re 1 " + data.responses->unit + "]";

@@ -198,7 +198,7 @@ std::string spectrum_of(const fit::FitDocument& data, std::size_t index, const S
                         ReportFolder& folder) {
   const fit::SpecimenRecord& specimen = data.specimens[index];
   SpectrumView view{specimen.name, sounds.recorded, sounds.computed, 0, partials_of(specimen)};
-  if (!specimen.strikes_s.empty()) view.strike_s = specimen.strikes_s.front();
+  view.strike_s = told_strike_s(specimen.strikes_s, specimen.amplitude_strike);
   view.stem.clear();
   return spectrum_html(view, folder);
 }

@@ -125,6 +125,13 @@ std::string layer(const char* name, const char* words) {
 
 }  // namespace
 
+double told_strike_s(const std::vector<double>& strikes_s, const std::optional<int>& amplitude_strike) {
+  if (strikes_s.empty()) return 0.0;
+  const int strike = amplitude_strike.value_or(0);
+  return strike >= 0 && strike < static_cast<int>(strikes_s.size()) ? strikes_s[static_cast<std::size_t>(strike)]
+                                                                    : strikes_s.front();
+}
+
 LevelSpectrum level_spectrum(const audio::Signal& sound, double strike_s, double highest_hz) {
   LevelSpectrum result;
   const double rate = sound.sample_rate_hz;

@@ -16,6 +16,9 @@ struct LevelSpectrum {
   std::vector<double> level_db;  ///< of bin k at k step_hz, re full scale; each the largest within the bin
   double window_s = 0;
 };
+/// The strike at which partials' amplitudes are told, of whatever a file says; 0 without strikes.
+double told_strike_s(const std::vector<double>& strikes_s, const std::optional<int>& amplitude_strike);
+
 LevelSpectrum level_spectrum(const audio::Signal& sound, double strike_s, double highest_hz);
 /// Levels that were measured at rising frequencies, at even steps from 0 on; NaN below the first.
 LevelSpectrum level_spectrum(const std::vector<double>& frequency_hz, const std::vector<double>& level_db);
@@ -24,7 +27,7 @@ LevelSpectrum level_spectrum(const std::vector<double>& frequency_hz, const std:
 struct SpectrumView {
   std::string name;                  ///< of what rings, for labels; may be empty
   audio::Signal recorded, computed;  ///< either may have no frames
-  double strike_s = 0;               ///< the first
+  double strike_s = 0;               ///< from where on it is transformed
   std::vector<fit::Partial> partials;
   std::string stem = "partials";  ///< of the figure's files; empty: none
   LevelSpectrum given = {};       ///< of what is no recording: partials stand on it

@@ -38,11 +38,12 @@ audio::Signal fitted_sound(const SpecimenData& data, const SpecimenResult& speci
     sound.partials.partials.push_back(partial);
     kept.push_back(i);
   }
-  for (auto& row : sound.strike_amplitudes) {
-    std::vector<double> amplitudes;
-    for (const std::size_t i : kept) amplitudes.push_back(i < row.size() ? row[i] : 0.0);
-    row = std::move(amplitudes);
-  }
+  for (auto* rows : {&sound.strike_amplitudes, &sound.strike_phases_rad})
+    for (std::vector<double>& row : *rows) {
+      std::vector<double> own;
+      for (const std::size_t i : kept) own.push_back(i < row.size() ? row[i] : 0.0);
+      row = std::move(own);
+    }
   return resynthesise(sound, data.signals.front().n_frames());
 }
 

@@ -98,7 +98,10 @@ int run_analyze(const AnalyzeOptions& options, const CommonOptions& given) {
   if (!options.output.empty()) out = std::make_unique<OutputDirectory>(options.output);
 
   const fit::RingdownResult result = fit::identify_ringdown(recording, ringdown, monitor);
-  if (!result.usable()) throw NumericalError(options.recording + ": " + result.message);
+  if (!result.usable())
+    throw NumericalError(
+        options.recording + ": " + result.message +
+        (result.status == fit::RingdownStatus::kUnexplained ? " (--accept-unexplained takes them all the same)" : ""));
 
   const nlohmann::json used = {{"band_hz", {ringdown.band.low_hz, ringdown.band.high_hz}},
                                {"max_partials", ringdown.max_partials},

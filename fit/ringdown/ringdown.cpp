@@ -372,9 +372,8 @@ void judge_explained(RingdownResult& result, const RingData& data, const std::ve
   const std::string told = "the partials explain " + percent(share) + " of the energy in band";
   const bool on_lines = best < kLeastExplained && share_on_lines(data, rings, band) >= kLeastOnLines;
   if (best < kLeastExplained && !on_lines && !options.accept_unexplained) {
-    result.status = RingdownStatus::kNothingFound;
-    result.message = told + ", nowhere after a strike " + percent(kLeastExplained) +
-                     ": this is no ring of one body (accept_unexplained takes them all the same)";
+    result.status = RingdownStatus::kUnexplained;
+    result.message = told + ", nowhere after a strike " + percent(kLeastExplained) + ": this is no ring of one body";
     return;
   }
   result.warnings.insert(result.warnings.begin(),

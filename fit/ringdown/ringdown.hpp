@@ -9,7 +9,7 @@
 
 namespace klang::fit {
 
-enum class RingdownStatus { kNotRun, kOk, kNothingFound };
+enum class RingdownStatus { kNotRun, kOk, kNothingFound, kUnexplained };
 
 /// Below this share of the energy in band, in each of the first 30, 100, 300 ms after the strikes and in the whole, partials
 /// are no account of a recording: it is refused (noise, speech, music and applause stay below it, real rings do not).

@@ -135,7 +135,7 @@ TEST(RingdownTrust, ADecayThatTheRecordingCannotShowIsNotInvented) {
 TEST(RingdownTrust, LoopedNoiseIsRefusedUnlessAsked) {
   const Signal signal = looped_noise();
   const auto refused = identify_ringdown(signal);
-  EXPECT_EQ(refused.status, RingdownStatus::kNothingFound);
+  EXPECT_EQ(refused.status, RingdownStatus::kUnexplained);
   EXPECT_NE(refused.message.find("explain"), std::string::npos) << refused.message;
   RingdownOptions options;
   options.accept_unexplained = true;

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "core/foundation/base/huge_pages.hpp"
 #include "core/foundation/la/lapack.hpp"
 
 namespace klang::la {
@@ -63,6 +64,7 @@ BlockLanczosResult block_lanczos(const std::function<MatrixXd(const MatrixXd&)>&
   const Index n_kept_max = n_wanted + std::max<Index>(b, n_wanted / 4);
   const Index n_space = n_kept_max + std::max<Index>(6 * b, 3 * n_wanted);
   MatrixXd basis(n, n_space + b);
+  advise_huge_pages(basis.data(), static_cast<std::size_t>(basis.size()) * sizeof(double));
   MatrixXd projected = MatrixXd::Zero(n_space + b, n_space + b);  // basis^T M Op basis
   MatrixXd mass_x = mass.times(start), r;
   if (!orthonormalise(start, mass_x, mass, r)) return result;

@@ -26,6 +26,7 @@ constexpr int kMaxGuard = 64;
 // From here on a pass through the factor costs more than what a block of vectors adds to it.
 constexpr Eigen::Index kBlockFromNodes = 4000;
 constexpr Eigen::Index kBlock = 8;
+constexpr Eigen::Index kBlasAloneToDofs = 60000;
 
 double omega_sq(double frequency_hz) { return std::pow(2 * kPi * frequency_hz, 2); }
 
@@ -67,6 +68,9 @@ void find_lowest(detail::EigenProblem& problem, const EigenOptions& options, boo
     const Stopwatch watch;
     const bool too_many_for_lanczos = 4 * n + 8 * kBlock > problem.n_elastic();
     const bool proves = !dense && options.count > 0 && options.prove_none_missing;
+    // Small products do not repay the threads that wait for the next one, on the cores that the factor is at work on.
+    std::optional<BlasThreads> one;
+    if (!dense && !too_many_for_lanczos && problem.n_dofs() < kBlasAloneToDofs) one.emplace(1);
     EarlyCount early(problem, search.count_at);
     if (dense || too_many_for_lanczos) {
       search.pairs = problem.lowest_dense(n);

@@ -8,6 +8,7 @@
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
+#include "core/foundation/la/same_pattern.hpp"
 #include "core/physics/solid/detail/element.hpp"
 
 namespace klang::solid {
@@ -101,8 +102,8 @@ SparseMatrix zero_matrix(const NodePattern& pattern) {
   if (n_entries > std::numeric_limits<int>::max()) {
     throw InputError("mesh", "too large for 32-bit sparse matrices", std::to_string(n) + " nodes");
   }
-  SparseMatrix matrix(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n));
-  matrix.resizeNonZeros(n_entries);
+  SparseMatrix matrix = la::room_for(static_cast<Eigen::Index>(3 * n), static_cast<Eigen::Index>(3 * n),
+                                     static_cast<Eigen::Index>(n_entries));
   int* outer = matrix.outerIndexPtr();
   int* inner = matrix.innerIndexPtr();
   double* values = matrix.valuePtr();
@@ -267,11 +268,11 @@ AssembledSolid assemble(const mesh::TetMesh& mesh, const Support& support, MassK
 
 SparseMatrix stiffness(const AssembledSolid& solid, double lame_lambda_pa, double lame_mu_pa) {
   KLANG_CHECK(solid.stiffness_lambda.nonZeros() == solid.stiffness_mu.nonZeros(), "one pattern for both");
-  SparseMatrix result = solid.stiffness_mu;
-  const double* lambda_values = solid.stiffness_lambda.valuePtr();
+  SparseMatrix result = la::same_pattern(solid.stiffness_mu);
+  const double *lambda_values = solid.stiffness_lambda.valuePtr(), *mu_values = solid.stiffness_mu.valuePtr();
   double* values = result.valuePtr();
   parallel_for(static_cast<std::size_t>(result.nonZeros()), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) values[k] = lame_lambda_pa * lambda_values[k] + lame_mu_pa * values[k];
+    for (std::size_t k = begin; k < end; ++k) values[k] = lame_lambda_pa * lambda_values[k] + lame_mu_pa * mu_values[k];
   });
   return result;
 }

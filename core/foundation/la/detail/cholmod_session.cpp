@@ -1,5 +1,7 @@
 #include "core/foundation/la/detail/cholmod_session.hpp"
 
+#include "core/foundation/base/huge_pages.hpp"
+
 namespace klang::la::detail {
 
 cholmod_sparse cholmod_view(const SparseMatrix& lower) {
@@ -20,6 +22,8 @@ cholmod_sparse cholmod_view(const SparseMatrix& lower) {
 }
 
 CholmodSession::CholmodSession() {
+  static const bool large_pages = (SuiteSparse_config.malloc_func = huge_malloc, true);  // for the factors
+  static_cast<void>(large_pages);
   cholmod_start(&common);
   common.print = 0;
   common.error_handler = nullptr;

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "core/foundation/base/huge_pages.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/la/lapack.hpp"
 
@@ -14,10 +15,6 @@ namespace klang::la::detail {
 namespace {
 
 constexpr int kPanel = 64;  // columns eliminated together
-
-using Values = std::unique_ptr<double[]>;
-
-Values zeros(std::size_t n) { return Values(new double[n]()); }
 
 // L D L^T of the n x n block at `a`, in place: D on the diagonal, L below. False at a pivot of zero.
 bool eliminate_block(int n, double* a, int lda) {
@@ -38,7 +35,7 @@ bool eliminate_block(int n, double* a, int lda) {
 // Eliminates supernodes one after another; each thread has one of these.
 class Elimination {
  public:
-  Elimination(const FrontTree& tree, const double* value, std::vector<Values>& update)
+  Elimination(const FrontTree& tree, const double* value, std::vector<HugeValues>& update)
       : tree_(tree), value_(value), update_(update), local_(static_cast<std::size_t>(tree.n)) {
     size.assign(static_cast<std::size_t>(tree.n), 0.0);
   }
@@ -46,8 +43,8 @@ class Elimination {
   // False at a pivot of zero.
   bool eliminate(int s) {
     const int n = tree_.n_rows(s), m = tree_.n_columns(s), below = n - m;
-    Values columns = zeros(static_cast<std::size_t>(n) * m);
-    update_[s] = zeros(static_cast<std::size_t>(below) * below);
+    HugeValues columns = huge_zeros(static_cast<std::size_t>(n) * m);
+    update_[s] = huge_zeros(static_cast<std::size_t>(below) * below);
     for (int i = 0; i < n; ++i) local_[tree_.rows(s)[i]] = i;
     const FrontTree::Front front{local_.data(), columns.get(), update_[s].get()};
     tree_.add_entries(s, value_, front);
@@ -101,15 +98,15 @@ class Elimination {
 
   const FrontTree& tree_;
   const double* value_;
-  std::vector<Values>& update_;  // what a front leaves to its parent: its lower triangle, by columns
-  std::vector<int> local_;       // of a row in the front at hand
+  std::vector<HugeValues>& update_;  // what a front leaves to its parent: its lower triangle, by columns
+  std::vector<int> local_;           // of a row in the front at hand
   std::vector<double> scaled_;
 };
 
 }  // namespace
 
 std::optional<PivotSigns> pivot_signs(const FrontTree& tree, const SparseMatrix& lower) try {
-  std::vector<Values> update(static_cast<std::size_t>(tree.n_supernodes));
+  std::vector<HugeValues> update(static_cast<std::size_t>(tree.n_supernodes));
   std::vector<std::unique_ptr<Elimination>> job(static_cast<std::size_t>(tree.n_jobs()));
   const BlasThreads one_each(1);  // fronts are shared out here
   const bool done = tree.run([&](int k, int s) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "core/foundation/base/huge_pages.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/foundation/la/lapack.hpp"
 
@@ -12,8 +13,6 @@ namespace {
 constexpr int kCholeskyPanel = 128;  // columns eliminated together
 constexpr int kRowsOfJob = 512;
 constexpr double kDivideTogetherFrom = 4e6;  // multiplications
-
-using Values = std::unique_ptr<double[]>;
 
 // X L^T = B for the rows below a diagonal block.
 void divide_below(int n_below, int width, const double* block, double* below, int stride) {
@@ -34,14 +33,14 @@ void divide_below(int n_below, int width, const double* block, double* below, in
 
 class CholeskyElimination {
  public:
-  CholeskyElimination(const FrontTree& tree, const double* value, std::vector<Values>& update)
+  CholeskyElimination(const FrontTree& tree, const double* value, std::vector<HugeValues>& update)
       : tree_(tree), value_(value), update_(update), local_(static_cast<std::size_t>(tree.n)) {}
 
   // False at a pivot that is not positive.
   bool eliminate(int s, double* columns) {
     const int n = tree_.n_rows(s), m = tree_.n_columns(s), below = n - m;
     std::fill(columns, columns + static_cast<std::size_t>(n) * m, 0.0);
-    update_[s] = Values(new double[static_cast<std::size_t>(below) * below]());
+    update_[s] = huge_zeros(static_cast<std::size_t>(below) * below);
     for (int i = 0; i < n; ++i) local_[tree_.rows(s)[i]] = i;
     const FrontTree::Front front{local_.data(), columns, update_[s].get()};
     tree_.add_entries(s, value_, front);
@@ -67,14 +66,14 @@ class CholeskyElimination {
  private:
   const FrontTree& tree_;
   const double* value_;
-  std::vector<Values>& update_;  // what a front leaves to its parent: its lower triangle, by columns
-  std::vector<int> local_;       // of a row in the front at hand
+  std::vector<HugeValues>& update_;  // what a front leaves to its parent: its lower triangle, by columns
+  std::vector<int> local_;           // of a row in the front at hand
 };
 
 }  // namespace
 
 bool tree_cholesky(const FrontTree& tree, const double* value, double* l) {
-  std::vector<Values> update(static_cast<std::size_t>(tree.n_supernodes));
+  std::vector<HugeValues> update(static_cast<std::size_t>(tree.n_supernodes));
   std::vector<std::unique_ptr<CholeskyElimination>> job(static_cast<std::size_t>(tree.n_jobs()));
   return tree.run([&](int k, int s) {
     if (!job[k]) job[k] = std::make_unique<CholeskyElimination>(tree, value, update);

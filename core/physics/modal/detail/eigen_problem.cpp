@@ -15,6 +15,7 @@
 #include "core/foundation/base/stopwatch.hpp"
 #include "core/foundation/la/block_lanczos.hpp"
 #include "core/foundation/la/lapack.hpp"
+#include "core/foundation/la/same_pattern.hpp"
 #include "core/foundation/la/sturm_count.hpp"
 #include "core/physics/solid/node_ends.hpp"
 #include "core/physics/solid/rigid_modes.hpp"
@@ -27,12 +28,12 @@ namespace {
 solid::SparseMatrix shifted(const solid::SparseMatrix& stiffness, const solid::SparseMatrix& unit_mass,
                             double density_kg_m3, double shift) {
   KLANG_CHECK(stiffness.nonZeros() == unit_mass.nonZeros(), "K and M share one pattern");
-  solid::SparseMatrix result = stiffness;
+  solid::SparseMatrix result = la::same_pattern(stiffness);
   double* value = result.valuePtr();
-  const double* mass = unit_mass.valuePtr();
+  const double *stiff = stiffness.valuePtr(), *mass = unit_mass.valuePtr();
   const double factor = -shift * density_kg_m3;
   parallel_for(static_cast<std::size_t>(result.nonZeros()), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) value[k] += factor * mass[k];
+    for (std::size_t k = begin; k < end; ++k) value[k] = stiff[k] + factor * mass[k];
   });
   return result;
 }

@@ -8,6 +8,7 @@
 
 #include "core/foundation/base/parallel.hpp"
 #include "core/geometry/mesh/mass_properties.hpp"
+#include "core/sound/scene/detail/held_touch.hpp"
 #include "core/sound/stage/modal_voice.hpp"
 #include "core/sound/stage/yielding_contact.hpp"
 
@@ -22,17 +23,16 @@ using Eigen::VectorXd;
 constexpr double kLongestS = 0.02,
                  kLongestInTimes = 20.0;  // that a contact is followed: besides, in Hertz' contact times
 
-/// How a body of the log answers pushes as a rigid body, in its own frame.
-struct RigidAnswer {
-  double per_kg = 0.0;  ///< 0 with a zero inverse: it does not move
-  Vector3d centre_m = Vector3d::Zero();
-  Matrix3d inverse_inertia = Matrix3d::Zero();
-  double between(const Vector3d& at, const Vector3d& push, const Vector3d& at2, const Vector3d& push2) const {
-    return per_kg * push.dot(push2) + (at - centre_m).cross(push).dot(inverse_inertia * (at2 - centre_m).cross(push2));
-  }
-};
+/// How a body of the log answers pushes, in its own frame.
+using rigid::PushedBody;
 
-RigidAnswer answer_of(double mass_kg, const Vector3d& centre_m, const Matrix3d& inertia_kg_m2) {
+double answer_between(const PushedBody& body, const Vector3d& at, const Vector3d& push, const Vector3d& at2,
+                      const Vector3d& push2) {
+  return body.inverse_mass * push.dot(push2) +
+         (at - body.centre).cross(push).dot(body.inverse_inertia * (at2 - body.centre).cross(push2));
+}
+
+PushedBody answer_of(double mass_kg, const Vector3d& centre_m, const Matrix3d& inertia_kg_m2) {
   return {1.0 / mass_kg, centre_m, inertia_kg_m2.inverse()};
 }
 
@@ -69,14 +69,14 @@ class Members {
     if (is_new) entry->second = found(row);
     return entry->second.has_value();
   }
-  const RigidAnswer& answer(int row) const { return *answers_.at(row); }
+  const PushedBody& answer(int row) const { return *answers_.at(row); }
 
  private:
-  std::optional<RigidAnswer> found(int row) const {
+  std::optional<PushedBody> found(int row) const {
     const Member& member = members_[static_cast<std::size_t>(row)];
     if (!member.body) return {};
     if (!member.is_piece) {
-      if (member.body->fixed) return RigidAnswer{};
+      if (member.body->fixed) return PushedBody{};
       const rigid::RigidBodySpec spec = rigid_body_of(scene_, *member.body);
       return answer_of(spec.mass_kg, spec.centre_m, spec.inertia_kg_m2);
     }
@@ -89,7 +89,7 @@ class Members {
   const Scene& scene_;
   const SurfaceOfPiece& surface_of_piece_;
   std::vector<Member> members_;
-  std::map<int, std::optional<RigidAnswer>> answers_;
+  std::map<int, std::optional<PushedBody>> answers_;
 };
 
 /// The rows of a pair's touch, those of either body in the log's order.
@@ -135,7 +135,7 @@ struct Problem {
 };
 
 /// Adds what a body of the pair brings: its rigid answer and its modes.
-void add_body(const events::EventLog& log, const std::vector<std::size_t>& rows, const RigidAnswer& answer,
+void add_body(const events::EventLog& log, const std::vector<std::size_t>& rows, const PushedBody& answer,
               const HeardModes* modes, stage::YieldingContact& contact) {
   const auto n = static_cast<Index>(rows.size());
   std::vector<Vector3d> places, pushes;
@@ -146,7 +146,7 @@ void add_body(const events::EventLog& log, const std::vector<std::size_t>& rows,
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j < n; ++j) {
       const auto p = static_cast<std::size_t>(i), q = static_cast<std::size_t>(j);
-      contact.mobility_per_kg(i, j) += answer.between(places[p], pushes[p], places[q], pushes[q]);
+      contact.mobility_per_kg(i, j) += answer_between(answer, places[p], pushes[p], places[q], pushes[q]);
     }
   if (!modes) return;
   const Index before = contact.shapes.rows(), more = modes->angular_frequency_rad_s.size();
@@ -158,6 +158,18 @@ void add_body(const events::EventLog& log, const std::vector<std::size_t>& rows,
   contact.shapes.bottomRows(more) = shapes;
   contact.angular_frequency_rad_s.conservativeResize(before + more);
   contact.angular_frequency_rad_s.tail(more) = modes->angular_frequency_rad_s;
+}
+
+/// Where the two touch, for what holds them.
+detail::PairPlaces places_of(const events::EventLog& log, const PairTouch& touch, const Members& members) {
+  detail::PairPlaces places{touch.a, touch.b, touch.time_s, members.answer(touch.a), {}, {}, {}, {}};
+  if (touch.b >= 0) places.answer_b = members.answer(touch.b);
+  for (const std::size_t row : touch.rows_a) {
+    places.at_a_m.push_back(log.impulses[row].point_m);
+    places.impulse_n_s.push_back(log.impulses[row].impulse_n_s);
+  }
+  for (const std::size_t row : touch.rows_b) places.at_b_m.push_back(log.impulses[row].point_m);
+  return places;
 }
 
 /// Speeds and stiffnesses from impulses and contact times: bodies that leave at e times the speed at which they came have u- = A J / (1 + e).
@@ -228,6 +240,8 @@ stage::ImpactPulses impact_pulses(const Scene& scene, const events::EventLog& lo
     if (!members.find(touch.a)) continue;
     touches.push_back(std::move(touch));
   }
+  const detail::HeldTouches ties(
+      scene, log, [&](int row) { return members.find(row) ? std::optional(members.answer(row)) : std::nullopt; });
   std::vector<TouchForces> forces(touches.size());
   for_each_job(
       touches.size(),
@@ -247,6 +261,8 @@ stage::ImpactPulses impact_pulses(const Scene& scene, const events::EventLog& lo
         }
         add_body(log, touch.rows_a, members.answer(touch.a), modes_of(touch.a), problem.contact);
         if (touch.b >= 0) add_body(log, touch.rows_b, members.answer(touch.b), modes_of(touch.b), problem.contact);
+        if (const auto held = ties.mobility_per_kg(places_of(log, touch, members)))
+          problem.contact.mobility_per_kg = *held;
         const auto breaks = [&](int row) {
           const auto broken_s = row < 0 ? std::nullopt : log.broken_s(row);
           return broken_s && *broken_s - touch.time_s <= 1.0 / scene.solver.rate_hz;

@@ -15,7 +15,7 @@ namespace klang::scene {
 using SurfaceOfPiece = std::function<std::optional<mesh::SurfaceMesh>(int row)>;
 
 /// Pulses of the impacts of bodies that are heard, instead of Hertz' between rigid bodies: all points of a pair that touch at one moment are
-/// one contact problem (stage::yielding_forces) of the two rigid bodies, the modes of those that are heard, and Hertz' springs, whose stiffness is that
+/// one contact problem (stage::yielding_forces) of the two rigid bodies, as cords and hinges hold them, the modes of those that are heard, and Hertz' springs, whose stiffness is that
 /// which the row's contact time has. Kept of the rigid step are the impulses: each history is scaled to its row's. Where what it then leaves in the modes
 /// is more than the contacts took from the motion (by the pair's restitution e: sum J u (1 - e) / 2, all of it in the step that breaks a body), modes
 /// feel a smaller share of it. Rows of modal and cracking bodies, whose contacts yield already, rows without duration and

@@ -25,7 +25,7 @@ struct Contact {
   Eigen::Vector3d impact = Eigen::Vector3d::Zero();   ///< impulse on a of this step's impacts, along axes
   Eigen::Vector3d lasting = Eigen::Vector3d::Zero();  ///< and of the force that holds
   double approach = 0.0;                              ///< normal speed at touch
-  double give = 0.0;                                  ///< speed along the normal per impulse, at touch
+  double give = 0.0;                                  ///< speed along the normal per impulse, at touch, as held
   double target = 0.0;                                ///< normal velocity that a solve aims at
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/physics/rigid/held_mobility.hpp"
+
 namespace klang::rigid::detail {
 namespace {
 
@@ -190,6 +192,44 @@ std::vector<Contact> StepImpacts::touching(const Pair& pair, double time) {
   return all;
 }
 
+/// How far the pair's bodies give way along the normals of its points, with what is tied to them.
+void StepImpacts::find_gives(std::vector<Contact>& points) const {
+  std::map<int, int> slots;
+  std::vector<PushedBody> bodies;
+  const auto slot_of = [&](int body) {
+    if (body < 0) return kFloor;
+    const auto [entry, is_new] = slots.try_emplace(body, static_cast<int>(bodies.size()));
+    const BodyState& b = bodies_[body_index(body)];
+    if (is_new) bodies.push_back({b.inverse_mass, b.centre, view_.inverse_inertia[body_index(body)]});
+    return entry->second;
+  };
+  std::vector<PairPush> pushes, ties;
+  std::vector<Contact*> pushed;
+  std::vector<double> impulses;
+  for (Contact& c : points) {
+    if (c.link < 0) c.give = mobility(c, view_)[0];
+    const Vector3d at_a = bodies_[body_index(c.a)].centre + c.arm_a,
+                   at_b = c.b >= 0 ? Vector3d(bodies_[body_index(c.b)].centre + c.arm_b) : Vector3d::Zero();
+    PairPush push{slot_of(c.a), slot_of(c.b), at_a, at_b, c.normal, c.link >= 0 && !c.tied};
+    if (c.link < 0) {
+      pushes.push_back(push);
+      pushed.push_back(&c);
+      impulses.push_back(c.impact[0]);
+      continue;
+    }
+    for (int axis = 0; axis < (c.tied ? 3 : 1); ++axis) {
+      push.along = c.axes.col(axis);
+      ties.push_back(push);
+    }
+  }
+  if (ties.empty() || pushes.empty()) return;
+  const Eigen::MatrixXd held = held_mobility(
+      pushes, Eigen::Map<const Eigen::VectorXd>(impulses.data(), static_cast<Eigen::Index>(impulses.size())), ties,
+      bodies);
+  for (std::size_t i = 0; i < pushed.size(); ++i)
+    pushed[i]->give = held(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i));
+}
+
 void StepImpacts::collide(const Pair& pair, double time) {
   due_.erase(pair);
   ++struck_[pair];
@@ -199,7 +239,6 @@ void StepImpacts::collide(const Pair& pair, double time) {
   for (Contact& c : points) {
     c.touch = time;
     c.approach = std::max(0.0, -relative_velocity(c, view_)[0]);
-    c.give = mobility(c, view_)[0];
     group.push_back(&c);
     for (const int body : {c.a, c.b})
       if (body >= 0 && !bodies_[body_index(body)].fixed() &&
@@ -208,6 +247,7 @@ void StepImpacts::collide(const Pair& pair, double time) {
   }
   if (group.empty()) return;
   const ImpactLosses losses = solve_impacts(group, view_);
+  find_gives(points);
   losses_.normal += losses.normal;
   losses_.friction += losses.friction;
   for (const Contact& c : points)

@@ -45,6 +45,7 @@ class StepImpacts {
   void keep(const Pair& pair, std::vector<Contact> contacts);
   double touch_of(const Pair& pair, const Striking& at_end) const;
   void collide(const Pair& pair, double time);
+  void find_gives(std::vector<Contact>& points) const;
   std::vector<Contact> touching(const Pair& pair, double time);
   void add_tied(const Pair& pair, double time, std::vector<Contact>& points);
   void fly(int body, double time);

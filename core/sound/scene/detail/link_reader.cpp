@@ -36,18 +36,6 @@ SceneLink read_link(const TomlTable& table, const Scene& scene) {
   return link;
 }
 
-Eigen::Vector3d in_world(const rigid::RigidWorld& world, int body, const Eigen::Vector3d& place_m) {
-  if (body < 0) return place_m;
-  const events::Pose pose = world.pose(body);
-  return pose.position_m + pose.orientation() * place_m;
-}
-
-Eigen::Vector3d in_body(const rigid::RigidWorld& world, int body, const Eigen::Vector3d& place_m) {
-  if (body < 0) return place_m;
-  const events::Pose pose = world.pose(body);
-  return pose.orientation().conjugate() * (place_m - pose.position_m);
-}
-
 }  // namespace
 
 std::vector<std::string> body_names(const Scene& scene) {
@@ -95,28 +83,48 @@ std::vector<SceneLink> read_links(const TomlTable& root, const Scene& scene) {
   return links;
 }
 
-void add_links(const std::vector<SceneLink>& links, rigid::RigidWorld& world) {
+std::vector<rigid::Link> rigid_links(const std::vector<SceneLink>& links,
+                                     const std::function<events::Pose(int body)>& pose_of,
+                                     const std::function<double(int body)>& size_m) {
+  const auto in_world = [&](int body, const Eigen::Vector3d& place_m) {
+    return body < 0 ? place_m : pose_of(body).to_world(place_m);
+  };
+  const auto in_body = [&](int body, const Eigen::Vector3d& world_m) {
+    return body < 0 ? world_m : pose_of(body).to_body(world_m);
+  };
+  std::vector<rigid::Link> list;
   for (const SceneLink& link : links) {
-    const Eigen::Vector3d at_m = in_world(world, link.body, link.at_m);
     if (link.cord) {
-      const double apart_m = (at_m - in_world(world, link.other, link.to_m)).norm();
-      const double length_m = link.length_m.value_or(apart_m);
-      if (!(length_m > 0.0)) throw InputError(link.place, "a cord without length", "", "length_m, or ends apart");
-      if (!(apart_m <= length_m * (1.0 + kStretch)))
-        throw InputError(link.place, "its ends are farther apart than the cord is long", to_text(apart_m) + " m",
-                         "up to " + to_text(length_m) + " m");
-      world.link({link.body, link.other, link.at_m, link.to_m, length_m});
+      const double apart_m = (in_world(link.body, link.at_m) - in_world(link.other, link.to_m)).norm();
+      list.push_back({link.body, link.other, link.at_m, link.to_m, link.length_m.value_or(apart_m)});
       continue;
     }
-    const double half_m = link.axis ? kHingeShare * world.spec(link.body).size_m() : 0.0;
+    const double half_m = link.axis ? kHingeShare * size_m(link.body) : 0.0;
     const Eigen::Vector3d along =
         link.axis ? Eigen::Vector3d(half_m * link.axis->normalized()) : Eigen::Vector3d::Zero();
     for (const double side : {-1.0, 1.0}) {
       const Eigen::Vector3d tied_m = link.at_m + side * along;
-      world.link({link.body, link.other, tied_m, in_body(world, link.other, in_world(world, link.body, tied_m)), {}});
+      list.push_back({link.body, link.other, tied_m, in_body(link.other, in_world(link.body, tied_m)), {}});
       if (!link.axis) break;
     }
   }
+  return list;
+}
+
+void add_links(const std::vector<SceneLink>& links, rigid::RigidWorld& world) {
+  const auto pose_of = [&](int body) { return world.pose(body); };
+  for (const SceneLink& link : links) {
+    if (!link.cord) continue;
+    const Eigen::Vector3d to_m = link.other < 0 ? link.to_m : pose_of(link.other).to_world(link.to_m);
+    const double apart_m = (pose_of(link.body).to_world(link.at_m) - to_m).norm(),
+                 length_m = link.length_m.value_or(apart_m);
+    if (!(length_m > 0.0)) throw InputError(link.place, "a cord without length", "", "length_m, or ends apart");
+    if (!(apart_m <= length_m * (1.0 + kStretch)))
+      throw InputError(link.place, "its ends are farther apart than the cord is long", to_text(apart_m) + " m",
+                       "up to " + to_text(length_m) + " m");
+  }
+  for (const rigid::Link& link : rigid_links(links, pose_of, [&](int body) { return world.spec(body).size_m(); }))
+    world.link(link);
 }
 
 }  // namespace klang::scene::detail

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "core/physics/rigid/impact_pulse.hpp"
 #include "core/physics/rigid/rigid_world.hpp"
 #include "tests/core/physics/rigid/bodies.hpp"
 
@@ -144,6 +145,74 @@ TEST(Link, ABlowGoesOnThroughAChainOfHinges) {
     EXPECT_LE((pairwise.angular_velocity_rad_s(body) - simultaneous.angular_velocity_rad_s(body)).norm(), 1e-9) << body;
   }
   EXPECT_GT(std::abs(pairwise.angular_velocity_rad_s(1).y()), 0.1);
+}
+
+namespace {
+
+/// Contact time of the first impact, at 1 m/s; the bodies without friction or loss.
+double first_contact_s(RigidWorld world) {
+  while (world.time_s() < 0.01)
+    for (const ContactImpulse& row : world.step().contacts) {
+      EXPECT_NEAR(row.approach_m_s, 1.0, 1e-12);
+      return row.duration_s;
+    }
+  ADD_FAILURE() << "nothing strikes";
+  return 0.0;
+}
+
+RigidBodySpec smooth(RigidBodySpec body) {
+  body.skin = skin(1.0, 0.0);
+  return body;
+}
+
+RigidWorld in_space(CollisionOrder order) {
+  RigidWorldOptions options;
+  options.collisions = order;
+  options.gravity_m_s2.setZero();
+  options.floor.reset();
+  return RigidWorld(options);
+}
+
+}  // namespace
+
+// T goes as m^0.4, m = 1 / (1 / m_ball + a^2 / I_hinge) on the hinge, 1 / (1 / m_ball + 1 / M + x^2 / I) without it.
+TEST(Link, ABlowOnABodyOnAHingeLastsAsOnTheBodySoHeld) {
+  for (const CollisionOrder order : {CollisionOrder::kPairwise, CollisionOrder::kSimultaneous})
+    for (const double x : {-0.13, -0.1, 0.0, 0.12}) {
+      double time_s[2], mass_kg[2];
+      for (const int hinged : {0, 1}) {
+        RigidWorld world = in_space(order);
+        world.add(smooth(cuboid("bar", {0.3, 0.03, 0.02}, 0.5)));
+        if (hinged != 0)
+          for (const double y : {-0.05, 0.05})
+            world.link({0, kFloor, Vector3d(-0.15, y, 0), Vector3d(-0.15, y, 0), {}});
+        RigidBodySpec striker = smooth(ball("ball", 0.02, 0.09));
+        striker.position_m = {x, 0, 0.0305};
+        striker.velocity_m_s = {0, 0, -1};
+        world.add(striker);
+        const double inertia = world.spec(0).inertia_kg_m2(1, 1), arm = x + 0.15;
+        mass_kg[hinged] = 1 / (hinged != 0 ? 1 / 0.09 + arm * arm / (inertia + 0.5 * 0.15 * 0.15)
+                                           : 1 / 0.09 + 1 / 0.5 + x * x / inertia);
+        time_s[hinged] = first_contact_s(std::move(world));
+      }
+      EXPECT_NEAR(time_s[1] / time_s[0] / std::pow(mass_kg[1] / mass_kg[0], 0.4), 1.0, 1e-9) << x;
+    }
+}
+
+// From above the cord holds the ball that hangs on it, m = m_ball; from below it does not, 1 / m = 1 / m_ball + 1 / M.
+TEST(Link, ACordHoldsWhatABlowPullsItFrom) {
+  double time_s[2];
+  for (const int below : {0, 1}) {
+    RigidWorld world = in_space(CollisionOrder::kPairwise);
+    world.add(smooth(ball("bob", 0.03, 0.5)));
+    world.link({0, kFloor, Vector3d::Zero(), Vector3d(0, 0, 0.5), 0.5});
+    RigidBodySpec striker = smooth(ball("striker", 0.02, 0.09));
+    striker.position_m = {0, 0, below != 0 ? -0.0505 : 0.0505};
+    striker.velocity_m_s = {0, 0, below != 0 ? 1.0 : -1.0};
+    world.add(striker);
+    time_s[below] = first_contact_s(std::move(world));
+  }
+  EXPECT_NEAR(time_s[0] / time_s[1] / std::pow(1 + 0.09 / 0.5, 0.4), 1.0, 1e-9);
 }
 
 // Two balls tied by a cord fly apart until it is taut, then together with the velocity of their centre along it: momentum is kept,

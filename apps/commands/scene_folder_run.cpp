@@ -25,8 +25,10 @@ void SceneFolder::remove_results() const {
   for (const char* old : {"scene.json", "motion.json", "events.h5", "ledger.csv", "crack_faces.csv", "shapes.bin",
                           "sound.wav", "frames.pvd", "scene.glb", "report.html"})
     std::filesystem::remove(file(old), error);
-  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "frames", error))
-    if (entry.path().extension() == ".vtp") std::filesystem::remove(entry.path(), error);
+  for (const char* sub : {"frames", "pieces"})  // the motion writes its pieces anew, which may have other rows
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / sub, error))
+      if (const auto kind = entry.path().extension(); kind == ".vtp" || kind == ".off" || kind == ".vtu")
+        std::filesystem::remove(entry.path(), error);
 }
 
 void SceneFolder::note_run(const std::string& key, std::optional<double> until_s) const {
@@ -41,11 +43,9 @@ void SceneFolder::begin(const std::string& key, std::optional<double> until_s) c
   if (error) throw InputError("--output", "cannot be made: " + error.message(), folder_.string());
   remove_results();
   std::filesystem::remove(file(kRunFile), error);
-  for (const char* sub : {"modes", "pieces"})
-    for (const auto& entry : std::filesystem::directory_iterator(folder_ / sub, error))
-      if (const auto kind = entry.path().extension();
-          kind == ".vtu" || kind == ".json" || kind == ".silent" || kind == ".off")
-        std::filesystem::remove(entry.path(), error);
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "modes", error))
+    if (const auto kind = entry.path().extension(); kind == ".vtu" || kind == ".json" || kind == ".silent")
+      std::filesystem::remove(entry.path(), error);
   note_run(key, until_s);
 }
 

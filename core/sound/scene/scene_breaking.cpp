@@ -336,9 +336,11 @@ std::optional<fracture::FractureResult> Breaking::State::broken_by(int body, con
   fracture::FractureResult result =
       fracture::fracture_body(breakable.parent(), {field.energy_density_j_m3, field.stress_pa, breaking_pa},
                               scene.fracture, spendable_j, seed + static_cast<std::uint64_t>(body), kept);
-  if (result.status == fracture::FractureStatus::kTooLittleEnergy && breakable.generation() == 0)
-    withstood[body] = std::max(withstood[body], {result.largest_stress_pa, request.time_s});
-  if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) return {};
+  if (result.status != fracture::FractureStatus::kBroken || result.pieces.size() < 2) {
+    if (result.status != fracture::FractureStatus::kBelowStrength && breakable.generation() == 0)
+      withstood[body] = std::max(withstood[body], {result.largest_stress_pa, request.time_s});
+    return {};
+  }
   if (result.limit == fracture::PatternLimit::kCells)
     warnings.push_back("body " + breakable.parent().name + " broke at " + to_text(request.time_s) + " s into " +
                        std::to_string(result.n_cells) +
@@ -459,7 +461,7 @@ std::vector<std::string> Breaking::warnings() const {
     all.push_back("body " + state_->bodies.at(body)->parent().name +
                   " stayed whole, though its stress reached its strength (" +
                   to_text(std::round(most.first / 1e4) / 100) + " MPa at " + to_text(most.second) +
-                  " s): its cells would keep more strain, or cost more, than there was energy for");
+                  " s): its cells would keep more strain, or cost more, than there was energy for, or part nothing");
   return all;
 }
 

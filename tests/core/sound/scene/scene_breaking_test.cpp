@@ -415,5 +415,22 @@ TEST(SceneBreaking, ABodyThatReachedItsStrengthAndStayedWholeIsSaid) {
   EXPECT_EQ(times(), 0);
 }
 
+// One cell costs nothing and parts nothing: with a score that runs beside the body it is tried alone.
+TEST(SceneBreaking, ABodyWhoseCracksPartNothingIsSaid) {
+  std::vector<std::string> said;
+  const SceneNotes notes{[](const std::string&) {}, [&](const std::string& text) { said.push_back(text); }};
+  Scene scene = clattering_tile();
+  for (SceneBody& body : scene.bodies)
+    if (body.score) body.score->plane.offset_m = 1.0;
+  for (SceneMaterial& material : scene.materials) {
+    material.tensile_strength_pa = 20e6;
+    material.fracture_energy_j_m2 = 1e7;
+  }
+  EXPECT_TRUE(move(scene, 0.5, 7, notes).breaks.empty());
+  EXPECT_EQ(std::count_if(said.begin(), said.end(),
+                          [](const std::string& text) { return text.find("or part nothing") != std::string::npos; }),
+            1);
+}
+
 }  // namespace
 }  // namespace klang::scene

@@ -75,6 +75,13 @@ ImpactLosses solve_group(const Group& group, double rebound, Bodies& bodies) {
 
 }  // namespace
 
+ImpactLosses settle_ties(const std::vector<Contact*>& group, Bodies& bodies) {
+  Group ties;
+  for (Contact* c : group)
+    if (c->link >= 0) ties.push_back(c);
+  return ties.empty() ? ImpactLosses() : solve_group(ties, 0.0, bodies);
+}
+
 ImpactLosses solve_impacts(const std::vector<Contact*>& group, Bodies& bodies) {
   return solve_group(group, 1.0, bodies);
 }

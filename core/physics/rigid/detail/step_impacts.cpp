@@ -236,10 +236,11 @@ void StepImpacts::collide(const Pair& pair, double time) {
   std::vector<Contact> points = touching(pair, time);
   std::vector<Contact*> group;
   std::vector<int> changed;
+  for (Contact& c : points) group.push_back(&c);
+  const ImpactLosses by_ties = settle_ties(group, view_);
   for (Contact& c : points) {
     c.touch = time;
     c.approach = std::max(0.0, -relative_velocity(c, view_)[0]);
-    group.push_back(&c);
     for (const int body : {c.a, c.b})
       if (body >= 0 && !bodies_[body_index(body)].fixed() &&
           std::find(changed.begin(), changed.end(), body) == changed.end())
@@ -248,8 +249,8 @@ void StepImpacts::collide(const Pair& pair, double time) {
   if (group.empty()) return;
   const ImpactLosses losses = solve_impacts(group, view_);
   find_gives(points);
-  losses_.normal += losses.normal;
-  losses_.friction += losses.friction;
+  losses_.normal += by_ties.normal + losses.normal;
+  losses_.friction += by_ties.friction + losses.friction;
   for (const Contact& c : points)
     if (c.impact.squaredNorm() > 0) impacts_.push_back(c);
   go_on(changed);

@@ -270,7 +270,8 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
       return body.model == scene::BodyModel::kCracking;
     });
     if (folder.go_on(key, options.until_s, !cracks))
-      note(common, "on to a later end: the motion is computed again from its start, modes that are there stay");
+      note(common, std::string(options.until_s ? "on to a later end" : "on to the scene's own end") +
+                       ": the motion is computed again from its start, modes that are there stay");
     if (is_made(options, scene, folder)) {
       if (!folder.has("report.html"))
         for (const std::string& warning : reports::write_report(folder.file("scene.json"), {}, monitor).warnings)

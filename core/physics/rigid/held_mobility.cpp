@@ -1,8 +1,7 @@
 #include "core/physics/rigid/held_mobility.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
-#include <algorithm>
+#include <Eigen/Dense>
+#include <utility>
 
 namespace klang::rigid {
 namespace {
@@ -12,7 +11,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kSameTie = 1e-9;  // eigenvalues below, of the largest: ties that say the same
+constexpr double kSameTie = 1e-9;  // of the largest pivot: what is below is said by other ties
 constexpr double kLeastGive = 1e-3;
 constexpr double kSlack = 1e-9;
 
@@ -41,42 +40,65 @@ MatrixXd mobility(std::span<const PairPush> rows, std::span<const PairPush> colu
   return all;
 }
 
-/// Of ties that may say the same more than once.
-MatrixXd pseudo_inverse(const MatrixXd& symmetric) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(symmetric);
-  VectorXd inverse = eigen.eigenvalues();
-  const double largest = inverse.maxCoeff();
-  for (double& value : inverse) value = value > kSameTie * largest ? 1 / value : 0.0;
-  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+/// Ties that hold, and the impulses on them per speed; they may say the same more than once.
+struct Holding {
+  TieAnswer answer;
+  MatrixXd across, inverse;  // speeds of ties by pushes; A_tt^+
+};
+
+Holding holding_of(std::span<const PairPush> pushes, const VectorXd& impulses, std::vector<PairPush> ties,
+                   std::span<const PushedBody> bodies) {
+  Holding holding;
+  while (!ties.empty()) {
+    Eigen::CompleteOrthogonalDecomposition<MatrixXd> among;
+    among.setThreshold(kSameTie);
+    among.compute(mobility(ties, ties, bodies));
+    holding.inverse = among.pseudoInverse();
+    holding.across = mobility(ties, pushes, bodies);
+    const VectorXd answer = -holding.inverse * (holding.across * impulses);
+    const double slack = kSlack * answer.cwiseAbs().maxCoeff();
+    Index slackest = -1;
+    for (Index i = 0; i < answer.size(); ++i)
+      if (ties[static_cast<std::size_t>(i)].only_pulls && !(answer[i] > slack) &&
+          (slackest < 0 || answer[i] < answer[slackest]))
+        slackest = i;
+    if (slackest < 0) {
+      holding.answer = {std::move(ties), answer};
+      return holding;
+    }
+    ties.erase(ties.begin() + slackest);
+  }
+  return {};
 }
 
 }  // namespace
 
-MatrixXd free_mobility(std::span<const PairPush> pushes, std::span<const PushedBody> bodies) {
-  return mobility(pushes, pushes, bodies);
+TieAnswer answer_of_ties(std::span<const PairPush> pushes, const VectorXd& impulses, std::vector<PairPush> ties,
+                         std::span<const PushedBody> bodies) {
+  return holding_of(pushes, impulses, std::move(ties), bodies).answer;
 }
 
 MatrixXd held_mobility(std::span<const PairPush> pushes, const VectorXd& impulses, std::vector<PairPush> ties,
                        std::span<const PushedBody> bodies) {
-  const MatrixXd free = free_mobility(pushes, bodies);
-  MatrixXd held = free;
-  while (!ties.empty()) {
-    const MatrixXd across = mobility(ties, pushes, bodies),
-                   answer = pseudo_inverse(free_mobility(ties, bodies)) * across;
-    const VectorXd pulls = -answer * impulses;
-    Index slackest = -1;
-    for (Index i = 0; i < pulls.size(); ++i)
-      if (ties[static_cast<std::size_t>(i)].only_pulls && !(pulls[i] > kSlack * pulls.cwiseAbs().maxCoeff()) &&
-          (slackest < 0 || pulls[i] < pulls[slackest]))
-        slackest = i;
-    if (slackest < 0) {
-      held -= across.transpose() * answer;
-      break;
-    }
-    ties.erase(ties.begin() + slackest);
-  }
-  for (Index i = 0; i < held.rows(); ++i) held(i, i) = std::max(held(i, i), kLeastGive * free(i, i));
+  const MatrixXd free = mobility(pushes, pushes, bodies);
+  const Holding holding = holding_of(pushes, impulses, std::move(ties), bodies);
+  if (holding.answer.ties.empty()) return free;
+  MatrixXd held = free - holding.across.transpose() * holding.inverse * holding.across;
+  held.diagonal() = held.diagonal().cwiseMax(kLeastGive * free.diagonal());
   return held;
+}
+
+VectorXd held_gives(std::span<const PairPush> pushes, const VectorXd& impulses, std::vector<PairPush> ties,
+                    std::span<const PushedBody> bodies) {
+  VectorXd free(static_cast<Index>(pushes.size()));
+  for (Index i = 0; i < free.size(); ++i) {
+    const PairPush& push = pushes[static_cast<std::size_t>(i)];
+    free[i] = speed_between(push, push, bodies);
+  }
+  const Holding holding = holding_of(pushes, impulses, std::move(ties), bodies);
+  if (holding.answer.ties.empty()) return free;
+  const VectorXd less = (holding.inverse * holding.across).cwiseProduct(holding.across).colwise().sum().transpose();
+  return (free - less).cwiseMax(kLeastGive * free);
 }
 
 }  // namespace klang::rigid

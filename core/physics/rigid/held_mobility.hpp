@@ -22,13 +22,22 @@ struct PairPush {
   bool only_pulls = false;  ///< of a tie: a cord, whose direction is from a to b; else it holds both ways
 };
 
-/// Relative speeds (of a's place against b's) along pushes by unit pushes, n x n: J M^-1 J^T of the free bodies.
-Eigen::MatrixXd free_mobility(std::span<const PairPush> pushes, std::span<const PushedBody> bodies);
-
-/// The same of bodies whose ties hold meanwhile: A_nn - A_nt A_tt^+ A_tn, t the ties. Of cords those count that these impulses pull. A
-/// place that ties hold all but fast keeps a thousandth of its free mobility.
+/// Of ties those that hold while bodies are pushed, of cords those that these impulses pull, and the impulses that they answer with.
 /// @param impulses  n: of the pushes
+struct TieAnswer {
+  std::vector<PairPush> ties;
+  Eigen::VectorXd impulses;
+};
+TieAnswer answer_of_ties(std::span<const PairPush> pushes, const Eigen::VectorXd& impulses, std::vector<PairPush> ties,
+                         std::span<const PushedBody> bodies);
+
+/// Relative speeds (of a's place against b's) along pushes by unit pushes, n x n, while ties hold as answer_of_ties() says: A_nn - A_nt A_tt^+ A_tn with
+/// A = J M^-1 J^T of the free bodies, t the ties. A place that ties hold
+/// all but fast keeps a thousandth of its free mobility.
 Eigen::MatrixXd held_mobility(std::span<const PairPush> pushes, const Eigen::VectorXd& impulses,
                               std::vector<PairPush> ties, std::span<const PushedBody> bodies);
+/// Its diagonal, of many pushes.
+Eigen::VectorXd held_gives(std::span<const PairPush> pushes, const Eigen::VectorXd& impulses,
+                           std::vector<PairPush> ties, std::span<const PushedBody> bodies);
 
 }  // namespace klang::rigid

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <tuple>
 
 #include "core/foundation/base/check.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/physics/rigid/detail/step_impacts.hpp"
+#include "core/physics/rigid/detail/tied_bodies.hpp"
 #include "core/physics/rigid/detail/ways_apart.hpp"
 #include "core/physics/rigid/impact_pulse.hpp"
 
@@ -388,6 +390,45 @@ void RigidWorld::shift(int body, const Vector3d& by_m) {
   s.bodies.at(static_cast<std::size_t>(body)).centre += s.length * by_m;
   s.ledger.work_j += s.joules(s.energy() - before);
   s.book();
+}
+
+std::vector<RigidWorld::Push> RigidWorld::answer_of_ties(const std::vector<Push>& pushes) const {
+  State& s = *state_;
+  if (s.links.empty() || pushes.empty()) return {};
+  detail::Bodies view{s.bodies, {}};
+  for (const BodyState& b : s.bodies) view.inverse_inertia.push_back(b.world_inverse_inertia());
+  detail::TiedBodies tied(view);
+  std::vector<PairPush> given;
+  Eigen::VectorXd impulses(static_cast<Eigen::Index>(pushes.size()));
+  for (const Push& push : pushes) {
+    impulses[static_cast<Eigen::Index>(given.size())] = push.impulse_n_s.norm();
+    given.push_back({tied.number_of(push.a), tied.number_of(push.b), s.length * push.at_a_m, s.length * push.at_b_m,
+                     push.impulse_n_s.normalized()});
+  }
+  std::set<std::pair<int, int>> pairs;
+  for (const Link& link : s.links)
+    if (is_there(link.a) && (link.b < 0 || is_there(link.b))) pairs.emplace(link.a, link.b);
+  std::vector<Contact> taut;
+  for (const auto& [a, b] : pairs)
+    for (const Contact& c : s.finder().ties(a, b, s.bodies, kSlop)) taut.push_back(c);
+  std::vector<char> added(taut.size(), 0);
+  for (std::size_t i = 0; i < tied.known.size(); ++i)  // bodies that are tied to these come after them
+    for (std::size_t k = 0; k < taut.size(); ++k) {
+      const int body = tied.known[i];
+      if (added[k] != 0 || (taut[k].a != body && taut[k].b != body) || s.bodies[static_cast<std::size_t>(body)].fixed())
+        continue;
+      added[k] = 1;
+      tied.add_tie(taut[k]);
+    }
+  const TieAnswer answer = rigid::answer_of_ties(given, impulses, std::move(tied.ties), tied.bodies);
+  std::vector<Push> all;
+  for (std::size_t i = 0; i < answer.ties.size(); ++i) {
+    const PairPush& tie = answer.ties[i];
+    const auto number = [&](int body) { return body < 0 ? kFloor : tied.known[static_cast<std::size_t>(body)]; };
+    all.push_back({number(tie.a), number(tie.b), tie.at_a / s.length, tie.at_b / s.length,
+                   answer.impulses[static_cast<Eigen::Index>(i)] * tie.along});
+  }
+  return all;
 }
 
 const EnergyLedger& RigidWorld::ledger() const { return state_->ledger; }

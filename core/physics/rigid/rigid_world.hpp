@@ -84,6 +84,15 @@ class RigidWorld {
 
   void shift(int body, const Eigen::Vector3d& by_m);  ///< moves it; what that takes in gravity's field is work
 
+  /// An impulse on body a at a place of the world, its opposite on body b.
+  struct Push {
+    int a = 0, b = kFloor;
+    Eigen::Vector3d at_a_m = Eigen::Vector3d::Zero(), at_b_m = Eigen::Vector3d::Zero(),
+                    impulse_n_s = Eigen::Vector3d::Zero();
+  };
+  /// What hinges, and cords that these pull, add to impulses on bodies as they stand, so that what they tie stays together.
+  std::vector<Push> answer_of_ties(const std::vector<Push>& pushes) const;
+
   const EnergyLedger& ledger() const;
   /// Says where energy went that the caller took out of, or put into, the bodies: adds it to an entry, and to the work, which
   /// set_velocity(), shift(), add() and remove() have lessened by as much.

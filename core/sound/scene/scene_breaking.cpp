@@ -204,7 +204,7 @@ void Breaking::State::share_compression(const rigid::RigidWorld& world, const ri
   }
 }
 
-/// Speeds of the body and of those that struck it, had the impacts ended at the largest compression.
+/// Speeds of the body, of those that struck it and of what is tied to them, had the impacts ended at the largest compression.
 std::map<int, Speed> Breaking::State::without_rebound(const rigid::RigidWorld& world, const rigid::StepRecord& step,
                                                       int body) const {
   std::map<int, Speed> speeds;
@@ -214,18 +214,21 @@ std::map<int, Speed> Breaking::State::without_rebound(const rigid::RigidWorld& w
                        .first->second;
     const Eigen::Matrix3d turn = world.pose(number).orientation().toRotationMatrix();
     speed.velocity_m_s += impulse_n_s / world.spec(number).mass_kg;
-    const Vector3d arm = place_m - world.centre_m(number);
-    speed.spin_rad_s += turn * world.spec(number).inertia_kg_m2.inverse() * turn.transpose() * arm.cross(impulse_n_s);
+    speed.spin_rad_s += turn * world.spec(number).inertia_kg_m2.inverse() * turn.transpose() *
+                        (place_m - world.centre_m(number)).cross(impulse_n_s);
   };
+  std::vector<rigid::RigidWorld::Push> given;  // back by the rebounds
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {
     const rigid::ContactImpulse& contact = step.contacts[i];
-    if (contact.kind != events::ImpulseKind::kImpact || (contact.a != body && contact.b != body)) continue;
-    if (with_rebound.count(i) != 0) continue;  // taken back already
+    if (contact.kind != events::ImpulseKind::kImpact || (contact.a != body && contact.b != body) ||
+        with_rebound.count(i) != 0)  // taken back already
+      continue;
     const double e = pair_restitution(world, scene, contact);
-    const Vector3d back = -e / (1.0 + e) * contact.impulse_n_s;
-    push(contact.a, contact.place_m, back);
-    push(contact.b, contact.place_m, -back);
+    given.push_back({contact.a, contact.b, contact.place_m, contact.place_m, e / (1.0 + e) * contact.impulse_n_s});
   }
+  for (const rigid::RigidWorld::Push& by_tie : world.answer_of_ties(given)) given.push_back(by_tie);
+  for (const rigid::RigidWorld::Push& back : given)
+    push(back.a, back.at_a_m, -back.impulse_n_s), push(back.b, back.at_b_m, back.impulse_n_s);
   return speeds;
 }
 

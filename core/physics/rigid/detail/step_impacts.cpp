@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "core/physics/rigid/held_mobility.hpp"
+#include "core/physics/rigid/detail/tied_bodies.hpp"
 
 namespace klang::rigid::detail {
 namespace {
@@ -12,6 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMostOfPair = 5;
+constexpr std::size_t kMostTies = 192;  // that count for how far a body gives way: far ones of a long chain do not
 
 Vector3d velocity_at(const BodyState& body, const Vector3d& arm) { return body.velocity + body.spin.cross(arm); }
 
@@ -194,40 +195,25 @@ std::vector<Contact> StepImpacts::touching(const Pair& pair, double time) {
 
 /// How far the pair's bodies give way along the normals of its points, with what is tied to them.
 void StepImpacts::find_gives(std::vector<Contact>& points) const {
-  std::map<int, int> slots;
-  std::vector<PushedBody> bodies;
-  const auto slot_of = [&](int body) {
-    if (body < 0) return kFloor;
-    const auto [entry, is_new] = slots.try_emplace(body, static_cast<int>(bodies.size()));
-    const BodyState& b = bodies_[body_index(body)];
-    if (is_new) bodies.push_back({b.inverse_mass, b.centre, view_.inverse_inertia[body_index(body)]});
-    return entry->second;
-  };
-  std::vector<PairPush> pushes, ties;
+  TiedBodies tied(view_);
+  std::vector<PairPush> pushes;
   std::vector<Contact*> pushed;
   std::vector<double> impulses;
   for (Contact& c : points) {
-    if (c.link < 0) c.give = mobility(c, view_)[0];
-    const Vector3d at_a = bodies_[body_index(c.a)].centre + c.arm_a,
-                   at_b = c.b >= 0 ? Vector3d(bodies_[body_index(c.b)].centre + c.arm_b) : Vector3d::Zero();
-    PairPush push{slot_of(c.a), slot_of(c.b), at_a, at_b, c.normal, c.link >= 0 && !c.tied};
-    if (c.link < 0) {
-      pushes.push_back(push);
-      pushed.push_back(&c);
-      impulses.push_back(c.impact[0]);
+    if (c.link >= 0) {  // the nearest first
+      if (tied.ties.size() < kMostTies) tied.add_tie(c);
       continue;
     }
-    for (int axis = 0; axis < (c.tied ? 3 : 1); ++axis) {
-      push.along = c.axes.col(axis);
-      ties.push_back(push);
-    }
+    c.give = mobility(c, view_)[0];
+    pushes.push_back(tied.push_of(c));
+    pushed.push_back(&c);
+    impulses.push_back(c.impact[0]);
   }
-  if (ties.empty() || pushes.empty()) return;
-  const Eigen::MatrixXd held = held_mobility(
-      pushes, Eigen::Map<const Eigen::VectorXd>(impulses.data(), static_cast<Eigen::Index>(impulses.size())), ties,
-      bodies);
-  for (std::size_t i = 0; i < pushed.size(); ++i)
-    pushed[i]->give = held(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i));
+  if (tied.ties.empty() || pushes.empty()) return;
+  const auto n = static_cast<Eigen::Index>(pushes.size());
+  const Eigen::VectorXd held =
+      held_gives(pushes, Eigen::Map<const Eigen::VectorXd>(impulses.data(), n), std::move(tied.ties), tied.bodies);
+  for (Eigen::Index i = 0; i < n; ++i) pushed[static_cast<std::size_t>(i)]->give = held[i];
 }
 
 void StepImpacts::collide(const Pair& pair, double time) {

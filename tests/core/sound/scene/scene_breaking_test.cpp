@@ -432,5 +432,28 @@ TEST(SceneBreaking, ABodyWhoseCracksPartNothingIsSaid) {
             1);
 }
 
+// A tile on a hinge breaks when the ball is as fast as the place that it strikes, w = m v a / (m a^2 + I): what the hinge held until then stays in the
+// pieces' momentum, what the rebound brought does not.
+TEST(SceneBreaking, ABodyOnAHingeBreaksWithTheMomentumAtItsLargestCompression) {
+  const Scene scene = parse_scene(
+      "duration_s = 0.004\n[world]\ngravity_m_s2 = [0, 0, 0]\n[[material]]\nname = \"ceramic\"\nyoungs_modulus_pa = "
+      "7.2e10\npoissons_ratio = 0.19\ndensity_kg_m3 = 2700\nrestitution = 0.7\nfriction = 0\ntensile_strength_pa = "
+      "20e6\nfracture_energy_j_m2 = 10\n[[body]]\nname = \"tile\"\nshape = { kind = \"box\", length_m = 0.1, width_m = "
+      "0.1, height_m = 0.008 }\nmaterial = \"ceramic\"\nmodel = \"breakable\"\nstress_edge_m = 0.01\n[[body]]\nname = "
+      "\"ball\"\nmaterial = \"ceramic\"\nshape = { kind = \"sphere\", radius_m = 0.01 }\nposition_m = [0.01, 0, "
+      "0.0145]\nvelocity_m_s = [0, 0, -5]\n[[hinge]]\nbody = \"tile\"\nat_m = [-0.05, 0, 0]\naxis = [0, 1, 0]\n",
+      "hinged.toml");
+  const SceneMotion motion = move(scene, 0.004);
+  ASSERT_EQ(motion.breaks.size(), 1U);
+  double momentum = 0.0;
+  for (std::size_t i = 1; i < motion.final.size(); ++i)
+    momentum += motion.mass_kg[i] * motion.final[i].velocity_m_s.z();
+  const double tile = motion.mass_kg[0], ball = motion.mass_kg[1], arm = 0.06;
+  const double inertia = tile * ((0.1 * 0.1 + 0.008 * 0.008) / 12 + 0.05 * 0.05);
+  const double spin = ball * 5.0 * arm / (ball * arm * arm + inertia);
+  EXPECT_NEAR(momentum / -(ball * spin * arm + tile * spin * 0.05), 1.0, 1e-3);
+  EXPECT_LE(motion.residual_relative, 1e-9);
+}
+
 }  // namespace
 }  // namespace klang::scene

@@ -130,6 +130,7 @@ HullFeatures::HullFeatures(const Eigen::Matrix3Xd& all, const std::vector<std::v
     normals.col(f) = kept[static_cast<std::size_t>(f)];
     offsets[f] = -lowest_along(by_axis, -normals.col(f));
   }
+  if (kept.empty()) return;  // corners on a line: faces without normals have no edges either
   whole = normals.cols() >= 4;
   for (const auto& [side, face] : face_of_side) {
     const auto back = face_of_side.find({side.second, side.first});

@@ -158,6 +158,15 @@ TEST(HullAxis, AFaceOnALineIsNone) {
   }
 }
 
+TEST(HullAxis, CornersOnALineHaveNoFacesAndNoEdges) {
+  Eigen::Matrix3Xd corners(3, 3);
+  corners << 0, 1, 2, 0, 2, 4, 0, 0, 0;
+  const HullFeatures line(corners, {{0, 1, 2}, {2, 1, 0}});
+  EXPECT_EQ(line.normals.cols(), 0);
+  EXPECT_TRUE(line.edges.empty());
+  EXPECT_FALSE(line.whole);
+}
+
 TEST(HullAxis, WithoutAFaceEveryEdgeIsTriedStill) {
   const HullFeatures plain = box(1, 0.7, 0.4), other = box(0.5, 0.9, 0.6);
   for (std::size_t missing = 0; missing < 6; ++missing) {

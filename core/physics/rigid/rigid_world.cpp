@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -10,7 +11,6 @@
 #include "core/foundation/base/parallel.hpp"
 #include "core/physics/rigid/detail/step_impacts.hpp"
 #include "core/physics/rigid/detail/tied_bodies.hpp"
-#include "core/physics/rigid/detail/ways_apart.hpp"
 #include "core/physics/rigid/impact_pulse.hpp"
 
 namespace klang::rigid {
@@ -199,14 +199,32 @@ double RigidWorld::State::hold(std::vector<Contact>& contacts, detail::Bodies& v
   return residual;
 }
 
-/// What overlaps too deep goes apart a little; what that lifts is booked. Returns the deepest overlap.
+/// Bodies that overlap by more than two slops go apart by a fifth of the overlap: less what other points have moved them apart
+/// already, or bodies that touch at many would fly beyond. Returns the deepest overlap.
 double RigidWorld::State::push_apart(const std::vector<Contact>& contacts, const std::vector<double>& gaps) {
   double deepest = 0.0;
-  for (const double gap : gaps) deepest = std::max(deepest, -gap);
-  const std::vector<Vector3d> ways = detail::ways_apart(contacts, gaps, kSlop, bodies);
-  for (std::size_t i = 0; i < ways.size(); ++i) {
-    bodies[i].centre += ways[i];
-    ledger.correction_j += joules(bodies[i].mass * options.gravity_m_s2.dot(ways[i]));
+  std::map<int, Vector3d> moved;
+  const auto way_of = [&](int body) {
+    const auto found = moved.find(body);
+    return found != moved.end() ? found->second : Vector3d(Vector3d::Zero());
+  };
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& c = contacts[i];
+    deepest = std::max(deepest, -gaps[i]);
+    if (!(gaps[i] < -2 * kSlop)) continue;
+    const double mass_a = bodies[static_cast<std::size_t>(c.a)].inverse_mass;
+    const double mass_b = c.b >= 0 ? bodies[static_cast<std::size_t>(c.b)].inverse_mass : 0.0;
+    const double apart = 0.2 * (-gaps[i] - kSlop) - c.normal.dot(way_of(c.a) - way_of(c.b));
+    if (!(apart > 0)) continue;
+    const double way = apart / (mass_a + mass_b);
+    const auto move = [&](int body, double share) {
+      BodyState& b = bodies[static_cast<std::size_t>(body)];
+      b.centre += share * way * c.normal;
+      moved[body] = way_of(body) + share * way * c.normal;
+      ledger.correction_j += joules(b.mass * options.gravity_m_s2.dot(share * way * c.normal));
+    };
+    if (mass_a > 0) move(c.a, mass_a);
+    if (mass_b > 0) move(c.b, -mass_b);
   }
   return deepest / length;
 }

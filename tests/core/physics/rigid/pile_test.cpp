@@ -40,47 +40,6 @@ TEST(Pile, WhatLiesTooDeepRisesByAFifth) {
   }
 }
 
-/// A coin in the floor and a ball 100 times as heavy in the coin: both touches go apart by a fifth a step, whichever body is added first.
-TEST(Pile, WhatLiesUnderSomethingHeavyRisesByAFifthInEitherOrder) {
-  RigidWorldOptions options;
-  options.rate_hz = 5000;
-  options.floor = Skin{};
-  for (const int coin_number : {0, 1}) {
-    RigidWorld world(options);
-    RigidBodySpec below = coin(), above = ball("ball", 0.012, 100 * below.mass_kg);
-    const double slop = 2e-5 / std::pow(4.0, std::lround(-std::log2(below.size_m()) / 2));
-    double depth = 1e-4;
-    below.position_m.z() = kHalfThick - depth;
-    above.position_m.z() = 2 * kHalfThick + 0.012 - 2 * depth;
-    for (int i = 0; i < 2; ++i) world.add(i == coin_number ? below : above);
-    for (int i = 0; i < 16; ++i) {
-      world.step();
-      depth -= 0.2 * (depth - slop);
-      EXPECT_LE(std::abs(kHalfThick - world.centre_m(coin_number).z() - depth), 1e-6) << i << coin_number;
-      EXPECT_LE(std::abs(2 * kHalfThick + 0.012 - world.centre_m(1 - coin_number).z() - 2 * depth), 1e-6)
-          << i << coin_number;
-    }
-  }
-}
-
-/// Between the floor and a plate that is fixed it stays: neither touch gets deeper.
-TEST(Pile, WhatIsCaughtBetweenFixedThingsStaysWhereItIs) {
-  RigidWorldOptions options;
-  options.rate_hz = 5000;
-  options.floor = Skin{};
-  for (const int coin_number : {0, 1}) {
-    RigidWorld world(options);
-    RigidBodySpec below = coin(), plate = coin();
-    const double depth = 1e-4, above = 6e-5;
-    below.position_m.z() = kHalfThick - depth;
-    plate.position_m.z() = 3 * kHalfThick - depth - above;
-    plate.fixed = true;
-    for (int i = 0; i < 2; ++i) world.add(i == coin_number ? below : plate);
-    for (int i = 0; i < 50; ++i) world.step();
-    EXPECT_LE(std::abs(world.centre_m(coin_number).z() - below.position_m.z()), 1e-6) << coin_number;
-  }
-}
-
 /// It falls loosely and lies: nothing strikes any more, nothing moves, and the solver has put next to nothing in.
 TEST(Pile, OfCoinsComesToRest) {
   RigidWorldOptions options;

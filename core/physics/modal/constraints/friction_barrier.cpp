@@ -72,7 +72,7 @@ VectorXd forces_within(const FrictionProblem& problem, const MatrixXd& root) {
                force = speed / (problem.a.diagonal().mean() * static_cast<double>(n));
   VectorXd f = VectorXd::Zero(3 * n);
   for (Index i = 0; i < n; ++i) f[3 * i] = force;
-  Barrier barrier{problem, root};
+  Barrier barrier{problem, root, {}};
   for (double share = kFirst; share >= kLast; share *= kFall) {
     barrier.weight = share * force * speed;
     barrier.lifted = problem.b;

@@ -67,6 +67,7 @@ Breakable::Breakable(const Scene& scene, UnmeshedPiece piece, const mesh::Surfac
   const SceneBody& root = scene.bodies[static_cast<std::size_t>(piece.root)];
   mesh::TetgenOptions options;
   options.max_edge_m = root.stress_edge_m;
+  options.in_child = true;  // TetGen ends the process on some pieces
   parent_.mesh = mesh::mesh_surface(surface, options, piece.name);
   parent_.parts = std::move(piece.parts);
   material_ = scene.material_of(root).elastic;

@@ -10,6 +10,7 @@
 
 #include "apps/kit/rank_library.hpp"
 #include "core/foundation/base/errors.hpp"
+#include "core/foundation/base/plugin.hpp"
 #include "core/foundation/base/temporaries.hpp"
 
 namespace klang::apps {
@@ -37,16 +38,10 @@ int n_started() {
   return 1;
 }
 
-/// klang_mpi.so beside the program or where packages put it.
 std::optional<RankLibrary> rank_library() {
 #ifdef KLANG_WITH_MPI
-  std::error_code ignored;
-  const fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-  for (const fs::path& path : {folder / "klang_mpi.so", folder / KLANG_MPI_FOLDER / "klang_mpi.so"}) {
-    if (!fs::exists(path, ignored)) continue;
-    // Deep binding: its MPI_Init is Open MPI's, not that of the sequential MUMPS, which was loaded before.
-    void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND);
-    if (handle == nullptr) continue;
+  // Deep: its MPI_Init is Open MPI's, not that of the sequential MUMPS, which was loaded before.
+  if (void* const handle = load_plugin("klang_mpi.so", true)) {
     RankLibrary library;
     library.open = reinterpret_cast<decltype(library.open)>(dlsym(handle, "klang_open_ranks"));
     library.close = reinterpret_cast<decltype(library.close)>(dlsym(handle, "klang_close_ranks"));

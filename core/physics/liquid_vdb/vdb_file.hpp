@@ -1,5 +1,4 @@
 #pragma once
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -7,20 +6,15 @@
 
 #include "core/foundation/base/monitor.hpp"
 #include "core/physics/liquid/grid.hpp"
+#include "core/physics/liquid_vdb/vdb_extent.hpp"
 
-/// Liquids as .vdb, as programs for pictures hand them on. OpenVDB itself stays in vdb_file.cpp.
+/// Liquids as .vdb, as programs for pictures hand them on. OpenVDB itself stays in klang::vdb_codec, which is loaded when it is wanted.
 namespace klang::liquid {
 
-/// Whether this build can read and write .vdb.
+/// Whether this program can read and write .vdb: built with OpenVDB, and klang_vdb.so is there.
 bool has_vdb();
 
-/// A level set as a file has it: cubic voxels along the file's axes.
-struct VdbExtent {
-  double voxel = 0.0;                                 ///< edge, in the file's unit
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();    ///< centre of voxel (0, 0, 0), in the file's unit
-  std::array<int, 3> low{0, 0, 0}, high{-1, -1, -1};  ///< voxels that are stored one by one
-  double band_voxels = 0.0;                           ///< how far from the surface values are distances
-};
+class VdbGrids;
 
 /// One file, read whole; first in a child process, whose memory is bounded by the file's size.
 class VdbFile {
@@ -39,9 +33,7 @@ class VdbFile {
   double face_velocity(int axis, int i, int j, int k) const;
 
  private:
-  struct Grids;
-  static void read(const std::string& name, const std::string& grid, Grids& grids);
-  std::unique_ptr<Grids> grids_;
+  std::unique_ptr<VdbGrids> grids_;
 };
 
 /// Grid "phi": a level set in metres whose every voxel is stored, to full depth, the centre of the first at (h/2, h/2, h/2); and, where u

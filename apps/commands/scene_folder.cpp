@@ -190,9 +190,11 @@ struct PieceShape {
 std::optional<scene::SoundModel> proxy_of_piece(const scene::SceneProxies& proxies, const scene::SceneBody& parent,
                                                 const PieceShape& piece, const scene::SceneNotes& notes,
                                                 Monitor& monitor) {
+  mesh::TetgenOptions options;
+  options.in_child = true;  // TetGen ends the process on some pieces
   try {
     const mesh::TetMesh mesh =
-        piece.own ? mesh::to_quadratic(*piece.own) : mesh::mesh_surface(piece.surface, {}, piece.name, monitor);
+        piece.own ? mesh::to_quadratic(*piece.own) : mesh::mesh_surface(piece.surface, options, piece.name, monitor);
     return proxies.stand_in({&parent, piece.name, &piece.surface, mesh}, notes, monitor);
   } catch (const InputError& error) {
     notes.warning("piece " + piece.name + " has no proxy: " + error.what());

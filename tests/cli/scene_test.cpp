@@ -269,15 +269,18 @@ TEST_F(KlangScene, AFolderInWhichARunIsAtWorkIsRefusedAndStaysAsItIs) {
 }
 
 TEST_F(KlangScene, ModesThatTheBandLacksAreRefusedBeforeAnythingMoves) {
-  std::string text = kScene;
+  const std::string text = kScene;
   const std::string box = "shape = { kind = \"box\", length_m = 0.2, width_m = 0.04, height_m = 0.01 }";
-  text.replace(text.find(box), box.size(), "shape = { kind = \"sphere\", radius_m = 0.02 }\nsound = \"modes\"");
-  scratch_.write("ball.toml", text);
-  for (const std::string command : {"scene check ball.toml", "scene run ball.toml -o deep/out"}) {
-    const RunResult run = run_klang(command, scratch_.path());
-    EXPECT_EQ(run.exit_code, 2) << command;
-    EXPECT_NE(run.err.find("bar has no mode in the band"), std::string::npos) << run.err;
-    EXPECT_EQ(lines_of(run.err).size(), 1u) << run.err;
+  const std::string ball = "shape = { kind = \"sphere\", radius_m = 0.02 }\nsound = \"modes\"";
+  for (const std::string model : {"", "\nmodel = \"modal\""}) {
+    std::string scene = text;
+    scratch_.write("ball.toml", scene.replace(text.find(box), box.size(), ball + model));
+    for (const std::string command : {"scene check ball.toml", "scene run ball.toml -o deep/out"}) {
+      const RunResult run = run_klang(command, scratch_.path());
+      EXPECT_EQ(run.exit_code, 2) << command << model;
+      EXPECT_NE(run.err.find("bar has no mode in the band"), std::string::npos) << run.err;
+      EXPECT_EQ(lines_of(run.err).size(), 1u) << run.err;
+    }
   }
   EXPECT_FALSE(std::filesystem::exists(scratch_.path() / "deep"));
 }

@@ -210,7 +210,9 @@ void require_modes(const Scene& scene, Monitor& monitor) {
   std::set<int> known;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const SceneBody& body = scene.bodies[i];
-    if (body.sound != BodySound::kModes || body.deforms() || !numbers[i] || !known.insert(*numbers[i]).second) continue;
+    if (body.sound != BodySound::kModes || body.model == BodyModel::kCracking || !numbers[i] ||
+        !known.insert(*numbers[i]).second)
+      continue;
     monitor.throw_if_stopped();
     if (!has_mode(scene, body, monitor)) throw no_mode(scene, body);
   }
@@ -238,8 +240,10 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
                                          const mesh::SurfaceMesh& surface, const SceneNotes& notes, Monitor& monitor) {
   if (surely_above_band(scene, parent, surface)) return {};
   mesh::TetMesh mesh;
+  mesh::TetgenOptions options;
+  options.in_child = true;  // TetGen ends the process on some pieces
   try {
-    mesh = mesh::mesh_surface(surface, {}, name, monitor);
+    mesh = mesh::mesh_surface(surface, options, name, monitor);
   } catch (const InputError& error) {
     if (notes.warning) notes.warning("piece " + name + " is silent, it cannot be meshed: " + error.what());
     return {};

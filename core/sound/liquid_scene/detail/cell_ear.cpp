@@ -15,9 +15,9 @@ constexpr double kFirstLife_s = 0.08, kLongestLife_s = 0.64, kSmallChange = 0.1,
 // Per wavelength, by the mean edge: Pouring is then right to 2 to 4 % against twice as fine an air, with 5 to 8 to 20 %.
 constexpr double kEnoughElements = 10.0;
 constexpr double kOtherElements = 1.5;  // times as many or few tell an error
-constexpr double kTolerance =
-    1e-4;  // a resonance of Q 50 is then right to a percent, with 3e-3 by nothing (LiquidCells.*)
-constexpr int kMostIterations = 4000;  // Splash at 12 kHz, hundreds of modes below: 900
+// With this tolerance a resonance of Q 50 is right to a percent, with 3e-3 by nothing (LiquidCells.*); Splash takes 900 iterations at
+// 12 kHz, hundreds of modes below.
+constexpr LiquidCells::Limits kLimits{1e-4, 4000};
 
 }  // namespace
 
@@ -199,7 +199,7 @@ void CellEar::solve(const std::map<std::size_t, double>& pitch_of_bubble) {
     monitor_.throw_if_stopped();
     questions.push_back(question(pitch, heard(pitch), start(bubble, pitch)));
   }
-  std::vector<LiquidCells::Waves> found = cells_->solve(questions, kTolerance, kMostIterations);
+  std::vector<LiquidCells::Waves> found = cells_->solve(questions, kLimits, monitor_);
   std::map<std::size_t, Wave> next;
   for (std::size_t i = 0; i < order.size(); ++i) {
     next[order[i].second] = {order[i].first, std::move(questions[i].q), std::move(found[i])};
@@ -243,7 +243,7 @@ std::optional<CellEar::Error> CellEar::error(std::size_t bubble, const bubble::S
   const std::size_t level_here = level(of.frequency_hz);
   bool known = true;
   const auto value_with = [&](const LiquidCells& cells, const Eigen::VectorXcd& q) {
-    const auto waves = cells.solve({question(of.frequency_hz, q, &of.waves.w)}, kTolerance, kMostIterations);
+    const auto waves = cells.solve({question(of.frequency_hz, q, &of.waves.w)}, kLimits, monitor_);
     known = known && waves[0].converged;
     return cells.at(at.position_m, waves[0], q);
   };

@@ -284,8 +284,10 @@ void LiquidCells::load(const Question& question, std::size_t lane, LaneValues& x
   }
 }
 
-void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions, double tolerance, int most_iterations,
-                              Waves* waves) const {
+void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions, const Limits& limits, Waves* waves,
+                              const Monitor& monitor) const {
+  const double tolerance = limits.tolerance;
+  const int most_iterations = limits.iterations;
   const std::size_t n = n_unknowns(), size = kWide * (n + 1);
   // Kept by the thread: pages of new memory would cost as much as some of the iterations.
   static thread_local std::array<LaneValues, 8> room;
@@ -321,12 +323,13 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
     int since = 0, stale = 0;
     std::array<double, kLanes> nearest;
     nearest.fill(HUGE_VAL);
-    while (iterations < most_iterations) {
+    while (iterations < most_iterations && !monitor.stop_requested()) {
       const auto left = detail::norms_sq(z), all = detail::norms_sq(x);
       bool every = true;
       for (std::size_t l = 0; l < n_questions; ++l) {
         if (left[l] <= tolerance * tolerance * all[l] && !done[l]) {
           done[l] = true;
+          waves[l].converged = true;
           waves[l].iterations = iterations;
         }
         every = every && done[l];
@@ -340,11 +343,18 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
       detail::sums(ap, map, mu);
       LaneNumbers step, back, share;
       bool broken = false;
+      // What is no number right after a start never will be one; the others go on.
+      const auto fail = [&](std::size_t l) {
+        if (since > 0)
+          broken = true;
+        else
+          done[l] = true;
+      };
       for (std::size_t l = 0; l < kLanes; ++l) {
         const Complex m(mu[l], mu[l + kLanes]), a = Complex(rho[l], rho[l + kLanes]) / m;
         if (done[l]) continue;
         if (!std::isfinite(std::abs(a))) {
-          broken = true;
+          fail(l);
           continue;
         }
         step.re[l] = static_cast<float>(a.real());
@@ -360,7 +370,7 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
         const Complex b = Complex(rho_next[l], rho_next[l + kLanes]) / Complex(rho[l], rho[l + kLanes]);
         if (done[l]) continue;
         if (!std::isfinite(std::abs(b))) {
-          broken = true;
+          fail(l);
           continue;
         }
         share.re[l] = static_cast<float>(b.real());
@@ -378,23 +388,23 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
     }
   }
   for (std::size_t l = 0; l < n_questions; ++l) {
-    waves[l].converged = done[l];
-    if (!done[l]) waves[l].iterations = iterations;
+    if (!waves[l].converged) waves[l].iterations = iterations;
     waves[l].w.assign(number_.size(), {});
     for (std::size_t i = 0; i < n; ++i) waves[l].w[cell_[i]] = {x[kWide * i + l], x[kWide * i + l + kLanes]};
   }
 }
 
-std::vector<LiquidCells::Waves> LiquidCells::solve(const std::vector<Question>& questions, double tolerance,
-                                                   int most_iterations) const {
+std::vector<LiquidCells::Waves> LiquidCells::solve(const std::vector<Question>& questions, const Limits& limits,
+                                                   Monitor& monitor) const {
   std::vector<Waves> result(questions.size());
   if (n_unknowns() == 0) return result;
   parallel_for((questions.size() + kLanes - 1) / kLanes, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t group = begin; group < end; ++group) {
       const std::size_t first = group * kLanes, n = std::min(kLanes, questions.size() - first);
-      solve_lanes(questions.data() + first, n, tolerance, most_iterations, result.data() + first);
+      solve_lanes(questions.data() + first, n, limits, result.data() + first, monitor);
     }
   });
+  monitor.throw_if_stopped();
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/foundation/base/monitor.hpp"
 #include "core/physics/liquid/frames.hpp"
 #include "core/sound/liquid_scene/detail/cell_kernel.hpp"
 
@@ -51,9 +52,14 @@ class LiquidCells {
     int iterations = 0;
     bool converged = false;
   };
-  /// Conjugate residuals, a handful of frequencies at a time in single precision, until the preconditioned residual is below
-  /// tolerance times the solution.
-  std::vector<Waves> solve(const std::vector<Question>& questions, double tolerance, int most_iterations = 600) const;
+  struct Limits {
+    double tolerance = 1e-3;  ///< of the preconditioned residual, in units of the solution
+    int iterations = 600;
+  };
+  /// Conjugate residuals, a handful of frequencies at a time in single precision, to the tolerance.
+  /// @throws Interrupted between two iterations
+  std::vector<Waves> solve(const std::vector<Question>& questions, const Limits& limits,
+                           Monitor& monitor = silent_monitor()) const;
   /// By moving least squares of harmonic polynomials to the second degree on cells and crossings around.
   std::complex<double> at(const Eigen::Vector3d& x_m, const Waves& waves, const Eigen::VectorXcd& q) const;
 
@@ -75,7 +81,8 @@ class LiquidCells {
   void find_body(Kinds& kinds) const;
   void assemble(const std::vector<float>& phi, const Kinds& kinds);
   void load(const Question& question, std::size_t lane, detail::LaneValues& x, detail::LaneValues& right) const;
-  void solve_lanes(const Question* questions, std::size_t n, double tolerance, int most_iterations, Waves* waves) const;
+  void solve_lanes(const Question* questions, std::size_t n, const Limits& limits, Waves* waves,
+                   const Monitor& monitor) const;
 
   CellBox box_;
   std::vector<int> number_;        ///< of the unknown; -1: none

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <functional>
+#include <limits>
 
 #include "core/foundation/base/conventions.hpp"
+#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/parallel.hpp"
 #include "core/physics/liquid/surface.hpp"
 #include "core/sound/liquid_scene/detail/cell_ear.hpp"
@@ -62,7 +65,7 @@ double largest_error(int n_cells, double frequency_hz, double half_waves, double
   LiquidCells::Question question{k, 0.0, {}, nullptr};
   question.q.resize(cells.surface_m().cols());
   for (Eigen::Index i = 0; i < question.q.size(); ++i) question.q[i] = std::cos(across * cells.surface_m()(0, i));
-  const auto waves = cells.solve({question}, tolerance);
+  const auto waves = cells.solve({question}, {tolerance});
   if (!waves[0].converged) return HUGE_VAL;
   double largest = 0.0, scale = 0.0;
   for (const double z : {0.004, 0.03, 0.06, 0.09, 0.102})
@@ -95,10 +98,40 @@ TEST(LiquidCells, ConvergesFarAboveItsFirstModes) {
     const double way = (cells.surface_m().col(i) - ear).norm();
     question.q[i] = std::polar(1.0 / way, -2.0 * kPi * 20000.0 / 343.0 * way);
   }
-  const auto waves = cells.solve({question}, 1e-4, 600);
+  const auto waves = cells.solve({question}, {1e-4, 600});
   EXPECT_TRUE(waves[0].converged);
   question.start = &waves[0].w;
-  EXPECT_EQ(cells.solve({question}, 2e-4, 600)[0].iterations, 0) << "the true residual is as small";
+  EXPECT_EQ(cells.solve({question}, {2e-4, 600})[0].iterations, 0) << "the true residual is as small";
+}
+
+// It made its neighbours start again after each iteration, without end.
+TEST(LiquidCells, AQuestionThatIsNoNumberFailsAloneAndItsNeighboursKeepTheirBits) {
+  const OneFrame frames(20, level);
+  const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
+  std::vector<LiquidCells::Question> questions;
+  for (int i = 0; i < 4; ++i)
+    questions.push_back({5.0 + i, 0.0, Eigen::VectorXcd::Constant(cells.surface_m().cols(), Complex(1.0, i)), nullptr});
+  const auto whole = cells.solve(questions, {1e-4});
+  questions[1].q[7] = std::numeric_limits<double>::quiet_NaN();
+  const auto spoilt = cells.solve(questions, {1e-4});
+  for (const std::size_t i : {0, 2, 3}) {
+    EXPECT_TRUE(spoilt[i].converged);
+    EXPECT_EQ(spoilt[i].iterations, whole[i].iterations);
+    EXPECT_EQ(spoilt[i].w, whole[i].w);
+  }
+  EXPECT_FALSE(spoilt[1].converged);
+}
+
+TEST(LiquidCells, AStopIsHeededBetweenTwoIterations) {
+  struct Stop : Monitor {
+    mutable std::atomic<int> n_asked = 0;
+    bool stop_requested() const override { return ++n_asked > 3; }
+  } monitor;
+  const OneFrame frames(20, level);
+  const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
+  const LiquidCells::Question question{80.0, 0.0, Eigen::VectorXcd::Ones(cells.surface_m().cols()), nullptr};
+  EXPECT_THROW(cells.solve({question}, {1e-30, 1000000}, monitor), Interrupted);
+  EXPECT_LE(monitor.n_asked, 8);
 }
 
 // The cut faces' distances differ from grid to grid, so that the ratio is not 4 sharp.
@@ -125,7 +158,7 @@ TEST(LiquidCells, SolidsInTheLiquidAreItsWalls) {
     LiquidCells::Question question{k, 0.0, Eigen::VectorXcd(cells.surface_m().cols()), nullptr};
     for (Eigen::Index i = 0; i < question.q.size(); ++i)
       question.q[i] = 1.0 + std::cos(across * (cells.surface_m()(0, i) - kBlock_m));
-    const auto waves = cells.solve({question}, 1e-4);
+    const auto waves = cells.solve({question}, {1e-4});
     double largest = 0.0, scale = 0.0;
     for (const double z : {0.034, 0.06, 0.09})
       for (const double x : {0.06, 0.1, 0.18}) {
@@ -144,7 +177,7 @@ TEST(LiquidCells, BesideASurfaceItIsWhatTheSurfaceHears) {
   const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
   const LiquidCells::Question question{10.0, 0.0,
                                        Eigen::VectorXcd::Constant(cells.surface_m().cols(), Complex(0.3, -2)), nullptr};
-  const auto waves = cells.solve({question}, 1e-4);
+  const auto waves = cells.solve({question}, {1e-4});
   EXPECT_LE(std::abs(cells.at({0.1, 0.1, kDepth_m - 1e-5}, waves[0], question.q) - Complex(0.3, -2)), 0.01);
 }
 
@@ -152,10 +185,10 @@ TEST(LiquidCells, AFrameThatHasNotChangedTakesNoIterations) {
   const OneFrame frames(20, level);
   const LiquidCells cells(frames, 0, *cell_box(frames.boundary(0), frames.cell_m()));
   LiquidCells::Question question{10.0, 0.0, Eigen::VectorXcd::Constant(cells.surface_m().cols(), 1.0), nullptr};
-  const auto first = cells.solve({question}, 1e-4);
+  const auto first = cells.solve({question}, {1e-4});
   EXPECT_GT(first[0].iterations, 3);
   question.start = &first[0].w;
-  EXPECT_LE(cells.solve({question}, 1e-3)[0].iterations, 1);
+  EXPECT_LE(cells.solve({question}, {1e-3})[0].iterations, 1);
 }
 
 TEST(LiquidCells, DropsAreNoPartSmallHollowsAreLiquidAndLargeOnesHearNothing) {
@@ -174,7 +207,7 @@ TEST(LiquidCells, DropsAreNoPartSmallHollowsAreLiquidAndLargeOnesHearNothing) {
     EXPECT_FALSE(cells.holds({0.1, 0.1, 0.16}));
     EXPECT_TRUE(cells.holds({0.05, 0.05, 0.05}));
     const LiquidCells::Question question{4.0, 0.0, Eigen::VectorXcd::Constant(cells.surface_m().cols(), 1.0), nullptr};
-    const auto waves = cells.solve({question}, 1e-4);
+    const auto waves = cells.solve({question}, {1e-4});
     const double beside = std::abs(cells.at({0.105 + 0.035, 0.105, 0.055}, waves[0], question.q));
     if (radius_m < 0.02) {
       EXPECT_NEAR(beside, 1.0, 0.2);
@@ -238,7 +271,7 @@ TEST(LiquidCells, TheSameBitsOnOneThreadAndTwo) {
     for (int i = 0; i < 6; ++i)
       questions.push_back(
           {5.0 + i, 0.0, Eigen::VectorXcd::Constant(cells.surface_m().cols(), Complex(1.0, i)), nullptr});
-    for (auto& waves : cells.solve(questions, 1e-3)) found.push_back(waves.w);
+    for (auto& waves : cells.solve(questions, {1e-3})) found.push_back(waves.w);
   }
   set_thread_count(0);
   for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(found[i], found[i + 6]);

@@ -284,6 +284,27 @@ void LiquidCells::load(const Question& question, std::size_t lane, LaneValues& x
   }
 }
 
+namespace {
+
+using LaneFlags = std::array<bool, kLanes>;
+using LaneSums = std::array<double, kWide>;
+
+/// over / under of the lanes that are not done. @return those whose quotient is no number; theirs stays as it is
+LaneFlags quotients(const LaneSums& over, const LaneSums& under, const LaneFlags& done, LaneNumbers& result) {
+  LaneFlags no_numbers{};
+  for (std::size_t l = 0; l < kLanes; ++l) {
+    if (done[l]) continue;
+    const Complex quotient = Complex(over[l], over[l + kLanes]) / Complex(under[l], under[l + kLanes]);
+    no_numbers[l] = !std::isfinite(std::abs(quotient));
+    if (no_numbers[l]) continue;
+    result.re[l] = static_cast<float>(quotient.real());
+    result.im[l] = static_cast<float>(quotient.imag());
+  }
+  return no_numbers;
+}
+
+}  // namespace
+
 void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions, const Limits& limits, Waves* waves,
                               const Monitor& monitor) const {
   const double tolerance = limits.tolerance;
@@ -295,7 +316,7 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
   auto& [x, z, p, az, ap, map, right, r] = room;
   LaneNumbers give, shift, minus_one;
   minus_one.re.fill(-1.0F);
-  std::array<bool, kLanes> done{};
+  LaneFlags done{};
   for (std::size_t l = 0; l < kLanes; ++l) {
     done[l] = l >= n_questions;
     const Question& q = questions[std::min(l, n_questions - 1)];
@@ -317,7 +338,7 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
     p = z;
     detail::multiply(matrix_, give, shift, z, az);
     ap = az;
-    std::array<double, kWide> rho{}, mu{}, rho_next{};
+    LaneSums rho{}, mu{}, rho_next{};
     detail::sums(z, az, rho);
     again = false;
     int since = 0, stale = 0;
@@ -341,24 +362,17 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
       if (every) break;
       detail::precondition(matrix_, ap, map);
       detail::sums(ap, map, mu);
-      LaneNumbers step, back, share;
       bool broken = false;
       // What is no number right after a start never will be one; the others go on.
-      const auto fail = [&](std::size_t l) {
-        if (since > 0)
-          broken = true;
-        else
-          done[l] = true;
-      };
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        const Complex m(mu[l], mu[l + kLanes]), a = Complex(rho[l], rho[l + kLanes]) / m;
-        if (done[l]) continue;
-        if (!std::isfinite(std::abs(a))) {
-          fail(l);
-          continue;
+      const auto set_aside = [&](const LaneFlags& no_numbers) {
+        for (std::size_t l = 0; l < kLanes; ++l) {
+          broken = broken || (no_numbers[l] && since > 0);
+          done[l] = done[l] || (no_numbers[l] && since == 0);
         }
-        step.re[l] = static_cast<float>(a.real());
-        step.im[l] = static_cast<float>(a.imag());
+      };
+      LaneNumbers step, back, share;
+      set_aside(quotients(rho, mu, done, step));
+      for (std::size_t l = 0; l < kLanes; ++l) {
         back.re[l] = -step.re[l];
         back.im[l] = -step.im[l];
       }
@@ -366,16 +380,7 @@ void LiquidCells::solve_lanes(const Question* questions, std::size_t n_questions
       detail::add(back, map, z);
       detail::multiply(matrix_, give, shift, z, az);
       detail::sums(z, az, rho_next);
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        const Complex b = Complex(rho_next[l], rho_next[l + kLanes]) / Complex(rho[l], rho[l + kLanes]);
-        if (done[l]) continue;
-        if (!std::isfinite(std::abs(b))) {
-          fail(l);
-          continue;
-        }
-        share.re[l] = static_cast<float>(b.real());
-        share.im[l] = static_cast<float>(b.imag());
-      }
+      set_aside(quotients(rho_next, rho, done, share));
       rho = rho_next;
       detail::add_to(z, share, p);
       detail::add_to(az, share, ap);

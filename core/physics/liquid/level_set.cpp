@@ -260,9 +260,14 @@ double cut_share(const Field& phi, double h, double shift_m, int i, int j, int k
 
 }  // namespace
 
-double wet_share(const Field& phi, double h, int i, int j, int k) {
-  const double value = phi(i, j, k) / h;
-  return value > 1.0 ? 0.0 : value < -1.0 ? 1.0 : cut_share(phi, h, 0.0, i, j, k);
+double wet_share(const Field& phi, const SolidField& solid, double h, const std::array<int, 3>& cell, double shift_m) {
+  const auto [i, j, k] = cell;
+  const double open = solid.open_volume(i, j, k), value = (phi(i, j, k) + shift_m) / h;
+  if (!(open > 0.0) || value > 1.0) return 0.0;
+  if (value < -1.0) return open;
+  if (!solid.whole(i, j, k))
+    return cut_fraction(solid, h, {1.0 * i, 1.0 * j, 1.0 * k}, value, slope_at(phi, h, i, j, k));
+  return open * cut_share(phi, h, shift_m, i, j, k);
 }
 
 double liquid_volume_m3(const GridShape& shape, const Field& phi, const SolidField& solid, double shift_m) {
@@ -271,16 +276,7 @@ double liquid_volume_m3(const GridShape& shape, const Field& phi, const SolidFie
   for_layers(shape.nz, [&](int k) {
     double sum = 0.0;
     for (int j = 0; j < shape.ny; ++j)
-      for (int i = 0; i < shape.nx; ++i) {
-        const double open = solid.open_volume(i, j, k), value = (phi(i, j, k) + shift_m) / h;
-        if (!(open > 0.0) || value > 1.0) continue;
-        if (value < -1.0)
-          sum += open;
-        else if (!solid.whole(i, j, k))
-          sum += cut_fraction(solid, h, {1.0 * i, 1.0 * j, 1.0 * k}, value, slope_at(phi, h, i, j, k));
-        else
-          sum += open * cut_share(phi, h, shift_m, i, j, k);
-      }
+      for (int i = 0; i < shape.nx; ++i) sum += wet_share(phi, solid, h, {i, j, k}, shift_m);
     layers[static_cast<std::size_t>(k)] = sum;
   });
   double sum = 0.0;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 
 #include "core/physics/liquid/grid.hpp"
@@ -22,8 +23,9 @@ void redistance(const GridShape& shape, double keep_m, double reach_m, Field& ph
 /// where it halves what the surface bends (drops of 2 cells of radius were 6 % too large without it).
 double liquid_volume_m3(const GridShape& shape, const Field& phi_m, const SolidField& solid, double shift_m = 0.0);
 
-/// Share of a cell that is liquid, by the same cut; solids are left out of account.
-double wet_share(const Field& phi_m, double cell_m, int i, int j, int k);
+/// Share of a cell that is liquid, by the same cut; its sum is that volume.
+double wet_share(const Field& phi_m, const SolidField& solid, double cell_m, const std::array<int, 3>& cell,
+                 double shift_m = 0.0);
 
 /// Shifts the surface, by most_m at most, so that the volume is the one asked for.
 struct VolumeShift {

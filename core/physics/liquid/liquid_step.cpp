@@ -22,66 +22,10 @@ constexpr int kAirLayers = 5;
 constexpr double kMostShiftCells = 0.25;  // per step, to keep the volume where drops merge
 constexpr double kSmallShiftCells = 0.02, kSourceTime_s = 0.1, kMostSource = 0.05;  // see keep_volume()
 
-double box_distance(const Vector3d& x, const Vector3d& low, const Vector3d& high) {
-  const Vector3d q = (x - 0.5 * (low + high)).cwiseAbs() - 0.5 * (high - low);
-  return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0);
-}
-
-double pool_phi(const Pool& pool, const Vector3d& size, const Vector3d& x) {
-  Vector3d low = pool.low_m, high = pool.high_m;
-  for (int axis = 0; axis < 3; ++axis) {  // walls are no surface
-    if (low[axis] <= 1e-9 * size[axis]) low[axis] = -10.0 * size.maxCoeff();
-    if (high[axis] >= (1.0 - 1e-9) * size[axis]) high[axis] = 10.0 * size.maxCoeff();
-  }
-  const bool level = low.maxCoeff() < 0.0 && high.x() > size.x() && high.y() > size.y();
-  if (!level) return box_distance(x, low, high);
-  if (!pool.wave) return x.z() - high.z();
-  const double kx = pool.wave->half_waves_x * kPi / size.x(), ky = pool.wave->half_waves_y * kPi / size.y();
-  const double a = pool.wave->amplitude_m;
-  const double surface = high.z() + a * std::cos(kx * x.x()) * std::cos(ky * x.y());
-  const double sx = a * kx * std::sin(kx * x.x()) * std::cos(ky * x.y()),
-               sy = a * ky * std::cos(kx * x.x()) * std::sin(ky * x.y());
-  return (x.z() - surface) / std::sqrt(1.0 + sx * sx + sy * sy);
-}
-
 }  // namespace
 
-double Inlet::area_m2() const {
-  if (radius_m) return kPi * *radius_m * *radius_m;
-  double area = 1.0;
-  for (int axis = 0; axis < 3; ++axis)
-    if (std::abs(direction[axis]) < 0.5) area *= size_m[axis];
-  return area;
-}
-
-Solid Inlet::mouthpiece(double cell_m) const {
-  Solid solid;
-  const double length = 2.0 * cell_m;
-  solid.position_m = position_m - 0.5 * length * direction;
-  if (radius_m) {
-    solid.shape = SolidShape::kCylinder;
-    solid.radius_m = *radius_m;
-    solid.normal = direction;
-    solid.size_m = Vector3d(length, 0.0, 0.0);
-  } else {
-    solid.shape = SolidShape::kBox;
-    solid.size_m = size_m + length * direction.cwiseAbs();
-  }
-  solid.streams = true;
-  solid.name = "inlet";
-  return solid;
-}
-
-double LiquidSetup::phi_m(const Vector3d& x) const {
-  double phi = 10.0 * shape.size_m().maxCoeff();
-  for (const Pool& pool : pools) phi = std::min(phi, pool_phi(pool, shape.size_m(), x));
-  for (const Drop& drop : drops) phi = std::min(phi, (x - drop.position_m).norm() - drop.radius_m);
-  return phi;
-}
-
-Liquid::Liquid(LiquidSetup setup) : setup_(std::move(setup)), solids_(setup_.solids) {
+Liquid::Liquid(LiquidSetup setup) : setup_(std::move(setup)), solids_(setup_.all_solids()) {
   const GridShape& shape = setup_.shape;
-  for (const Inlet& inlet : setup_.inlets) solids_.push_back(inlet.mouthpiece(shape.cell_m));
   emitted_.assign(setup_.inlets.size(), 0.0);
   solid_ = setup_.round ? liquid::sector_field(shape) : liquid::solid_field(shape, solids_);
   phi_ = Field(shape.nx, shape.ny, shape.nz);
@@ -311,7 +255,7 @@ LiquidStep Liquid::step(double step_s) {
   keep_.resize(particles_.size(), 1);
   for (const Outlet& outlet : setup_.outlets)
     for (std::size_t p = 0; p < particles_.size(); ++p)
-      if (box_distance(particles_.x_m[p], outlet.low_m, outlet.high_m) < 0.0) keep_[p] = 0;
+      if (outlet.distance_m(particles_.x_m[p]) < 0.0) keep_[p] = 0;
   particles_.sort(shape, &keep_);
   correct_by_particles(shape, particles_, solid_, {}, phi_);
   drain();
@@ -399,8 +343,7 @@ void Liquid::drain() {
     for (int k = 0; k < setup_.shape.nz; ++k)
       for (int j = 0; j < setup_.shape.ny; ++j)
         for (int i = 0; i < setup_.shape.nx; ++i)
-          phi_(i, j, k) =
-              std::max(phi_(i, j, k), -box_distance(setup_.shape.centre_m(i, j, k), outlet.low_m, outlet.high_m));
+          phi_(i, j, k) = std::max(phi_(i, j, k), -outlet.distance_m(setup_.shape.centre_m(i, j, k)));
   outflow_ += before - liquid_volume_m3(setup_.shape, phi_, solid_);
 }
 
@@ -478,8 +421,7 @@ void Liquid::open_carried() {
     for (std::size_t p = begin; p < end; ++p) {
       double& carried = particles_.phi_m[p];
       if (!(std::abs(carried) < near)) continue;
-      for (const Outlet& outlet : setup_.outlets)
-        carried = std::max(carried, -box_distance(particles_.x_m[p], outlet.low_m, outlet.high_m));
+      for (const Outlet& outlet : setup_.outlets) carried = std::max(carried, -outlet.distance_m(particles_.x_m[p]));
       for (std::size_t s = 0; s < setup_.inlets.size(); ++s)
         if (streams(setup_.inlets[s]))
           carried = std::min(carried, solids_[setup_.solids.size() + s].distance_m(particles_.x_m[p]));

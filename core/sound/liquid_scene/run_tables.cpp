@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "core/foundation/config/csv.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/physics/liquid/level_set.hpp"
@@ -15,8 +17,51 @@ namespace {
 constexpr std::size_t kMostFrames = 200;
 constexpr int kDraws = 20000, kBinsPerOctave = 3;
 
-/// Cells cut by phi's plane, as volumes are measured; solids are left out of account.
-EnergyRow energy_of(const FrameFields& fields, double time_s, double density, double gravity) {
+/// The room that solids and the inlets' mouthpieces leave. Frames of other programs have none.
+class OpenRoom {
+ public:
+  explicit OpenRoom(const StageRun& run) : shape_(run.scene.setup.shape) {
+    if (!run.document.imported) solids_ = run.scene.setup.all_solids();
+    field_ = liquid::solid_field(shape_, solids_);
+    if (!run.folder.has("solids.csv")) return;
+    CsvFile file(run.folder.file("solids.csv"));
+    for (file.next(); file.next();) {
+      if (file.cells().size() < 6) throw InputError(file.place(), "is no row of a solid");
+      const auto number = [&](std::size_t column) { return csv_number(file.cells()[column], file.place()); };
+      const double n = number(1);
+      if (!(n >= 1.0 && n <= static_cast<double>(solids_.size())))
+        throw InputError(file.place(), "is no solid of the scene", to_text(n));
+      places_.push_back({number(0), static_cast<std::size_t>(n) - 1, {number(3), number(4), number(5)}});
+    }
+  }
+
+  /// At a frame's time, at which a step ends; asked for in rising order.
+  const liquid::SolidField& at(double time_s) {
+    constexpr double kSameS = 1e-9;
+    const std::size_t before = next_;
+    for (; next_ < places_.size() && places_[next_].time_s <= time_s + kSameS; ++next_)
+      solids_[places_[next_].solid].position_m = places_[next_].position_m;
+    if (next_ > before) field_ = liquid::solid_field(shape_, solids_);
+    return field_;
+  }
+
+ private:
+  struct Place {
+    double time_s;
+    std::size_t solid;
+    Eigen::Vector3d position_m;
+  };
+  liquid::GridShape shape_;
+  std::vector<liquid::Solid> solids_;
+  std::vector<Place> places_;
+  std::size_t next_ = 0;
+  liquid::SolidField field_;
+};
+
+/// Cells cut by phi's plane and by solids, as volumes are measured.
+EnergyRow energy_of(const FrameFields& fields, const liquid::SolidField& room, double time_s,
+                    const liquid::LiquidOptions& liquid) {
+  const double density = liquid.density_kg_m3, gravity = liquid.gravity_m_s2;
   const liquid::GridShape& s = fields.shape;
   const double h = s.cell_m, cell = h * h * h;
   EnergyRow row;
@@ -25,7 +70,7 @@ EnergyRow energy_of(const FrameFields& fields, double time_s, double density, do
   for (int k = 0; k < s.nz; ++k)
     for (int j = 0; j < s.ny; ++j)
       for (int i = 0; i < s.nx; ++i) {
-        const double share = liquid::wet_share(fields.phi_m, h, i, j, k);
+        const double share = liquid::wet_share(fields.phi_m, room, h, {i, j, k});
         if (!(share > 0.0)) continue;
         row.volume_m3 += share * cell;
         row.potential_j += share * cell * density * gravity * (k + 0.5) * h;
@@ -70,11 +115,13 @@ std::vector<RadiusRow> radius_rows(const std::vector<double>& asked, const std::
 void write_run_tables(const StageRun& run) {
   const auto n_frames = static_cast<std::size_t>(std::max<std::int64_t>(run.document.n_frames, 0));
   std::vector<EnergyRow> rows;
+  OpenRoom room(run);
   const std::size_t stride = std::max<std::size_t>(1, (n_frames + kMostFrames - 1) / kMostFrames);
   for (std::size_t k = 0; k < n_frames; k += stride) {
     run.monitor.throw_if_stopped();
-    rows.push_back(energy_of(read_fields_file(run.folder.field_file(k)), run.scene.frame_s(k),
-                             run.scene.setup.options.density_kg_m3, run.scene.setup.options.gravity_m_s2));
+    const double time_s = run.scene.frame_s(k);
+    rows.push_back(
+        energy_of(read_fields_file(run.folder.field_file(k)), room.at(time_s), time_s, run.scene.setup.options));
   }
   if (!rows.empty()) write_file(run.folder.file("energy.csv"), csv_table(rows));
   if (run.document.n_bubbles == 0 || !run.folder.has("bubbles.trk")) return;

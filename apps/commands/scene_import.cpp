@@ -75,6 +75,9 @@ int run_scene_import(const ImportOptions& options, const CommonOptions& common) 
     note_left_out(std::to_string(tracked.n_without_frequency) + " sample(s) without a frequency are left out");
   if (tracked.n_left_out > 0)
     note_left_out(std::to_string(tracked.n_left_out) + " bubble(s) without any frequency are left out");
+  if (tracked.n_outside > 0)
+    note_left_out(std::to_string(tracked.n_outside) +
+                  " bubble(s) have samples before Start: or after End:; they begin and end with these");
   const liquid_scene::RunDocument document = liquid_scene::import_tracked(
       tracked, path.stem().string(), listener, header, liquid_scene::RunFolder(options.output));
   write_json(common, json_of(document));

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,13 +63,15 @@ struct BubblePath {
   StartKind start = StartKind::kEntrained;
   EndKind end = EndKind::kEnd;
   std::vector<std::int64_t> parents, children;
-  /// The samples: one or more, times rising, the first at birth and the last at the end.
+  /// Birth and end where they are outside of the samples, in between which all that was told of the bubble lies.
+  std::optional<double> told_birth_s, told_end_s;
+  /// The samples: one or more, times rising; of our own runs the first at birth and the last at the end.
   std::vector<double> time_s;
   std::vector<Eigen::Vector3d> position_m;
   std::vector<double> phi_m;         ///< signed distance to the surface, below 0 in the liquid
   std::vector<double> frequency_hz;  ///< as many, or empty: by the pitch law from phi
-  double birth_s() const { return time_s.front(); }
-  double end_s() const { return time_s.back(); }
+  double birth_s() const { return told_birth_s.value_or(time_s.front()); }
+  double end_s() const { return told_end_s.value_or(time_s.back()); }
 };
 
 struct Birth {

@@ -123,7 +123,7 @@ void Reader::start(const std::vector<std::string_view>& words) {
   if (started_ || words.size() < 3) fail("one Start: with a letter and a time is expected");
   if (words[1] != "N" && words[1] != "M" && words[1] != "S") fail("a bubble starts by N, M or S", words[1]);
   path_.start = words[1] == "N" ? StartKind::kEntrained : words[1] == "M" ? StartKind::kMerged : StartKind::kSplit;
-  needed(words[2], "the time");
+  path_.told_birth_s = needed(words[2], "the time");
   for (std::size_t i = 3; i < words.size(); ++i) path_.parents.push_back(id(words[i]));
   started_ = true;
 }
@@ -132,7 +132,7 @@ void Reader::end(const std::vector<std::string_view>& words) {
   if (!started_ || ended_ || words.size() < 3) fail("one End: with a letter and a time is expected after Start:");
   if (words[1] != "C" && words[1] != "M" && words[1] != "S") fail("a bubble ends by M, S or C", words[1]);
   path_.end = words[1] == "C" ? EndKind::kSurface : words[1] == "M" ? EndKind::kMerge : EndKind::kSplit;
-  needed(words[2], "the time");
+  path_.told_end_s = needed(words[2], "the time");
   for (std::size_t i = 3; i < words.size(); ++i) path_.children.push_back(id(words[i]));
   ended_ = true;
 }
@@ -163,6 +163,10 @@ void Reader::close() {
   if (path_.time_s.empty()) {
     ++result_.n_left_out;
   } else {
+    const double first_s = path_.time_s.front(), last_s = path_.time_s.back();
+    result_.n_outside += *path_.told_birth_s > first_s || *path_.told_end_s < last_s ? 1U : 0U;
+    if (!(*path_.told_birth_s < first_s)) path_.told_birth_s.reset();
+    if (!(*path_.told_end_s > last_s)) path_.told_end_s.reset();
     path_.time_s.shrink_to_fit();
     path_.frequency_hz.shrink_to_fit();
     path_.position_m.shrink_to_fit();

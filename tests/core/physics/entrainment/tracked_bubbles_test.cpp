@@ -50,8 +50,30 @@ TEST(TrackedBubbles, WithoutFrequencyAreLeftOutAndCounted) {
       "t");
   ASSERT_EQ(read.paths.size(), 1U);
   EXPECT_EQ(read.paths[0].time_s, std::vector<double>{0.1});
+  EXPECT_EQ(read.paths[0].birth_s(), 0.0);
+  EXPECT_EQ(read.paths[0].end_s(), 0.2);
   EXPECT_EQ(read.n_without_frequency, 3U);
   EXPECT_EQ(read.n_left_out, 1U);
+}
+
+TEST(TrackedBubbles, AreBornAndEndWhenTheFileSaysSoAndNotWithTheirSamples) {
+  const std::string text =
+      "Bub 1 0.002\n  Start: N 0.01\n  0.0125 1640 0.1 0.05 -0.02\n  End: M 0.03 3\n"
+      "Bub 2 0.002\n  Start: N 0.02\n  0.02 1640 0.1 0.05 -0.02\n  0.028 1640 0.1 0.05 -0.02\n  End: M 0.03 3\n"
+      "Bub 3 0.0025\n  Start: M 0.03 1 2\n  0.03 1300 0.1 0.05 -0.02\n  End: C 0.05\n";
+  const TrackedBubbles read = parse_tracked_bubbles(text, "t");
+  ASSERT_EQ(read.paths.size(), 3U);
+  EXPECT_EQ(read.paths[0].birth_s(), 0.01);
+  EXPECT_EQ(read.paths[0].end_s(), 0.03);
+  EXPECT_EQ(read.paths[1].end_s(), read.paths[2].birth_s()) << "a pair ends when its child begins";
+  EXPECT_EQ(read.paths[2].end_s(), 0.05);
+  EXPECT_EQ(read.n_outside, 0U);
+  EXPECT_EQ(tracked_bubbles_text(read.paths), text);
+  const TrackedBubbles outside =
+      parse_tracked_bubbles("Bub 1 0.002\n Start: N 0.1\n 0 900 0 0 0\n 0.3 900 0 0 0\n End: C 0.2\n", "t");
+  EXPECT_EQ(outside.n_outside, 1U);
+  EXPECT_EQ(outside.paths[0].birth_s(), 0.0);
+  EXPECT_EQ(outside.paths[0].end_s(), 0.3);
 }
 
 TEST(TrackedBubbles, BadTextIsNamedWithItsLine) {

@@ -89,7 +89,8 @@ std::size_t first_stage(const LiquidRunOptions& options, const RunDocument& docu
   return kStages.size();
 }
 
-RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& scene, const RunFolder& folder) {
+RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& scene, const RunFolder& folder,
+                           std::uint64_t seed) {
   RunDocument document;
   const std::string key = liquid_scene::run_key(scene);
   // A later stage may be done again with what only it depends on changed.
@@ -106,6 +107,11 @@ RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& s
       throw InputError(flag, "the folder holds the run of another scene or version, or its files have changed",
                        options.output.string(), "the same scene and program, or another folder");
     document = folder.read_document();
+    // The flow has no seed: one that stopped in it may go on with any.
+    if (options.resume && document.stages.bubbles && document.header.provenance.seed != seed)
+      throw InputError(
+          "--resume", "the run's bubbles are of another seed", "--seed " + std::to_string(seed),
+          "--seed " + std::to_string(document.header.provenance.seed) + ", or --stage bubbles for other bubbles");
   } else if (folder.begun() || folder.has("scene.json")) {
     throw InputError(options.output.string(), "holds a run already", "", "--resume, or another folder");
   }
@@ -159,7 +165,7 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
   const LiquidScene scene = liquid_scene::read_liquid_scene(options.scene);
   const double until_s = std::min(options.until_s.value_or(scene.duration_s), scene.duration_s);
   const RunFolder folder(options.output);
-  RunDocument document = begun_document(options, scene, folder);
+  RunDocument document = begun_document(options, scene, folder, common.seed);
   const std::size_t first = first_stage(options, document, until_s);
   if (first == kStages.size()) {
     say(common, "%s is complete\n", options.output.c_str());

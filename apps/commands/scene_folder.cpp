@@ -20,6 +20,7 @@
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modal_model.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "core/sound/audio/sound_level.hpp"
 #include "core/sound/scene/scene_floor.hpp"
 #include "core/sound/scene/scene_roughness.hpp"
 #include "core/sound/scene/scene_yielding.hpp"
@@ -410,13 +411,12 @@ audio::Signal heard_sound(const scene::Scene& scene, const HeardScene& heard, do
 }
 
 scene::HeardRecord write_scene_sound(const std::filesystem::path& path, audio::Signal sound,
-                                     const scene::SceneSoundOptions& options) {
+                                     const scene::SceneSoundOptions& options, const scene::SceneNotes& notes) {
   scene::HeardRecord record;
   record.file = path.filename().string();
   record.peak_pressure_pa = sound.n_frames() > 0 ? sound.samples.cwiseAbs().maxCoeff() : 0.0;
-  record.gain = record.peak_pressure_pa > 0.0
-                    ? std::pow(10.0, options.peak_db_re_full_scale / 20.0) / record.peak_pressure_pa
-                    : 1.0;
+  record.gain = audio::file_gain(record.peak_pressure_pa, options.peak_db_re_full_scale);
+  if (audio::is_inaudible(record.peak_pressure_pa)) notes.warning(audio::inaudible_note(record.peak_pressure_pa));
   record.duration_s = sound.duration_s();
   record.sample_rate_hz = sound.sample_rate_hz;
   record.n_channels = static_cast<int>(sound.n_channels());

@@ -93,7 +93,7 @@ audio::Signal heard_sound(const scene::Scene& scene, const HeardScene& heard, do
 
 /// Writes a sound with its peak at the level asked for and says what it is.
 scene::HeardRecord write_scene_sound(const std::filesystem::path& path, audio::Signal sound,
-                                     const scene::SceneSoundOptions& options);
+                                     const scene::SceneSoundOptions& options, const scene::SceneNotes& notes);
 
 /// "0,-2,1.6". @throws InputError
 Eigen::Vector3d parse_place(const std::string& option, const std::string& text);

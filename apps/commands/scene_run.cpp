@@ -15,6 +15,7 @@
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/events/event_log_file.hpp"
+#include "core/sound/scene/scene_check.hpp"
 #include "core/sound/scene/scene_draws.hpp"
 #include "core/sound/scene/scene_floor.hpp"
 #include "core/sound/scene/scene_frames.hpp"
@@ -112,7 +113,7 @@ void add_sound(const RunOptions& options, const CommonOptions& common, const Run
   const stage::ImpactPulses pulses = heard_pulses(scene, moved.log, heard, &folder, monitor);
   moved.document.sound = write_scene_sound(
       folder.file("sound.wav"),
-      heard_sound(scene, {moved.log, heard, pulses}, duration_s, &moved.document.floor, monitor), scene.sound);
+      heard_sound(scene, {moved.log, heard, pulses}, duration_s, &moved.document.floor, monitor), scene.sound, notes);
   moved.document.header.wall_time_s["sound"] = watch.seconds();
   if (!options.draws) return;
   watch = Stopwatch();
@@ -283,6 +284,7 @@ int run_scene(const RunOptions& options, const CommonOptions& common) {
   std::vector<std::string> warnings;
   const scene::SceneNotes notes = scene_notes(common, warnings);
   scene::warn_of_contradicted_fits(scene, notes);
+  if (!options.until_s) scene::require_rest(scene);
   if (!options.no_sound) scene::require_modes(scene, monitor);
   Moved result = moved(options, common, scene, folder, monitor);
   if (!options.no_sound) add_sound(options, common, {scene, proxies, folder, notes}, result, monitor);

@@ -135,7 +135,7 @@ int run_scene_sound(const SceneSoundOptions& options, const CommonOptions& commo
   const double duration_s = options.duration_s.value_or(scene.duration_s.value_or(end_of(log) + tail_s));
   const stage::ImpactPulses pulses = heard_pulses(scene, log, heard, is_same ? &folder : nullptr, monitor);
   const scene::HeardRecord record = write_scene_sound(
-      options.output, heard_sound(scene, {log, heard, pulses}, duration_s, nullptr, monitor), scene.sound);
+      options.output, heard_sound(scene, {log, heard, pulses}, duration_s, nullptr, monitor), scene.sound, notes);
 
   std::vector<std::filesystem::path> inputs = scene.inputs();
   inputs.push_back(is_folder ? folder.file("events.h5") : std::filesystem::path(options.source));

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/foundation/base/conventions.hpp"
 #include "core/foundation/config/csv.hpp"
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/sound/liquid_scene/liquid_scene.hpp"
@@ -390,7 +391,7 @@ std::string key_figures(const RunDocument& data) {
   if (data.sound)
     keys.add("Peak at the ear", rounded(data.sound->peak_pressure_pa, 3) + "\u202fPa",
              data.sound->peak_pressure_pa > 0.0
-                 ? fixed(20.0 * std::log10(data.sound->peak_pressure_pa / 20e-6), 1) + " dB re 20 µPa"
+                 ? fixed(20.0 * std::log10(data.sound->peak_pressure_pa / kReferencePressurePa), 1) + " dB re 20 µPa"
                  : "");
   return keys.html();
 }

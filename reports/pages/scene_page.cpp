@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "core/foundation/base/conventions.hpp"
 #include "core/foundation/config/csv.hpp"
 #include "core/foundation/config/fields_csv.hpp"
 #include "core/sound/scene/scene_document.hpp"
@@ -162,7 +163,7 @@ std::string key_figures(const SceneDocument& data) {
   keys.add("Energy accounted for", "to " + rounded(data.ledger.residual_relative, 2),
            "of " + rounded(data.ledger.energy_scale_j, 4) + "\u202fJ");
   if (data.sound) {
-    const double level_db = 20.0 * std::log10(data.sound->peak_pressure_pa / 20e-6);
+    const double level_db = 20.0 * std::log10(data.sound->peak_pressure_pa / kReferencePressurePa);
     keys.add("Peak at the ear", rounded(data.sound->peak_pressure_pa, 3) + "\u202fPa",
              data.sound->peak_pressure_pa > 0.0 ? fixed(level_db, 1) + " dB re 20 µPa" : "");
   }

@@ -79,6 +79,9 @@ TEST(LiquidBubbles, APatchGivesItsRateAndEachStageIsDoneAgainAlone) {
   ASSERT_EQ(run_klang("scene run pool.toml -o out --stage bubbles --seed 1 --threads 1", scratch.path()).exit_code, 0);
   EXPECT_EQ(read_text(folder / "bubbles.csv"), bubbles);
   EXPECT_EQ(read_text(folder / "sound.wav"), sound);
+  expect_refused(scratch, "scene run pool.toml -o out --resume --seed 2", {"another seed"});
+  EXPECT_EQ(run_klang("scene run pool.toml -o out --resume --seed 1", scratch.path()).exit_code, 0);
+  EXPECT_EQ(read_text(folder / "sound.wav"), sound);
   ASSERT_EQ(run_klang("scene run pool.toml -o out --stage sound --seed 7", scratch.path()).exit_code, 0);
   EXPECT_EQ(read_text(folder / "sound.wav"), sound);
 }

@@ -11,10 +11,12 @@
 #include <string_view>
 
 #include "core/foundation/base/output_file.hpp"
+#include "tests/cli/expect_refused.hpp"
 #include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
 
 using klang::read_file;
+using klang::test::expect_refused;
 using klang::test::read_json;
 using klang::test::run_klang;
 using klang::test::RunResult;
@@ -84,6 +86,31 @@ TEST_F(KlangScene, RunWritesWhatTheContractNames) {
 
   ASSERT_EQ(run_klang("scene info out --impulses-csv i.csv", scratch_.path()).exit_code, 0);
   EXPECT_EQ(lines_of(bytes("i.csv"))[0], "time_s,body,other,x_m,y_m,z_m,jx_n_s,jy_n_s,jz_n_s,duration_s,kind");
+}
+
+TEST_F(KlangScene, ABodyAtRestIsNotRaisedToFullScale) {
+  scratch_.write(
+      "rest.toml",
+      "[world.floor]\nmaterial = \"steel\"\n[[material]]\nname = \"steel\"\npreset = \"steel\"\nrestitution = "
+      "0.3\nfriction = 0.3\n[[body]]\nname = \"block\"\nmaterial = \"steel\"\nposition_m = [0, 0, 0.01]\n"
+      "shape = { kind = \"box\", length_m = 0.1, width_m = 0.05, height_m = 0.02 }\n");
+  const RunResult run = run_klang("scene run rest.toml -o rest --no-page", scratch_.path());
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("nobody hears"), std::string::npos) << run.err;
+  const json sound = read_json(scratch_.path() / "rest/scene.json")["sound"];
+  EXPECT_LE(sound["peak_pressure_pa"].get<double>(), 1e-9);
+  EXPECT_NEAR(sound["gain"].get<double>() * 20e-6 * std::sqrt(2.0), std::pow(10.0, -0.15), 1e-12);
+}
+
+TEST_F(KlangScene, WhatFallsForEverIsRefusedByCheckAndRunUnlessItHasAnEnd) {
+  scratch_.write(
+      "fall.toml",
+      "[[material]]\nname = \"steel\"\npreset = \"steel\"\n[[body]]\nname = \"block\"\nmaterial = \"steel\"\n"
+      "shape = { kind = \"box\", length_m = 0.1, width_m = 0.05, height_m = 0.02 }\n");
+  for (const char* command : {"scene check fall.toml", "scene run fall.toml -o fall"})
+    expect_refused(scratch_, command, {"never comes to rest", "duration_s"});
+  const RunResult run = run_klang("scene run fall.toml -o fall --until-s 0.01 --no-page", scratch_.path());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
 TEST_F(KlangScene, ResumeOfAFinishedRunChangesNothingAndOfAnotherSceneIsRefused) {

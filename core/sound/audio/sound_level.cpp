@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <numbers>
 
 #include "core/foundation/base/errors.hpp"
 #include "core/sound/audio/fft.hpp"
@@ -10,6 +12,7 @@
 namespace klang::audio {
 namespace {
 
+constexpr double kQuietestPeakPa = kReferencePressurePa * std::numbers::sqrt2;
 constexpr double kLowestWeightedHz = 10.0;
 // A band of 20 Hz is 4.6 Hz wide: bins this wide leave no band of the audible range without a bin of its own.
 constexpr double kWidestBinHz = 0.25;
@@ -99,6 +102,20 @@ std::vector<double> third_octave_levels_db(const Signal& signal, const std::vect
 double a_weighted_level_db(const Signal& signal) {
   const EnergySpectrum spectrum(signal);
   return level_db(spectrum.a_weighted(kLowestWeightedHz, spectrum.highest_hz() * (1.0 + 1e-12)), spectrum.duration_s());
+}
+
+double file_gain(double peak_pressure_pa, double level_db_re_full_scale) {
+  return std::pow(10.0, level_db_re_full_scale / 20.0) / std::max(peak_pressure_pa, kQuietestPeakPa);
+}
+
+bool is_inaudible(double peak_pressure_pa) { return peak_pressure_pa > 0.0 && peak_pressure_pa < kQuietestPeakPa; }
+
+std::string inaudible_note(double peak_pressure_pa) {
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "what is heard is below 0 dB re 20 uPa (peak %.3g Pa), which nobody hears: the file is left as quiet",
+                peak_pressure_pa);
+  return text;
 }
 
 }  // namespace klang::audio

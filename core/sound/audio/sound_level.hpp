@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "core/foundation/base/conventions.hpp"
@@ -52,6 +53,13 @@ class EnergySpectrum {
 /// Level of an energy that was spread over a duration: 10 log10(2 energy / duration), dB; a sine of amplitude 1 is 0 dB.
 /// Minus infinity for silence.
 double level_db(double energy, double duration_s);
+
+/// What brings a sound's peak [Pa] to a level in a file, dB re full scale: 10^(level/20) / max(peak, 20 uPa sqrt(2)) [1/Pa].
+/// A sound below 0 dB re 20 uPa, which nobody hears, is not raised above what it is: round-off would be played as loud as a blow.
+double file_gain(double peak_pressure_pa, double level_db_re_full_scale);
+/// Whether file_gain leaves it below the level, and what to tell the reader then.
+bool is_inaudible(double peak_pressure_pa);
+std::string inaudible_note(double peak_pressure_pa);
 
 /// Levels of third-octave bands over the whole sound; minus infinity where there is nothing.
 std::vector<double> third_octave_levels_db(const Signal& signal, const std::vector<ThirdOctave>& bands);

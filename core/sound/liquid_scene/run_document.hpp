@@ -124,7 +124,8 @@ struct HeardLiquidRecord {
     visit({"sample_rate_hz", "its rate"}, self.sample_rate_hz);
     visit({"n_channels", "1, or 2 ears"}, self.n_channels);
     visit({"peak_pressure_pa", "largest at the listener; 0: silent"}, self.peak_pressure_pa);
-    visit({"gain", "full scale of the file per Pa"}, self.gain);
+    visit({"gain", "full scale of the file per Pa; a sound below 0 dB re 20 uPa is not raised to the peak asked for"},
+          self.gain);
   }
 };
 

@@ -7,6 +7,7 @@
 #include "core/physics/entrainment/tracked_bubbles.hpp"
 #include "core/sound/audio/nyquist.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "core/sound/audio/sound_level.hpp"
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
 #include "core/sound/liquid_scene/stage_watch.hpp"
 #include "core/sound/liquid_scene/transfer_stage.hpp"
@@ -78,6 +79,11 @@ stage::BubbleScene heard_scene(const StageRun& run, std::vector<std::int64_t>& i
     bubble.birth_s = one->birth_s;
     bubble.strength = strength(path, radii);
     bubble::SampledMotion motion;
+    if (path.time_s.front() > one->birth_s) {
+      motion.times_s.push_back(0.0);
+      motion.positions_m.push_back(path.position_m.front());
+      motion.phi_m.push_back(carrier_phi(1.0));
+    }
     for (std::size_t i = 0; i < path.time_s.size(); ++i) {
       // Most bubbles live a hundred times as long as they sound, also with a pitch that falls.
       if (i >= 8 && path.time_s[i - 8] > one->birth_s + kTimesFaded * (one->faded_s - one->birth_s)) break;
@@ -106,7 +112,10 @@ void run_sound(StageRun& run) {
     stage::BubbleSound made = stage::synthesise_bubbles(scene, run.monitor);
     signal = std::move(made.sound);
     peak = signal.n_frames() > 0 ? signal.samples.cwiseAbs().maxCoeff() : 0.0;
-    if (peak > 0.0) gain = std::pow(10.0, scene.peak_db_re_full_scale / 20.0) / peak;
+    const bool unit = scene.transfer == stage::SceneTransfer::kUnit;  // metres, not pascals
+    if (unit && peak > 0.0) gain = std::pow(10.0, scene.peak_db_re_full_scale / 20.0) / peak;
+    if (!unit) gain = audio::file_gain(peak, scene.peak_db_re_full_scale);
+    if (!unit && audio::is_inaudible(peak)) run.warn(audio::inaudible_note(peak));
     signal.samples *= gain;
     if (made.n_too_high > 0)
       run.warn(std::to_string(made.n_too_high) +

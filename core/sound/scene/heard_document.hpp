@@ -16,7 +16,10 @@ struct HeardRecord {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit({"file", "beside scene.json"}, self.file);
-    visit({"gain", "the file is the pressure in Pa times this [1/Pa]"}, self.gain);
+    visit({"gain",
+           "the file is the pressure in Pa times this [1/Pa]; a sound below 0 dB re 20 uPa is not raised to the peak "
+           "asked for"},
+          self.gain);
     visit({"peak_pressure_pa", "at the ear"}, self.peak_pressure_pa);
     visit({"duration_s", "of the sound"}, self.duration_s);
     visit({"sample_rate_hz", "of the sound"}, self.sample_rate_hz);

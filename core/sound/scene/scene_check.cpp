@@ -39,7 +39,19 @@ void warn_of_strangers(const Scene& scene, const SceneNotes& notes) {
 
 }  // namespace
 
+void require_rest(const Scene& scene) {
+  if (scene.duration_s || scene.floor_material || scene.solver.gravity_m_s2.isZero() || !scene.holds.empty()) return;
+  const auto to_world = [](const auto& tie) { return tie.other < 0; };
+  if (std::any_of(scene.joints.begin(), scene.joints.end(), to_world) ||
+      std::any_of(scene.links.begin(), scene.links.end(), to_world) ||
+      std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const SceneBody& body) { return body.fixed; }))
+    return;
+  throw InputError(scene.file.string(), "never comes to rest: nothing holds its bodies against gravity", "",
+                   "duration_s, [world.floor], a body that is fixed, or world.gravity_m_s2 = [0, 0, 0]");
+}
+
 SceneCheckDocument check_scene(const Scene& scene, std::uint64_t seed, const SceneNotes& notes, Monitor& monitor) {
+  require_rest(scene);
   const SceneProxies proxies(scene);
   rigid::RigidWorld world = world_of(scene, notes, monitor);
   warn_of_contradicted_fits(scene, notes);

@@ -44,6 +44,9 @@ struct SceneCheckDocument {
   }
 };
 
+/// @throws InputError where a scene without a duration falls for ever: gravity, no floor, and nothing that is fixed, held or tied
+void require_rest(const Scene& scene);
+
 /// Builds all bodies, those that deform with their meshes and holds, and looks for whatever can be seen without moving them: overlaps,
 /// bodies that are faster than the steps allow (header.warnings: those that gravity makes so before they reach the floor).
 /// @param seed  of the meshes of cracking bodies

@@ -110,3 +110,13 @@ TEST(SoundLevel, SilenceIsMinusInfinityAndNoSamplesAreRefused) {
   EXPECT_THROW(klang::audio::a_weighted_level_db(tone(100.0, 1.0, 8000.0, 0.0)), klang::InputError);
   EXPECT_THROW(klang::audio::a_weighted_level_db(tone(100.0, NAN, 8000.0, 0.1)), klang::InputError);
 }
+
+TEST(SoundLevel, GainBringsThePeakToItsLevelAndLeavesWhatNobodyHears) {
+  EXPECT_NEAR(klang::audio::file_gain(0.5, -6.0) * 0.5, std::pow(10.0, -0.3), 1e-15);
+  const double quietest = 20e-6 * std::sqrt(2.0);
+  EXPECT_NEAR(klang::audio::file_gain(1e-13, 0.0) * quietest, 1.0, 1e-12);
+  EXPECT_NEAR(klang::audio::file_gain(0.0, 0.0) * quietest, 1.0, 1e-12);
+  EXPECT_TRUE(klang::audio::is_inaudible(1e-13));
+  EXPECT_FALSE(klang::audio::is_inaudible(0.0)) << "silence is not quiet by error";
+  EXPECT_FALSE(klang::audio::is_inaudible(3e-5));
+}

@@ -7,6 +7,7 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <list>
@@ -21,6 +22,7 @@
 namespace klang::liquid_scene {
 namespace {
 
+constexpr double kLargestScale = 1e6;  // metres and metres per second
 constexpr char kFieldMagic[8] = {'K', 'L', 'F', '2', '\r', '\n', 0, 0};
 
 struct FieldHeader {
@@ -30,11 +32,16 @@ struct FieldHeader {
   double scale[4];  ///< phi and the three components: value of one unit
 };
 
-void append(const liquid::Field& field, double& scale, std::vector<std::int16_t>& words) {
+/// @return whether all are numbers
+bool append(const liquid::Field& field, double& scale, std::vector<std::int16_t>& words) {
   double most = 0.0;
-  for (const double value : field.data()) most = std::max(most, std::abs(value));
+  for (const double value : field.data()) {
+    if (!std::isfinite(value)) return false;
+    most = std::max(most, std::abs(value));
+  }
   scale = most > 0.0 ? most / 32767.0 : 1.0;
   for (const double value : field.data()) words.push_back(static_cast<std::int16_t>(std::lround(value / scale)));
+  return true;
 }
 
 /// Differences to the entry before: small numbers, which compress well.
@@ -96,9 +103,10 @@ void write_fields(const std::filesystem::path& path, const liquid::GridShape& sh
   header.nz = shape.nz;
   header.cell_m = shape.cell_m;
   std::vector<std::int16_t> words;
-  append(phi, header.scale[0], words);
+  bool numbers = append(phi, header.scale[0], words);
   header.has_velocity = u ? 1 : 0;
-  for (int axis = 0; u && axis < 3; ++axis) append((*u)[axis], header.scale[axis + 1], words);
+  for (int axis = 0; u && axis < 3 && numbers; ++axis) numbers = append((*u)[axis], header.scale[axis + 1], words);
+  if (!numbers) throw NumericalError(path.string() + ": the frame's fields hold a value that is no number");
   difference(words);
   const auto n_bytes = static_cast<uLong>(words.size() * sizeof(std::int16_t));
   uLongf n_packed = compressBound(n_bytes);
@@ -118,8 +126,10 @@ FrameFields read_fields_file(const std::filesystem::path& path) {
     throw InputError(path.string(), "is no file of fields");
   std::memcpy(&header, bytes.data(), sizeof header);
   const auto in_range = [](std::int32_t n) { return n >= 1 && n <= 20000; };
-  if (!in_range(header.nx) || !in_range(header.ny) || !in_range(header.nz) ||
-      static_cast<double>(header.nx) * header.ny * header.nz > 6.5e7 || !(header.cell_m > 0.0))
+  const auto is_scale = [](double scale) { return scale >= 0.0 && scale <= kLargestScale; };
+  if (!std::all_of(header.scale, header.scale + (header.has_velocity == 1 ? 4 : 1), is_scale) || !in_range(header.nx) ||
+      !in_range(header.ny) || !in_range(header.nz) || static_cast<double>(header.nx) * header.ny * header.nz > 6.5e7 ||
+      !(header.cell_m > 0.0))
     throw InputError(path.string(), "has a header that makes no sense");
   constexpr double kMostPacked = 1032.0;  // bytes of what zlib unpacks, per byte
   if (2.0 * header.nx * header.ny * header.nz > kMostPacked * static_cast<double>(bytes.size()))

@@ -71,6 +71,24 @@ double even_step_s(const std::vector<double>& time_s, const std::string& name) {
   return step;
 }
 
+namespace {
+
+void require_within(const liquid::Field& field, double most, const std::string& frame, const char* what) {
+  for (const double value : field.data())
+    if (!(std::abs(value) <= most))
+      throw InputError(frame, what, to_text(value), "up to " + to_text(most) + ": the unit?");
+}
+
+/// Numbers, and such as a liquid may have.
+void require_sound_fields(const ForeignFrame& frame, const std::string& place) {
+  constexpr double kFarthestM = 1e5, kFastestMS = 1e4;
+  require_within(frame.phi_m, kFarthestM, place, "a distance to the surface [m] is out of range");
+  for (int axis = 0; frame.u && axis < 3; ++axis)
+    require_within((*frame.u)[axis], kFastestMS, place, "a velocity of the liquid [m/s] is out of range");
+}
+
+}  // namespace
+
 RunDocument import_frames(ForeignFrames& frames, const ImportedAs& as, const ResultHeader& header,
                           const RunFolder& folder, Monitor& monitor) {
   const StageWatch watch;
@@ -93,6 +111,7 @@ RunDocument import_frames(ForeignFrames& frames, const ImportedAs& as, const Res
     monitor.throw_if_stopped();
     monitor.progress("import", static_cast<double>(k) / static_cast<double>(frames.n_frames()));
     const ForeignFrame frame = frames.read(k);
+    require_sound_fields(frame, as.name + ", frame " + std::to_string(k));
     write_fields(staging.field_file(k), shape, frame.phi_m, frame.u);
     write_surface(staging.frame_file(k),
                   frame.surface ? *frame.surface : liquid::liquid_surface(shape, frame.phi_m, frame.solid_m));

@@ -84,7 +84,8 @@ double slope_at_surface(const openvdb::FloatGrid& phi, double voxel) {
 }
 
 /// How far values are distances: what is beyond has one value, the background's (0: everything is stored).
-double band_voxels(const openvdb::FloatGrid& phi, double voxel) {
+/// @param unit  of the values, in voxels
+double band_voxels(const openvdb::FloatGrid& phi, double unit) {
   double inside = 0.0, outside = 0.0;
   for (auto it = phi.cbeginValueOn(); it; ++it) {
     const double value = *it;
@@ -93,8 +94,21 @@ double band_voxels(const openvdb::FloatGrid& phi, double voxel) {
   }
   const double background = std::abs(static_cast<double>(phi.background()));
   // The outermost voxel's distance is less than the band by up to 1.
-  const double reach = std::max(inside, outside) / voxel + 0.5;
-  return background > 0.0 ? std::min(reach, background / voxel) : reach;
+  const double reach = std::max(inside, outside) * unit + 0.5;
+  return background > 0.0 ? std::min(reach, background * unit) : reach;
+}
+
+bool is_finite(float value) { return std::isfinite(value); }
+bool is_finite(const openvdb::Vec3s& value) {
+  return std::isfinite(value[0]) && std::isfinite(value[1]) && std::isfinite(value[2]);
+}
+
+/// All that can be asked for, active or not, and the background.
+template <class Grid>
+void require_numbers(const Grid& values, const std::string& file, const std::string& grid) {
+  bool all = is_finite(values.background());
+  for (auto it = values.cbeginValueAll(); all && it; ++it) all = is_finite(*it);
+  if (!all) throw InputError(file, "the grid " + grid + " holds a value that is no number");
 }
 
 class OpenVdbGrids final : public VdbGrids {
@@ -128,12 +142,13 @@ OpenVdbGrids::OpenVdbGrids(const std::string& name, const std::string& grid) {
     extent_.low[static_cast<std::size_t>(a)] = box.min()[a];
     extent_.high[static_cast<std::size_t>(a)] = box.max()[a];
   }
-  for (auto it = phi_->cbeginValueOn(); it; ++it)
-    if (!std::isfinite(*it)) throw InputError(name, "the grid " + grid + " holds a value that is no number");
+  require_numbers(*phi_, name, grid);
   const double slope = slope_at_surface(*phi_, extent_.voxel);
   if (!(slope > 1e-9)) throw InputError(name, "the grid " + grid + " holds no distances: it is flat at its surface");
-  if (!(slope > 0.7 && slope < 1.4)) scale_ = 1.0 / slope;
-  extent_.band_voxels = scale_ * band_voxels(*phi_, extent_.voxel);
+  const auto is_one = [](double x) { return x > 0.7 && x < 1.4; };
+  if (!is_one(slope))
+    scale_ = is_one(slope * extent_.voxel) ? extent_.voxel : 1.0 / slope;  // in voxels, or in what else
+  extent_.band_voxels = band_voxels(*phi_, scale_ / extent_.voxel);
   if (!(extent_.band_voxels >= kLeastBand * (1.0 - 1e-5)))
     throw InputError(name, "the band of distances is too thin", to_text(extent_.band_voxels) + " voxels",
                      "2 voxels or more on each side of the surface");
@@ -141,6 +156,7 @@ OpenVdbGrids::OpenVdbGrids(const std::string& name, const std::string& grid) {
     if (velocity_ || !file.hasGrid(word)) continue;
     velocity_ = openvdb::gridPtrCast<openvdb::Vec3SGrid>(file.readGrid(word));
     if (velocity_ && velocity_->transform() != phi_->transform()) velocity_.reset();
+    if (velocity_) require_numbers(*velocity_, name, word);
   }
   staggered_ = velocity_ && velocity_->getGridClass() == openvdb::GRID_STAGGERED;
 }
@@ -261,6 +277,12 @@ void write(const std::string& name, const std::filesystem::path& path, const Gri
     file.write(grids);
     file.close();
   });
+  // The library does not ask whether its bytes got to the disk.
+  try {
+    check_head(path);
+  } catch (const InputError&) {
+    throw InputError(name, "cannot be written: the disk took part of it", "", "room on the disk");
+  }
 }
 
 }  // namespace

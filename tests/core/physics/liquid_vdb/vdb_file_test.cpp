@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/LevelSetSphere.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "core/foundation/base/errors.hpp"
@@ -95,7 +98,50 @@ TEST(VdbFile, TakesABandOfOthersAndDistancesInVoxels) {
   in_voxels->tree().root().setBackground(3.0F, true);
   const VdbFile other(scratch.write(in_voxels));
   EXPECT_LE(std::abs(other.value(20, 0, 20) - vdb.value(20, 0, 20)), 2e-4);
-  EXPECT_LE(std::abs(other.extent().band_voxels - 3.0), 0.6);
+  EXPECT_LE(std::abs(other.extent().band_voxels - vdb.extent().band_voxels), 2e-3);
+
+  const auto thin = ball(2.0);  // as thin as is taken, in either unit
+  EXPECT_LE(std::abs(VdbFile(scratch.write(thin)).extent().band_voxels - 2.0), 1e-3);
+  for (auto it = thin->beginValueAll(); it; ++it) it.setValue(*it * 100.0F);
+  thin->tree().root().setBackground(2.0F, true);
+  EXPECT_LE(std::abs(VdbFile(scratch.write(thin)).extent().band_voxels - 2.0), 1e-3);
+}
+
+TEST(VdbFile, AVelocityThatIsNoNumberIsRefused) {
+  const Scratch scratch;
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    const auto phi = ball(3.0);
+    phi->setName("phi");
+    const auto velocity = openvdb::Vec3SGrid::create(openvdb::Vec3s(0.0F));
+    velocity->setName("velocity");
+    velocity->setTransform(phi->transformPtr());
+    velocity->getAccessor().setValue({20, 0, 20}, openvdb::Vec3s(0.0F, bad, 0.0F));
+    const std::filesystem::path file = scratch.path / "n.vdb";
+    openvdb::io::File(file.string()).write({phi, velocity});
+    EXPECT_NE(complaint(file).find("velocity holds a value that is no number"), std::string::npos) << complaint(file);
+  }
+}
+
+TEST(VdbFile, AFileThatTheDiskTakesInPartIsNotLeft) {
+  const Scratch scratch;
+  const GridShape shape{32, 32, 32, 0.01};
+  Field phi(32, 32, 32);
+  for (int k = 0; k < 32; ++k)
+    for (int j = 0; j < 32; ++j)
+      for (int i = 0; i < 32; ++i) phi(i, j, k) = 0.01 * k - 0.16 + 1e-4 * ((7 * i + 5 * j) % 11);
+  write_vdb(scratch.path / "whole.vdb", shape, phi, std::nullopt, 0.0);
+  const auto size = static_cast<rlim_t>(std::filesystem::file_size(scratch.path / "whole.vdb"));
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  for (const rlim_t part : {size - 8, size / 2}) {
+    const rlimit some{part, before.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &some), 0);
+    EXPECT_THROW(write_vdb(scratch.path / "part.vdb", shape, phi, std::nullopt, 0.0), InputError) << part;
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    EXPECT_FALSE(std::filesystem::exists(scratch.path / "part.vdb"));
+  }
+  std::signal(SIGXFSZ, handler);
 }
 
 class Stopped : public Monitor {

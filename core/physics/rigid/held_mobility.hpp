@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,9 @@ struct PushedBody {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inverse_inertia = Eigen::Matrix3d::Zero();  ///< about the centre
 };
+
+/// Ties that count for how far a body gives way, the nearest first: far ones of a long chain do not.
+inline constexpr std::size_t kMostTies = 192;
 
 /// A push on body a along a unit direction, its opposite on body b, each at its own place.
 struct PairPush {
@@ -28,16 +32,16 @@ struct TieAnswer {
   std::vector<PairPush> ties;
   Eigen::VectorXd impulses;
 };
-TieAnswer answer_of_ties(std::span<const PairPush> pushes, const Eigen::VectorXd& impulses, std::vector<PairPush> ties,
-                         std::span<const PushedBody> bodies);
+TieAnswer answer_of_ties(std::span<const PairPush> pushes, const Eigen::VectorXd& impulses,
+                         const std::vector<PairPush>& ties, std::span<const PushedBody> bodies);
 
 /// Relative speeds (of a's place against b's) along pushes by unit pushes, n x n, while ties hold as answer_of_ties() says: A_nn - A_nt A_tt^+ A_tn with
 /// A = J M^-1 J^T of the free bodies, t the ties. A place that ties hold
 /// all but fast keeps a thousandth of its free mobility.
 Eigen::MatrixXd held_mobility(std::span<const PairPush> pushes, const Eigen::VectorXd& impulses,
-                              std::vector<PairPush> ties, std::span<const PushedBody> bodies);
+                              const std::vector<PairPush>& ties, std::span<const PushedBody> bodies);
 /// Its diagonal, of many pushes.
 Eigen::VectorXd held_gives(std::span<const PairPush> pushes, const Eigen::VectorXd& impulses,
-                           std::vector<PairPush> ties, std::span<const PushedBody> bodies);
+                           const std::vector<PairPush>& ties, std::span<const PushedBody> bodies);
 
 }  // namespace klang::rigid

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "core/foundation/base/errors.hpp"
 
@@ -20,6 +21,23 @@ bool rests(const RigidWorld& world, double speed_m_s) {
     if (!(world.velocity_m_s(i).norm() + rim <= speed_m_s)) return false;
   }
   return true;
+}
+
+/// Bodies that are struck in a step and whatever is tied to them; nothing where there are no links.
+std::set<int> struck_and_tied(const RigidWorld& world, const StepRecord& step) {
+  std::set<int> bodies;
+  if (world.links().empty()) return bodies;
+  for (const ContactImpulse& contact : step.contacts)
+    for (const int body : {contact.a, contact.b})
+      if (contact.kind != events::ImpulseKind::kLasting && body >= 0 && !world.spec(body).fixed) bodies.insert(body);
+  for (std::size_t before = 0; before < bodies.size();) {
+    before = bodies.size();
+    for (const Link& link : world.links())
+      for (const auto& [from, to] : {std::pair(link.a, link.b), std::pair(link.b, link.a)})
+        if (to >= 0 && bodies.count(from) != 0 && world.is_there(from) && world.is_there(to) && !world.spec(to).fixed)
+          bodies.insert(to);
+  }
+  return bodies;
 }
 
 }  // namespace
@@ -51,10 +69,16 @@ Recording::Recording(const RigidWorld& world, const RecordingOptions& options) :
   keep_poses(world);
 }
 
+void Recording::keep(const events::Pose& pose) {
+  const auto [kept, is_first] = kept_s_.try_emplace(pose.body, pose.time_s);
+  if (!is_first && !(kept->second < pose.time_s)) return;
+  kept->second = pose.time_s;
+  log_.poses.push_back(pose);
+}
+
 void Recording::keep_poses(const RigidWorld& world) {
-  for (int i = 0; i < world.n_bodies(); ++i) {
-    if (world.is_there(i)) log_.poses.push_back(world.pose(i));
-  }
+  for (int i = 0; i < world.n_bodies(); ++i)
+    if (world.is_there(i)) keep(world.pose(i));
   next_pose_s_ = world.time_s() + 1 / options_.pose_rate_hz;
 }
 
@@ -67,6 +91,10 @@ void Recording::add(const RigidWorld& world, const StepRecord& step, const std::
       if (!world.spec(body).fixed) pushed.insert(body);
     }
   }
+  for (const int body : struck_and_tied(world, step)) {
+    if (const auto before = before_.find(body); before != before_.end()) keep(before->second);
+    pushed.insert(body);
+  }
   worst_solver_residual_m_s_ = std::max(worst_solver_residual_m_s_, step.solver_residual_m_s);
   deepest_m_ = std::max(deepest_m_, step.deepest_m);
   ledger_.push_back(world.ledger());
@@ -74,15 +102,18 @@ void Recording::add(const RigidWorld& world, const StepRecord& step, const std::
     for (const int piece : breakage.pieces) log_.bodies.push_back({world.spec(piece).name, breakage.body});
     log_.fractures.push_back({breakage.time_s.value_or(world.time_s()), breakage.body});
     log_.impulses.insert(log_.impulses.end(), breakage.impulses.begin(), breakage.impulses.end());
-    log_.poses.push_back(world.pose(breakage.body));  // its last
+    keep(world.pose(breakage.body));  // its last
     pushed.erase(breakage.body);
     pushed.insert(breakage.pieces.begin(), breakage.pieces.end());
   }
   if (world.time_s() >= next_pose_s_ - 1e-12) {
     keep_poses(world);
   } else {
-    for (const int body : pushed) log_.poses.push_back(world.pose(body));
+    for (const int body : pushed) keep(world.pose(body));
   }
+  for (const Link& link : world.links())
+    for (const int body : {link.a, link.b})
+      if (body >= 0 && world.is_there(body)) before_[body] = world.pose(body);
 }
 
 void run(RigidWorld& world, Recording& recording, const RunOptions& options, Monitor& monitor) {

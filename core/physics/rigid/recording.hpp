@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -36,7 +37,8 @@ events::Impulse impulse_on(const ContactImpulse& contact, int body, const events
 
 /// Writes down what a world does, for those who make sound, pictures and tables of it: bodies, their poses, and every impulse
 /// as a row for each body that it pushes (a pair gives two, opposite), in that body's own frame at the end of the
-/// step, whose pose is kept: events::world_impulses() turns them back to the last bits.
+/// step, whose pose is kept (where cords or hinges tie bodies that are struck, poses of all that hang together before and after the step,
+/// since poses that are far apart do not tell a taut cord from a slack one): events::world_impulses() turns them back to the last bits.
 class Recording {
  public:
   /// Of a world at its start.
@@ -50,11 +52,14 @@ class Recording {
   double deepest_m() const { return deepest_m_; }                                  ///< of all steps
 
  private:
+  void keep(const events::Pose& pose);
   void keep_poses(const RigidWorld& world);
 
   RecordingOptions options_;
   events::EventLog log_;
   std::vector<EnergyLedger> ledger_;
+  std::map<int, double> kept_s_;        ///< of bodies: the latest pose that is kept
+  std::map<int, events::Pose> before_;  ///< of bodies that are tied, at the end of the step before
   double next_pose_s_ = 0.0, worst_solver_residual_m_s_ = 0.0, deepest_m_ = 0.0;
 };
 

@@ -344,6 +344,8 @@ int RigidWorld::add(const RigidBodySpec& body) {
   return number;
 }
 
+const std::vector<Link>& RigidWorld::links() const { return state_->links; }
+
 void RigidWorld::link(const Link& link) {
   State& s = *state_;
   const auto is_body = [&](int body) { return body >= 0 && body < n_bodies() && is_there(body); };
@@ -438,7 +440,7 @@ std::vector<RigidWorld::Push> RigidWorld::answer_of_ties(const std::vector<Push>
       added[k] = 1;
       tied.add_tie(taut[k]);
     }
-  const TieAnswer answer = rigid::answer_of_ties(given, impulses, std::move(tied.ties), tied.bodies);
+  const TieAnswer answer = rigid::answer_of_ties(given, impulses, tied.ties, tied.bodies);
   std::vector<Push> all;
   for (std::size_t i = 0; i < answer.ties.size(); ++i) {
     const PairPush& tie = answer.ties[i];

@@ -67,8 +67,9 @@ class RigidWorld {
   /// Returns its number. What it brings of energy is booked as work. @throws InputError
   int add(const RigidBodySpec& body);
   void link(const Link& link);  ///< ties bodies that are there
-  void remove(int body);        ///< numbers of the others stay; its energy leaves as work
-  int n_bodies() const;         ///< with those that were removed
+  const std::vector<Link>& links() const;
+  void remove(int body);  ///< numbers of the others stay; its energy leaves as work
+  int n_bodies() const;   ///< with those that were removed
   bool is_there(int body) const;
 
   /// @throws InputError where a body moves by more than its smallest half-width in one step: the rate is too low

@@ -12,7 +12,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kMostOfPair = 5;
-constexpr std::size_t kMostTies = 192;  // that count for how far a body gives way: far ones of a long chain do not
 
 Vector3d velocity_at(const BodyState& body, const Vector3d& arm) { return body.velocity + body.spin.cross(arm); }
 
@@ -212,7 +211,7 @@ void StepImpacts::find_gives(std::vector<Contact>& points) const {
   if (tied.ties.empty() || pushes.empty()) return;
   const auto n = static_cast<Eigen::Index>(pushes.size());
   const Eigen::VectorXd held =
-      held_gives(pushes, Eigen::Map<const Eigen::VectorXd>(impulses.data(), n), std::move(tied.ties), tied.bodies);
+      held_gives(pushes, Eigen::Map<const Eigen::VectorXd>(impulses.data(), n), tied.ties, tied.bodies);
   for (Eigen::Index i = 0; i < n; ++i) pushed[static_cast<std::size_t>(i)]->give = held[i];
 }
 

@@ -100,6 +100,7 @@ std::optional<Eigen::MatrixXd> HeldTouches::mobility_per_kg(const PairPlaces& to
     if (bodies_.count(row) == 0 || !(bodies_.at(row).answer.inverse_mass > 0.0)) continue;
     for (std::size_t l = 0; l < links_.size(); ++l) {
       const rigid::Link& link = links_[l];
+      if (ties.size() >= rigid::kMostTies) break;
       if (known[l] != 0 || (link.a != row && link.b != row)) continue;
       if (!is_there(link.a, touch.time_s) || !is_there(link.b, touch.time_s)) continue;
       known[l] = 1;
@@ -127,7 +128,7 @@ std::optional<Eigen::MatrixXd> HeldTouches::mobility_per_kg(const PairPlaces& to
     impulses[i] = impulse.norm();
     pushes.push_back({a, b, at_a, b >= 0 ? bodies.in_world(b, touch.at_b_m[p]) : at_a, impulse.normalized()});
   }
-  return rigid::held_mobility(pushes, impulses, std::move(ties), bodies.all);
+  return rigid::held_mobility(pushes, impulses, ties, bodies.all);
 }
 
 }  // namespace klang::scene::detail

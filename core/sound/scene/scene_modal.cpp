@@ -9,6 +9,7 @@
 #include "core/foundation/base/conventions.hpp"
 #include "core/foundation/base/errors.hpp"
 #include "core/sound/scene/detail/held_damping.hpp"
+#include "core/sound/scene/detail/held_nodes.hpp"
 #include "core/sound/scene/detail/modal_body.hpp"
 #include "core/sound/scene/detail/modal_contacts.hpp"
 #include "core/sound/scene/detail/rigid_push.hpp"
@@ -46,6 +47,7 @@ std::vector<detail::JointPlace> joints_of(const Scene& scene, const std::vector<
         least_m = far;
         made.place = place;
       }
+    detail::require_near(joint, least_m, (body.high_m - body.low_m).norm());
     made.world_m = body.centre_m + body.arm(made.place);
     made.other = number_of(joint.other);
     if (made.other >= 0) {

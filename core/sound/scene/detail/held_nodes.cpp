@@ -17,14 +17,28 @@ int nearest_node(const mesh::TetMesh& mesh, const Eigen::Vector3d& place_m) {
   return static_cast<int>(nearest);
 }
 
+double size_of(const mesh::TetMesh& mesh) {
+  return (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).norm();
+}
+
+/// As joints_of() takes them for the motion: of the nearest corners of the surface.
+int joint_node(const SceneJoint& joint, const mesh::TetMesh& mesh) {
+  const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
+  int nearest = surface.triangles(0, 0);
+  const auto far = [&](int node) { return (mesh.nodes_m.row(node).transpose() - joint.at_m).norm(); };
+  for (const int node : surface.triangles.reshaped())
+    if (far(node) < far(nearest) || (far(node) == far(nearest) && node < nearest)) nearest = node;
+  require_near(joint, far(nearest), size_of(mesh));
+  return nearest;
+}
+
 std::string text_of(const Eigen::Vector3d& x) { return to_text(x[0]) + "," + to_text(x[1]) + "," + to_text(x[2]); }
 
 std::vector<int> nodes_under(const SceneHold& hold, const mesh::TetMesh& mesh) {
   if (!hold.at_m) return solid::held_nodes(solid::parse_support("clamped:" + hold.where), mesh);
   const int nearest = nearest_node(mesh, *hold.at_m);
   const double far = (mesh.nodes_m.row(nearest).transpose() - *hold.at_m).norm();
-  const double size = (mesh.nodes_m.colwise().maxCoeff() - mesh.nodes_m.colwise().minCoeff()).norm();
-  if (!(far <= kAway * size))
+  if (!(far <= kAway * size_of(mesh)))
     throw InputError("at_m", "is away from the body", to_text(far) + " m", "a place of the body");
   return {nearest};
 }
@@ -73,9 +87,18 @@ Kept kept_places(const Scene& scene, const SceneBody& body) {
 
 }  // namespace
 
+void require_near(const SceneJoint& joint, double far_m, double size_m) {
+  if (!(far_m <= kAway * size_m))
+    throw InputError(joint.place, "at_m is away from the body", to_text(far_m) + " m",
+                     "up to " + to_text(kAway * size_m) + " m: a place of the body, in its frame");
+}
+
 KeptBy kept_by(const Scene& scene, const SceneBody& body) {
   const Kept kept = kept_places(scene, body);
-  if (std::any_of(kept.holds.begin(), kept.holds.end(), [](const SceneHold* hold) { return !hold->path.is_still(); }))
+  const bool starts = !body.velocity_m_s.isZero(0.0) || !body.angular_velocity_rad_s.isZero(0.0);
+  if (std::any_of(kept.holds.begin(), kept.holds.end(), [&](const SceneHold* hold) {
+        return !hold->path.is_still() || (starts && hold->path.kind() == fracture::HoldKind::kAcceleration);
+      }))
     return KeptBy::kMovingPlaces;
   return kept.holds.empty() && kept.joints.empty() ? KeptBy::kNothing : KeptBy::kStillPlaces;
 }
@@ -98,7 +121,7 @@ solid::Support still_support_of(const Scene& scene, const SceneBody& body, mesh:
     return {solid::SupportKind::kClamped, holds[0].hold->where};  // a whole face of a box is known by polynomials
   std::vector<int>& nodes = mesh.node_sets[kSet];
   for (const HeldNodes& hold : holds) nodes.insert(nodes.end(), hold.nodes.begin(), hold.nodes.end());
-  for (const SceneJoint* joint : kept.joints) nodes.push_back(nearest_node(mesh, joint->at_m));
+  for (const SceneJoint* joint : kept.joints) nodes.push_back(joint_node(*joint, mesh));
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return {solid::SupportKind::kClamped, std::string("set:") + kSet};

@@ -18,6 +18,9 @@ struct HeldNodes {
 /// @throws InputError that names the hold: no node there, a place away from the body, a node that two holds have
 std::vector<HeldNodes> held_nodes_of(const Scene& scene, int row, const mesh::TetMesh& mesh);
 
+/// @throws InputError that names the joint: its place is farther from the body than a tenth of the body's size
+void require_near(const SceneJoint& joint, double far_m, double size_m);
+
 /// How the world keeps a modal body: by holds, and by joints to the world.
 enum class KeptBy { kNothing, kStillPlaces, kMovingPlaces };
 KeptBy kept_by(const Scene& scene, const SceneBody& body);

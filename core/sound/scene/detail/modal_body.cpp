@@ -123,12 +123,17 @@ void add_surface(ModalBody& made, const modal::ModalModel& model, const rigid::R
 void add_holds(ModalBody& made, const Scene& scene, const modal::ModalModel& model, const Vector3d& centre_m) {
   const std::vector<HeldNodes> holds = held_nodes_of(scene, made.row, model.mesh);
   const bool rigid = holds_a_face(holds, model.mesh);
-  for (const HeldNodes& hold : holds)
+  for (const HeldNodes& hold : holds) {
+    fracture::HoldPath from_its_speed = hold.hold->path;
+    const ModalPlace first = place_of(model, made.modes.z.size(), hold.nodes.front(), centre_m);
+    from_its_speed.set_start_velocity(made.velocity_m_s + made.spin().cross(made.arm(first)));
+    const auto path = std::make_shared<const fracture::HoldPath>(std::move(from_its_speed));
     for (const int node : rigid ? three_apart(hold.nodes, model.mesh) : hold.nodes) {
-      HeldPlace held{place_of(model, made.modes.z.size(), node, centre_m), &hold.hold->path, Vector3d::Zero()};
+      HeldPlace held{place_of(model, made.modes.z.size(), node, centre_m), path, Vector3d::Zero()};
       held.origin_m = made.centre_m + made.arm(held.place);
       made.held.push_back(std::move(held));
     }
+  }
 }
 
 }  // namespace

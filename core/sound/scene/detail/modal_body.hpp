@@ -22,7 +22,7 @@ struct ModalPlace {
 
 struct HeldPlace {
   ModalPlace place;
-  const fracture::HoldPath* path = nullptr;
+  std::shared_ptr<const fracture::HoldPath> path;
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< in the world, at the start
 };
 

@@ -264,6 +264,16 @@ TEST_F(SceneModal, WhatIsDrawnFasterHasTheSpeedOfThatMoment) {
   EXPECT_LE(std::abs(motion.ledger.back().work_j / (0.5 * 0.08 * 0.04 * 0.04) - 1.0), 1e-9);
 }
 
+TEST_F(SceneModal, WhatIsHeldByItsAccelerationKeepsItsSpeed) {
+  std::ofstream(folder_ / "still.csv") << "time_s,x,y,z\n0,0,0,0\n1,0,0,0\n";
+  const SceneMotion motion = move(scene(
+      "n_modes = 3", "[solver]\nrate_hz = 10000\n[world]\ngravity_m_s2 = [0, 0, 0]\n", "velocity_m_s = [0.5, 0, 0]",
+      "[[hold]]\nbody = \"bar\"\nwhere = \"z=min\"\nkind = \"acceleration\"\ncsv = \"still.csv\"\n"));
+  EXPECT_LE((motion.final[0].velocity_m_s - Eigen::Vector3d(0.5, 0, 0)).norm(), 1e-9);
+  EXPECT_LE((motion.final[0].position_m - Eigen::Vector3d(0.01, 0, 0)).norm(), 1e-9);
+  EXPECT_LE(std::abs(motion.ledger.back().work_j - motion.ledger.front().work_j), 1e-12);
+}
+
 TEST_F(SceneModal, WhatItCannotDoIsRefused) {
   EXPECT_THROW(scene("n_modes = 2.5", kWeightless, kFlying), InputError);
   EXPECT_THROW(scene("contact = \"guess\"", kWeightless, kFlying), InputError);

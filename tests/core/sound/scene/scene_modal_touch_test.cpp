@@ -235,6 +235,7 @@ TEST(SceneModalTouch, JointsThatCannotBeAreRefused) {
   EXPECT_THROW(with("body = \"c\"\nat_m = [0, 0, 0]\n"), InputError);
   EXPECT_THROW(with("body = \"a\"\nother = \"a\"\nat_m = [0, 0, 0]\n"), InputError);
   EXPECT_THROW(with("body = \"a\"\nother = \"b\"\nat_m = [0, 0, 0]\n"), InputError);
+  EXPECT_THROW(move(with("body = \"a\"\nat_m = [7, 0, 0]\n")), InputError);
 }
 
 }  // namespace

@@ -39,7 +39,8 @@ class SurfaceFrames : public ForeignFrames {
     wall_low_ = low;
     wall_high_ = high;
     // Places in the files stay what they are where they lie in the box [0, size] already.
-    const bool at_origin = (low.array() >= 0.0).all() && (low.array() <= (high - low).array()).all();
+    const double nothing = 1e-6 * (high - low).maxCoeff();  // round-off of who wrote them
+    const bool at_origin = (low.array() >= -nothing).all() && (low.array() <= (high - low).array()).all();
     Vector3d box_low = at_origin ? Vector3d(Vector3d::Zero()) : low;
     Vector3d box_high = high;
     if (options.low_m) {

@@ -6,7 +6,10 @@
 #include <set>
 
 #include "core/foundation/base/errors.hpp"
+#include "core/geometry/mesh/mass_properties.hpp"
+#include "core/geometry/mesh/quality.hpp"
 #include "core/geometry/mesh/refinement.hpp"
+#include "core/geometry/mesh/surface_coarsening.hpp"
 #include "core/geometry/mesh/tetgen_mesher.hpp"
 #include "core/physics/modal/modes_of.hpp"
 #include "core/physics/modal/polynomial_modes.hpp"
@@ -144,6 +147,20 @@ bool surely_above_band(const Scene& scene, const SceneBody& parent, const mesh::
   }
 }
 
+/// Cracks leave edges of a thousandth of the wall, in which elements grow by the hundred thousand. Where that is to be feared, edges
+/// shorter than the mean wall, twice the volume over the area, go; the surface moves by at most a hundredth of it (volumes of a wine
+/// glass's pieces by 0.2 to 0.5 %). As given where more than a hundredth of the volume would go.
+mesh::SurfaceMesh without_slivers(const mesh::SurfaceMesh& surface) {
+  constexpr double kExpectedElements = 1e5, kOfWall = 0.01, kOfVolume = 0.01;
+  const double volume_m3 = mesh::mass_properties(surface).volume_m3;
+  if (!(mesh::expected_elements(surface, volume_m3, {}) > kExpectedElements)) return surface;
+  mesh::CoarseningOptions options;
+  options.edge_m = 2.0 * volume_m3 / mesh::surface_area_m2(surface);
+  options.tolerance_m = kOfWall * options.edge_m;
+  mesh::SurfaceMesh coarse = mesh::checked_coarsened(surface, options);
+  return std::abs(mesh::mass_properties(coarse).volume_m3 - volume_m3) <= kOfVolume * volume_m3 ? coarse : surface;
+}
+
 double band_end_hz(const Scene& scene, const SceneBody& body) {
   return std::min(scene.sound.high_hz, body.modes_to_hz.value_or(HUGE_VAL));
 }
@@ -243,7 +260,7 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
   mesh::TetgenOptions options;
   options.in_child = true;  // TetGen ends the process on some pieces
   try {
-    mesh = mesh::mesh_surface(surface, options, name, monitor);
+    mesh = mesh::mesh_surface(without_slivers(surface), options, name, monitor);
   } catch (const InputError& error) {
     if (notes.warning) notes.warning("piece " + name + " is silent, it cannot be meshed: " + error.what());
     return {};

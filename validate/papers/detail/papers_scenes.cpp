@@ -224,6 +224,7 @@ constexpr const char* kKeptOptions = " --no-sound --no-frames";
 
 constexpr const char* kSolvesQuantity = "solves of the transfer";
 constexpr const char* kModalBodies = "0.1.0+gbd0d72bab8";
+constexpr const char* kWholeLiquids = "0.1.0+gc600085ebb";
 const Kept kKept[] = {
     {"sb/plate", "f7396f30fd85", kPieces, 21, kBreakingAtNodes},
     {"sb/tile", "9faa83cddde4", kPieces, 2, kBreakingAtNodes},
@@ -265,10 +266,15 @@ const Kept kKept[] = {
     {"h03/bat", "936433a9949e", kModes, 20, kModalBodies},
     {"h03/sheet", "8ebf67a09f4e", kModes, 20, kModalBodies},
     {"h03/sphere", "f7cbd054584d", kModes, 40, kModalBodies},
-    {"liquid/pouring", "b205ac76e6e8", "bubbles", 3826, "0.1.0"},
-    {"liquid/pouring", "b205ac76e6e8", "particles", 773442, "0.1.0"},
-    {"liquid/pouring", "b205ac76e6e8", kSolvesQuantity, 15524, "0.1.0"},
-    {"liquid/water_step", "63aeb51ac7dd", "particles", 157518, "0.1.0+g7f62e35f87"},
+    {"liquid/splash", "a2461a10c4a2", "bubbles", 33, kWholeLiquids},
+    {"liquid/splash", "a2461a10c4a2", "particles", 3900783, kWholeLiquids},
+    {"liquid/splash", "a2461a10c4a2", kSolvesQuantity, 143, kWholeLiquids},
+    {"liquid/pouring", "3520f156c01c", "bubbles", 1733, kWholeLiquids},
+    {"liquid/pouring", "3520f156c01c", "particles", 767947, kWholeLiquids},
+    {"liquid/pouring", "3520f156c01c", kSolvesQuantity, 7108, kWholeLiquids},
+    {"liquid/water_step", "63aeb51ac7dd", "bubbles", 263, kWholeLiquids},
+    {"liquid/water_step", "63aeb51ac7dd", "particles", 233828, kWholeLiquids},
+    {"liquid/water_step", "63aeb51ac7dd", kSolvesQuantity, 1375, kWholeLiquids},
 };
 
 std::string folder_name(std::string scene) {

@@ -202,6 +202,12 @@ TEST(LiquidImport, FloorAndSidesOfAnObjWithoutGroupsAreWalls) {
   const auto import = run_klang("scene import w_#.obj --kind vtp --frame-step-s 0.01 -o E", scratch.path());
   ASSERT_EQ(import.exit_code, 0) << import.err;
   EXPECT_NE(import.err.find("no regions"), std::string::npos) << import.err;
+  std::string off = box_obj({0.12, 0.1, 0.074}, 10);
+  off.replace(off.find("v 0.000000"), 10, "v -3e-19");
+  for (const char* name : {"o_0.obj", "o_1.obj", "o_2.obj"}) scratch.write(name, off);
+  ASSERT_EQ(run_klang("scene import o_#.obj --kind vtp --frame-step-s 0.01 -o O", scratch.path()).exit_code, 0);
+  EXPECT_EQ(read_json(scratch.path() / "O/run.json")["n_cells"], read_json(scratch.path() / "E/run.json")["n_cells"])
+      << "round-off is no layer of cells";
   std::ofstream(scratch.path() / "E/scene.toml", std::ios::app)
       << "[[bubble]]\nradius_m = 0.003\nposition_m = [0.06, 0.05, 0.01]\nbirth_s = 0.005\n[transfer]\nmethod = "
          "\"half_space\"\n";

@@ -41,6 +41,24 @@ double Solid::distance_m(const Vector3d& x_m) const {
   return std::numeric_limits<double>::infinity();
 }
 
+bool Solid::is_outside(const Vector3d& size) const {
+  switch (shape) {
+    case SolidShape::kSphere:
+      return (position_m - position_m.cwiseMax(0.0).cwiseMin(size)).norm() >= radius_m;
+    case SolidShape::kHalfSpace: {
+      double least = std::numeric_limits<double>::infinity();
+      for (int c = 0; c < 8; ++c)
+        least = std::min(least, distance_m(Vector3d((c & 1) != 0 ? size.x() : 0.0, (c & 2) != 0 ? size.y() : 0.0,
+                                                    (c & 4) != 0 ? size.z() : 0.0)));
+      return least >= 0.0;
+    }
+    default: {
+      const Vector3d low = position_m - 0.5 * size_m, high = position_m + 0.5 * size_m;
+      return (low.array() >= size.array()).any() || (high.array() <= 0.0).any();
+    }
+  }
+}
+
 double Solid::volume_m3() const {
   return shape == SolidShape::kSphere ? 4.0 / 3.0 * kPi * radius_m * radius_m * radius_m : size_m.prod();
 }

@@ -34,7 +34,8 @@ struct Solid {
 
   double distance_m(const Eigen::Vector3d& x_m) const;  ///< below 0 inside
   bool moves() const { return motion != SolidMotion::kFixed; }
-  double volume_m3() const;       ///< sphere and box
+  bool is_outside(const Eigen::Vector3d& size_m) const;  ///< wholly, of the box [0, size]
+  double volume_m3() const;                              ///< sphere and box
   double outer_radius_m() const;  ///< of a ball about its position that holds it; infinite for a half space
 };
 

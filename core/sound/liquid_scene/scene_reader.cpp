@@ -139,6 +139,9 @@ const std::vector<TomlField>& schema() {
 
 std::string words(const Vector3d& v) { return to_text(v.x()) + ", " + to_text(v.y()) + ", " + to_text(v.z()); }
 
+/// What is allowed of places in the box.
+std::string within(const Vector3d& size) { return "0, 0, 0 to " + words(size) + " m"; }
+
 void read_domain(const TomlTable& table, LiquidScene& scene) {
   const Vector3d size = table.vector("size_m");
   const double cell = table.number("cell_m");
@@ -203,7 +206,8 @@ liquid::Pool read_pool(const TomlTable& table, const LiquidScene& scene) {
     pool.wave->half_waves_y = static_cast<int>(n[1]);
     const double a = std::abs(pool.wave->amplitude_m);
     if (!(a < pool.high_m.z()) || !(pool.high_m.z() + a < size.z()))
-      throw InputError(wave.place("amplitude_m"), "does not fit between floor and lid", to_text(a));
+      throw InputError(wave.place("amplitude_m"), "does not fit between floor and lid", to_text(a),
+                       "below " + to_text(std::min(pool.high_m.z(), size.z() - pool.high_m.z())) + " m");
   }
   return pool;
 }
@@ -244,24 +248,6 @@ void read_motion(const TomlTable& table, const std::filesystem::path& base, liqu
   }
 }
 
-bool wholly_outside(const liquid::Solid& solid, const Vector3d& size) {
-  switch (solid.shape) {
-    case liquid::SolidShape::kSphere:
-      return (solid.position_m - solid.position_m.cwiseMax(0.0).cwiseMin(size)).norm() >= solid.radius_m;
-    case liquid::SolidShape::kHalfSpace: {
-      double least = HUGE_VAL;
-      for (int c = 0; c < 8; ++c)
-        least = std::min(least, solid.distance_m(Vector3d((c & 1) != 0 ? size.x() : 0.0, (c & 2) != 0 ? size.y() : 0.0,
-                                                          (c & 4) != 0 ? size.z() : 0.0)));
-      return least >= 0.0;
-    }
-    default: {
-      const Vector3d low = solid.position_m - 0.5 * solid.size_m, high = solid.position_m + 0.5 * solid.size_m;
-      return (low.array() >= size.array()).any() || (high.array() <= 0.0).any();
-    }
-  }
-}
-
 liquid::Solid read_solid(const TomlTable& table, std::size_t number, const std::filesystem::path& base,
                          LiquidScene& scene) {
   liquid::Solid solid;
@@ -275,7 +261,8 @@ liquid::Solid read_solid(const TomlTable& table, std::size_t number, const std::
   } else if (kind == "box") {
     solid.shape = liquid::SolidShape::kBox;
     solid.size_m = shape.vector("size_m");
-    if (!(solid.size_m.minCoeff() > 0.0)) throw InputError(shape.place("size_m"), "has no volume", words(solid.size_m));
+    if (!(solid.size_m.minCoeff() > 0.0))
+      throw InputError(shape.place("size_m"), "has no volume", words(solid.size_m), "above 0");
   } else if (kind == "half_space") {
     solid.shape = liquid::SolidShape::kHalfSpace;
     solid.normal = shape.vector("normal");
@@ -286,8 +273,9 @@ liquid::Solid read_solid(const TomlTable& table, std::size_t number, const std::
   }
   solid.position_m = table.vector("position_m");
   read_motion(table, base, solid, scene);
-  if (wholly_outside(solid, scene.setup.shape.size_m()))
-    throw InputError(table.place("position_m"), solid.name + " lies wholly outside the box", words(solid.position_m));
+  if (solid.is_outside(scene.setup.shape.size_m()))
+    throw InputError(table.place("position_m"), solid.name + " lies wholly outside the box", words(solid.position_m),
+                     "some of it within " + within(scene.setup.shape.size_m()));
   return solid;
 }
 
@@ -407,9 +395,10 @@ void read_liquid(const TomlTable& root, const std::filesystem::path& base, Liqui
     const liquid::Drop drop{table.number("radius_m"), table.vector("position_m"),
                             table.vector("velocity_m_s", Vector3d::Zero())};
     if ((drop.position_m.array() < 0.0).any() || (drop.position_m.array() > size.array()).any())
-      throw InputError(table.place("position_m"), "lies outside the box", words(drop.position_m));
+      throw InputError(table.place("position_m"), "lies outside the box", words(drop.position_m), within(size));
     if (drop.radius_m < setup.shape.cell_m)
-      throw InputError(table.place("radius_m"), "the cell is larger than the drop's radius", to_text(drop.radius_m));
+      throw InputError(table.place("radius_m"), "the cell is larger than the drop's radius", to_text(drop.radius_m),
+                       "from domain.cell_m = " + to_text(setup.shape.cell_m) + " m on");
     setup.drops.push_back(drop);
   }
   std::size_t number = 1;
@@ -447,7 +436,7 @@ LiquidScene parse_liquid_scene(std::string_view toml, const std::string& name, c
   for (const TomlTable& table : root.tables("bubble", kMostBubbles)) {
     const ScriptedBubble bubble{table.number("radius_m"), table.number("birth_s", 0.0), table.vector("position_m")};
     if ((bubble.position_m.array() < 0.0).any() || (bubble.position_m.array() > size.array()).any())
-      throw InputError(table.place("position_m"), "lies outside the box", words(bubble.position_m));
+      throw InputError(table.place("position_m"), "lies outside the box", words(bubble.position_m), within(size));
     scene.bubbles.push_back(bubble);
   }
   const TomlTable transfer = root.table("transfer");

@@ -303,7 +303,8 @@ SceneBody read_body(const TomlTable& table, const std::filesystem::path& folder,
                   [](unsigned char c) { return std::iscntrl(c) != 0; }))  // tables have a row for it
     throw InputError(table.place("name"), "holds a line break or another control character", "", "one line of text");
   for (const SceneBody& other : scene.bodies) {
-    if (other.name == body.name) throw InputError(table.place("name"), "is given twice", body.name);
+    if (other.name == body.name)
+      throw InputError(table.place("name"), "is given twice", body.name, "a name of its own");
     const std::string &one = body.name, &two = other.name;
     if (is_name_of_piece(one, two) || is_name_of_piece(two, one))
       throw InputError(table.place("name"), "is what a piece may be called, or the body it comes from",
@@ -383,7 +384,8 @@ Scene parse_scene(std::string_view toml, const std::filesystem::path& file) {
   for (const TomlTable& table : root.tables("material", 1, kMostMaterials)) {
     SceneMaterial material = read_scene_material(table, folder);
     for (const SceneMaterial& other : scene.materials)
-      if (other.name == material.name) throw InputError(table.place("name"), "is given twice", material.name);
+      if (other.name == material.name)
+        throw InputError(table.place("name"), "is given twice", material.name, "a name of its own");
     scene.materials.push_back(std::move(material));
   }
   read_solver(root, scene);

@@ -261,9 +261,12 @@ void RigidWorld::State::record(const detail::StepImpacts& impacts, const std::ve
     row.time_s = begin_s + c.touch / time;
     row.approach_m_s = c.approach / time;
     row.impulse_n_s = c.axes * c.impact / time;
-    if (row.approach_m_s > 0) {
+    // A place that others press on does not approach: it takes as long as a blow that gave it its impulse, alone.
+    const double speed_m_s =
+        row.approach_m_s > 0 ? row.approach_m_s : c.give * c.impact[0] / ((1 + c.restitution) * time);
+    if (speed_m_s > 0) {
       const double modulus_pa = contact_modulus_pa(a.skin, b != nullptr ? b->skin : *options.floor);
-      row.duration_s = hertz_duration_s(1 / c.give, touch_radius_m(a, b, row), modulus_pa, row.approach_m_s);
+      row.duration_s = hertz_duration_s(1 / c.give, touch_radius_m(a, b, row), modulus_pa, speed_m_s);
     }
   }
   for (const Contact& c : contacts) {

@@ -21,6 +21,11 @@ using Eigen::Vector3d;
 constexpr double kAuthorsPerS = 1800.0;
 constexpr double kRoundOff = 1e-14;
 
+/// Whether a contact strains its bodies: not a place that does not approach and that others press on.
+bool presses(const rigid::ContactImpulse& contact) {
+  return contact.duration_s > 0.0 && (contact.kind != events::ImpulseKind::kImpact || contact.approach_m_s > 0.0);
+}
+
 /// How fast a body moves.
 struct Speed {
   Vector3d velocity_m_s, spin_rad_s;
@@ -134,8 +139,7 @@ std::vector<fracture::ContactLoad> Breaking::State::loads_on(const rigid::RigidW
   std::vector<fracture::ContactLoad> loads;
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {
     const rigid::ContactImpulse& contact = step.contacts[i];
-    if ((contact.a != body && contact.b != body) || !(contact.duration_s > 0.0))
-      continue;  // 0: touches without approach
+    if ((contact.a != body && contact.b != body) || !presses(contact)) continue;
     const auto whole = with_rebound.find(i);
     const Vector3d& impulse_n_s = whole == with_rebound.end() ? contact.impulse_n_s : whole->second;
     loads.push_back(load_on(world, contact, body, impulse_n_s));
@@ -195,7 +199,7 @@ void Breaking::State::share_compression(const rigid::RigidWorld& world, const ri
   };
   for (std::size_t i = 0; i < step.contacts.size(); ++i) {
     const rigid::ContactImpulse& contact = step.contacts[i];
-    if (contact.kind != events::ImpulseKind::kImpact || !(contact.duration_s > 0.0)) continue;
+    if (contact.kind != events::ImpulseKind::kImpact || !presses(contact)) continue;
     if (bodies.count(contact.a) == 0 || bodies.count(contact.b) == 0) continue;
     if (is_safe(contact.a) && is_safe(contact.b)) continue;  // neither is asked how much of it is its own
     const double a_j = strain_energy_j(world, contact, contact.a),
@@ -368,7 +372,7 @@ void Breaking::State::cannot_ask(int body, const std::exception& error) {
 /// Pieces that may break in their turn are meshed when they are first struck.
 void Breaking::State::mesh_struck(const rigid::StepRecord& step) {
   for (const rigid::ContactImpulse& contact : step.contacts) {
-    if (contact.kind != events::ImpulseKind::kImpact || !(contact.duration_s > 0.0)) continue;
+    if (contact.kind != events::ImpulseKind::kImpact || !presses(contact)) continue;
     for (const int body : {contact.a, contact.b}) {
       const auto found = unmeshed.find(body);
       if (found == unmeshed.end()) continue;

@@ -92,6 +92,36 @@ TEST(Impact, HullsOnACuboidReboundAsOnTheFloor) {
   }
 }
 
+// A tile that clatters down on a floor: where one corner strikes, corners that lie there already are pressed on without approach.
+TEST(Impact, PlacesThatOthersPressOnTakeAsLongAsABlowOfTheirImpulse) {
+  RigidWorldOptions options;
+  options.rate_hz = 10000.0;
+  options.floor = skin(0.5, 0.4);
+  RigidWorld world(options);
+  RigidBodySpec tile = cuboid("tile", {0.1, 0.1, 0.008}, 0.2);
+  tile.skin = skin(0.5, 0.4);
+  tile.position_m = Vector3d(0, 0, 0.06);
+  tile.orientation = Eigen::AngleAxisd(0.5, Vector3d(1, 0.3, 0).normalized());
+  world.add(tile);
+  int n_pressed = 0, n_impacts = 0;
+  double longest_s = 0.0, shortest_s = 1.0;
+  while (world.time_s() < 1.0)
+    for (const ContactImpulse& contact : world.step().contacts) {
+      if (contact.kind != klang::events::ImpulseKind::kImpact || !(contact.impulse_n_s.z() > 0.0)) continue;
+      ++n_impacts;
+      EXPECT_GT(contact.duration_s, 0.0) << world.time_s();
+      if (contact.approach_m_s > 0.0) {
+        longest_s = std::max(longest_s, contact.duration_s);
+        shortest_s = std::min(shortest_s, contact.duration_s);
+      } else {
+        ++n_pressed;
+      }
+    }
+  EXPECT_GE(n_impacts, 30);
+  EXPECT_GE(n_pressed, 1);
+  EXPECT_LE(longest_s / shortest_s, 30.0);
+}
+
 // tests/reference/contact.json, rod_drop_frictionless: mass 0.05 kg, length 0.2 m, speed 1 m/s; J = (1+e) m v / (1 + 3 cos^2).
 TEST(Impact, ARodThatLandsOnItsEndGetsTheClosedFormsImpulseAndSpin) {
   struct Row {

@@ -89,8 +89,7 @@ std::size_t first_stage(const LiquidRunOptions& options, const RunDocument& docu
   return kStages.size();
 }
 
-RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& scene, const RunFolder& folder,
-                           std::uint64_t seed) {
+RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& scene, const RunFolder& folder) {
   RunDocument document;
   const std::string key = liquid_scene::run_key(scene);
   // A later stage may be done again with what only it depends on changed.
@@ -107,11 +106,6 @@ RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& s
       throw InputError(flag, "the folder holds the run of another scene or version, or its files have changed",
                        options.output.string(), "the same scene and program, or another folder");
     document = folder.read_document();
-    // The flow has no seed: one that stopped in it may go on with any.
-    if (options.resume && document.stages.bubbles && document.header.provenance.seed != seed)
-      throw InputError(
-          "--resume", "the run's bubbles are of another seed", "--seed " + std::to_string(seed),
-          "--seed " + std::to_string(document.header.provenance.seed) + ", or --stage bubbles for other bubbles");
   } else if (folder.begun() || folder.has("scene.json")) {
     throw InputError(options.output.string(), "holds a run already", "", "--resume, or another folder");
   }
@@ -165,8 +159,12 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
   const LiquidScene scene = liquid_scene::read_liquid_scene(options.scene);
   const double until_s = std::min(options.until_s.value_or(scene.duration_s), scene.duration_s);
   const RunFolder folder(options.output);
-  RunDocument document = begun_document(options, scene, folder, common.seed);
+  RunDocument document = begun_document(options, scene, folder);
   const std::size_t first = first_stage(options, document, until_s);
+  // The flow has no seed: what stopped in it, or goes on to a later end, may go on with any.
+  if (options.resume && !options.stage && first > 0 && document.bubbles_seed.value_or(common.seed) != common.seed)
+    throw InputError("--resume", "the run's bubbles are of another seed", "--seed " + std::to_string(common.seed),
+                     "--seed " + std::to_string(*document.bubbles_seed) + ", or --stage bubbles for other bubbles");
   if (first == kStages.size()) {
     say(common, "%s is complete\n", options.output.c_str());
     write_json(common, json_of(document));
@@ -203,6 +201,7 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
                }};
   for (std::size_t s = first; s < kStages.size(); ++s) {
     if (options.no_sound && kStages[s].run == liquid_scene::run_sound) continue;
+    if (kStages[s].run == liquid_scene::run_bubbles) document.bubbles_seed = common.seed;
     try {
       kStages[s].run(run);
     } catch (...) {

@@ -84,6 +84,9 @@ TEST(LiquidBubbles, APatchGivesItsRateAndEachStageIsDoneAgainAlone) {
   EXPECT_EQ(read_text(folder / "sound.wav"), sound);
   ASSERT_EQ(run_klang("scene run pool.toml -o out --stage sound --seed 7", scratch.path()).exit_code, 0);
   EXPECT_EQ(read_text(folder / "sound.wav"), sound);
+  // Of which seed the bubbles are does not change with that of a later stage.
+  EXPECT_EQ(run_klang("scene run pool.toml -o out --resume --seed 1", scratch.path()).exit_code, 0);
+  expect_refused(scratch, "scene run pool.toml -o out --resume --seed 7", {"another seed", "--seed 1"});
 }
 
 TEST(LiquidBubbles, ReciprocalTransferSaysItsErrorAndTheTanksModes) {

@@ -53,7 +53,11 @@ struct Holding {
 class HeldTies {
  public:
   HeldTies(const MatrixXd& among, const VectorXd& speeds, std::vector<char> is_cord)
-      : among_(among), speeds_(speeds), is_cord_(std::move(is_cord)), x_(VectorXd::Zero(speeds.size())) {
+      : among_(among),
+        speeds_(speeds),
+        is_cord_(std::move(is_cord)),
+        barred_(is_cord_.size(), 0),
+        x_(VectorXd::Zero(speeds.size())) {
     for (Index i = 0; i < speeds.size(); ++i) held_.push_back(i);
   }
 
@@ -64,7 +68,7 @@ class HeldTies {
       const Index taken = most_lengthened();
       if (taken < 0) return;
       held_.insert(std::lower_bound(held_.begin(), held_.end(), taken), taken);
-      if (!let_go(taken)) return;
+      if (!let_go(taken)) barred_[static_cast<std::size_t>(taken)] = 1;
     }
   }
 
@@ -102,8 +106,8 @@ class HeldTies {
     const double least = -kLengthens * speeds_.cwiseAbs().maxCoeff();
     Index found = -1;
     for (Index i = 0; i < w.size(); ++i)
-      if (is_cord_[static_cast<std::size_t>(i)] != 0 && w[i] < least && (found < 0 || w[i] < w[found]) &&
-          !std::binary_search(held_.begin(), held_.end(), i))
+      if (is_cord_[static_cast<std::size_t>(i)] != 0 && barred_[static_cast<std::size_t>(i)] == 0 && w[i] < least &&
+          (found < 0 || w[i] < w[found]) && !std::binary_search(held_.begin(), held_.end(), i))
         found = i;
     return found;
   }
@@ -127,7 +131,7 @@ class HeldTies {
       const Index gone = held_[first];
       x_[gone] = 0.0;
       held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(first));
-      if (gone == taken && !(part > 0.0)) {  // to round-off it neither lengthens nor pulls
+      if (gone == taken) {  // to round-off it neither lengthens nor pulls
         solve();
         keep();
         return false;
@@ -139,7 +143,7 @@ class HeldTies {
 
   const MatrixXd& among_;
   const VectorXd& speeds_;
-  std::vector<char> is_cord_;
+  std::vector<char> is_cord_, barred_;
   std::vector<Index> held_;
   VectorXd x_, answer_;
   MatrixXd inverse_;

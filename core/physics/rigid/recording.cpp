@@ -24,8 +24,12 @@ bool rests(const RigidWorld& world, double speed_m_s) {
 }
 
 /// Bodies that are struck in a step and whatever is tied to them; nothing where there are no links.
-std::set<int> struck_and_tied(const RigidWorld& world, const StepRecord& step) {
+std::set<int> struck_and_tied(const RigidWorld& world, const StepRecord& step, const std::vector<Breakage>& broken) {
   std::set<int> bodies;
+  const auto was_there = [&](int body) {
+    return world.is_there(body) ||
+           std::any_of(broken.begin(), broken.end(), [&](const Breakage& breakage) { return breakage.body == body; });
+  };
   if (world.links().empty()) return bodies;
   for (const ContactImpulse& contact : step.contacts)
     for (const int body : {contact.a, contact.b})
@@ -34,7 +38,7 @@ std::set<int> struck_and_tied(const RigidWorld& world, const StepRecord& step) {
     before = bodies.size();
     for (const Link& link : world.links())
       for (const auto& [from, to] : {std::pair(link.a, link.b), std::pair(link.b, link.a)})
-        if (to >= 0 && bodies.count(from) != 0 && world.is_there(from) && world.is_there(to) && !world.spec(to).fixed)
+        if (to >= 0 && bodies.count(from) != 0 && was_there(from) && was_there(to) && !world.spec(to).fixed)
           bodies.insert(to);
   }
   return bodies;
@@ -91,7 +95,7 @@ void Recording::add(const RigidWorld& world, const StepRecord& step, const std::
       if (!world.spec(body).fixed) pushed.insert(body);
     }
   }
-  for (const int body : struck_and_tied(world, step)) {
+  for (const int body : struck_and_tied(world, step, broken)) {
     if (const auto before = before_.find(body); before != before_.end()) keep(before->second);
     pushed.insert(body);
   }

@@ -165,6 +165,7 @@ struct RunDocument {
   PressureRecord pressure;
   std::int64_t n_bubbles = 0, n_solves = 0;
   double births_per_s = 0.0;
+  std::optional<std::uint64_t> bubbles_seed;
   std::optional<EntrainmentRecord> entrainment;
   std::optional<TransferRecord> transfer;
   std::optional<HeardLiquidRecord> sound;
@@ -187,6 +188,7 @@ struct RunDocument {
     visit({"n_bubbles", "born"}, self.n_bubbles);
     visit({"n_solves", "of the transfer"}, self.n_solves);
     visit({"births_per_s", "n_bubbles over the length"}, self.births_per_s);
+    visit(absent_if_empty({"bubbles_seed", "of the bubbles; later stages may have another"}), self.bubbles_seed);
     visit({"entrainment", "what became of seeds, where any are asked for"}, self.entrainment);
     visit(null_if_empty({"transfer", "how bubbles are heard; null: not done"}), self.transfer);
     visit(null_if_empty({"sound", "what was heard; null: not done"}), self.sound);

@@ -159,7 +159,9 @@ std::optional<mesh::SurfaceMesh> without_slivers(const mesh::SurfaceMesh& surfac
   options.edge_m = 2.0 * volume_m3 / mesh::surface_area_m2(surface);
   options.tolerance_m = kOfWall * options.edge_m;
   mesh::SurfaceMesh coarse = mesh::checked_coarsened(surface, options);
-  if (!(std::abs(mesh::mass_properties(coarse).volume_m3 - volume_m3) <= kOfVolume * volume_m3)) return {};
+  if (coarse.triangles.rows() == surface.triangles.rows() ||  // it cut itself
+      !(std::abs(mesh::mass_properties(coarse).volume_m3 - volume_m3) <= kOfVolume * volume_m3))
+    return {};
   return coarse;
 }
 
@@ -261,9 +263,16 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
   mesh::TetMesh mesh;
   mesh::TetgenOptions options;
   options.in_child = true;  // TetGen ends the process on some pieces
-  const std::optional<mesh::SurfaceMesh> smoothed = without_slivers(surface);
+  bool is_smoothed = false;
   try {
-    mesh = mesh::mesh_surface(smoothed ? *smoothed : surface, options, name, monitor);
+    if (const std::optional<mesh::SurfaceMesh> smoothed = without_slivers(surface)) {
+      try {
+        mesh = mesh::mesh_surface(*smoothed, options, name, monitor);
+        is_smoothed = true;
+      } catch (const InputError&) {  // as it is, then
+      }
+    }
+    if (!is_smoothed) mesh = mesh::mesh_surface(surface, options, name, monitor);
   } catch (const InputError& error) {
     if (notes.warning) notes.warning("piece " + name + " is silent, it cannot be meshed: " + error.what());
     return {};
@@ -274,7 +283,7 @@ std::optional<SoundModel> sound_model_of(const Scene& scene, const SceneBody& pa
     const modal::EigenResult modes = modes_in_band(scene, piece, {mesh, {}}, notes, monitor);
     if (modes.model.n_modes() == 0) return {};
     if (largest_mesh_error(modes) <= kMeshError || mesh.n_elements() > kFewPieceElements) {
-      if (smoothed && notes.warning)
+      if (is_smoothed && notes.warning)
         notes.warning("piece " + name +
                       ": slivers of its surface are smoothed for its modes, which may be off by some percent where it "
                       "bends at a thin place");

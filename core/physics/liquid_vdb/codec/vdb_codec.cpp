@@ -145,9 +145,8 @@ OpenVdbGrids::OpenVdbGrids(const std::string& name, const std::string& grid) {
   require_numbers(*phi_, name, grid);
   const double slope = slope_at_surface(*phi_, extent_.voxel);
   if (!(slope > 1e-9)) throw InputError(name, "the grid " + grid + " holds no distances: it is flat at its surface");
-  const auto is_one = [](double x) { return x > 0.7 && x < 1.4; };
-  if (!is_one(slope))
-    scale_ = is_one(slope * extent_.voxel) ? extent_.voxel : 1.0 / slope;  // in voxels, or in what else
+  const bool in_voxels = std::abs(slope * extent_.voxel - 1.0) < 0.05;
+  if (!(slope > 0.7 && slope < 1.4)) scale_ = in_voxels ? extent_.voxel : 1.0 / slope;
   extent_.band_voxels = band_voxels(*phi_, scale_ / extent_.voxel);
   if (!(extent_.band_voxels >= kLeastBand * (1.0 - 1e-5)))
     throw InputError(name, "the band of distances is too thin", to_text(extent_.band_voxels) + " voxels",

@@ -63,7 +63,8 @@ std::vector<TomlField> joint_fields() {
       {"joint", "body", kText, "required", -kInf, kInf, "a modal body"},
       {"joint", "other", kText, "`world`", -kInf, kInf, "another modal body, or `world`"},
       {"joint", "at_m", kVector, "required", -1e4, 1e4,
-       "in the first body's frame: its nearest corner, and what is there of the other, stay together"},
+       "in the first body's frame: its nearest corner, at most a tenth of its size away, and what is there of the "
+       "other stay together"},
   };
 }
 

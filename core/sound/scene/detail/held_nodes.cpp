@@ -26,7 +26,7 @@ int joint_node(const SceneJoint& joint, const mesh::TetMesh& mesh) {
   const mesh::SurfaceMesh surface = mesh::boundary_surface(mesh);
   int nearest = surface.triangles(0, 0);
   const auto far = [&](int node) { return (mesh.nodes_m.row(node).transpose() - joint.at_m).norm(); };
-  for (const int node : surface.triangles.reshaped())
+  for (const int node : surface.triangles.leftCols(3).reshaped())
     if (far(node) < far(nearest) || (far(node) == far(nearest) && node < nearest)) nearest = node;
   require_near(joint, far(nearest), size_of(mesh));
   return nearest;
@@ -89,8 +89,8 @@ Kept kept_places(const Scene& scene, const SceneBody& body) {
 
 void require_near(const SceneJoint& joint, double far_m, double size_m) {
   if (!(far_m <= kAway * size_m))
-    throw InputError(joint.place, "at_m is away from the body", to_text(far_m) + " m",
-                     "up to " + to_text(kAway * size_m) + " m: a place of the body, in its frame");
+    throw InputError(joint.place, "at_m is far from every corner of the body's surface mesh", to_text(far_m) + " m",
+                     "up to " + to_text(kAway * size_m) + " m, a tenth of its size (max_edge_m has finer meshes)");
 }
 
 KeptBy kept_by(const Scene& scene, const SceneBody& body) {

@@ -224,16 +224,17 @@ TEST(SceneSound, SliversOfAPieceAreSmoothedAndThatIsSaid) {
   std::vector<std::string> said;
   SceneNotes notes;
   notes.warning = [&](const std::string& text) { said.push_back(text); };
-  const Scene scene = parse_scene(kMaterials +
-                                      "[[body]]\nname = \"half\"\nmaterial = \"chime\"\n"
-                                      "shape = { kind = \"box\", length_m = 0.3, width_m = 0.04, height_m = 0.01 }\n",
-                                  "half.toml");
-  const std::vector<double> across{0.0, 0.02, 0.04}, high{0.0, 0.01};
+  Scene scene = parse_scene(kMaterials +
+                                "[[body]]\nname = \"half\"\nmaterial = \"chime\"\n"
+                                "shape = { kind = \"box\", length_m = 0.15, width_m = 0.02, height_m = 0.01 }\n",
+                            "half.toml");
+  scene.sound.high_hz = 3000.0;
+  const std::vector<double> across{0.0, 0.005, 0.01, 0.015, 0.02}, high{0.0, 0.005, 0.01};
   std::vector<double> along;
-  for (int i = 0; i <= 15; ++i) along.push_back(0.02 * i);
+  for (int i = 0; i <= 30; ++i) along.push_back(0.005 * i);
   const auto even = sound_model_of(scene, scene.bodies[0], "even", ruled_box({along, across, high}), notes);
   EXPECT_TRUE(said.empty());
-  along.insert(along.begin() + 4, 0.06 + 1e-6);  // a strip a micrometre wide around it
+  along.insert(along.begin() + 8, 0.035 + 1e-6);  // a strip a micrometre wide around it
   const auto ruled = sound_model_of(scene, scene.bodies[0], "ruled", ruled_box({along, across, high}), notes);
   ASSERT_EQ(said.size(), 1U);
   EXPECT_NE(said[0].find("slivers"), std::string::npos) << said[0];
@@ -356,7 +357,7 @@ TEST(SceneSound, SoundOfTwoBodiesIsTheSumOfEach) {
   std::string toml = kMaterials;
   for (const char* name : {"a", "b"})
     toml += std::string("[[body]]\nname = \"") + name +
-            "\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.3, width_m = 0.04, height_m = 0.01 "
+            "\"\nmaterial = \"chime\"\nshape = { kind = \"box\", length_m = 0.15, width_m = 0.02, height_m = 0.01 "
             "}\nposition_m = [" +
             (name[0] == 'a' ? "-0.4" : "0.4") + ", 0, 0.1]\nrotation_deg = [10, 5, 0]\n";
   const Scene scene = parse_scene(toml, "two.toml");

@@ -13,7 +13,7 @@ struct ContactImpulse {
   int a = 0, b = kFloor;
   events::ImpulseKind kind = events::ImpulseKind::kImpact;  ///< kImpact or kLasting
   double time_s = 0.0;                                  ///< of touch inside the step; a lasting one: the step's begin
-  double duration_s = 0.0;                              ///< Hertz' contact time; a lasting one: the step; 0 where its impulse is friction alone
+  double duration_s = 0.0;                              ///< Hertz' contact time; a lasting one: the step
   double approach_m_s = 0.0;                            ///< normal speed at touch; a lasting one: 0
   Eigen::Vector3d place_m = Eigen::Vector3d::Zero();    ///< in the world
   Eigen::Vector3d place_a_m = Eigen::Vector3d::Zero();  ///< in a's own frame

@@ -267,6 +267,7 @@ const Kept kKept[] = {
     {"h03/sheet", "8ebf67a09f4e", kModes, 20, kModalBodies},
     {"h03/sphere", "f7cbd054584d", kModes, 40, kModalBodies},
     {"liquid/droplet", "aa3b6c9dfcf3", "particles", 2154035, "0.1.0+g86f3f30f7b"},
+    {"liquid/droplet", "aa3b6c9dfcf3", "bubbles", 0, "0.1.0+g86f3f30f7b"},
     {"liquid/splash", "a2461a10c4a2", "bubbles", 33, kWholeLiquids},
     {"liquid/splash", "a2461a10c4a2", "particles", 3900783, kWholeLiquids},
     {"liquid/splash", "a2461a10c4a2", kSolvesQuantity, 143, kWholeLiquids},

@@ -37,6 +37,16 @@ openvdb::FloatGrid::Ptr ball(double half_width) {
                                                                   static_cast<float>(half_width));
 }
 
+/// Of values at cells.
+template <class Value>
+Field filled(const GridShape& shape, Value&& value) {
+  Field field(shape.nx, shape.ny, shape.nz);
+  for (int k = 0; k < shape.nz; ++k)
+    for (int j = 0; j < shape.ny; ++j)
+      for (int i = 0; i < shape.nx; ++i) field(i, j, k) = value(i, j, k);
+  return field;
+}
+
 /// The complaint about a file, in one line.
 std::string complaint(const std::filesystem::path& file) {
   try {
@@ -51,10 +61,7 @@ std::string complaint(const std::filesystem::path& file) {
 TEST(VdbFile, GivesBackWhatWasWritten) {
   const Scratch scratch;
   const GridShape shape{4, 5, 6, 0.01};
-  Field phi(4, 5, 6);
-  for (int k = 0; k < 6; ++k)
-    for (int j = 0; j < 5; ++j)
-      for (int i = 0; i < 4; ++i) phi(i, j, k) = 0.01 * (k - 2.3);
+  const Field phi = filled(shape, [](int, int, int k) { return 0.01 * (k - 2.3); });
   MacGrid u(shape);
   u[0](4, 2, 3) = 0.5;
   u[2](1, 4, 0) = -0.25;
@@ -125,10 +132,7 @@ TEST(VdbFile, AVelocityThatIsNoNumberIsRefused) {
 TEST(VdbFile, AFileThatTheDiskTakesInPartIsNotLeft) {
   const Scratch scratch;
   const GridShape shape{32, 32, 32, 0.01};
-  Field phi(32, 32, 32);
-  for (int k = 0; k < 32; ++k)
-    for (int j = 0; j < 32; ++j)
-      for (int i = 0; i < 32; ++i) phi(i, j, k) = 0.01 * k - 0.16 + 1e-4 * ((7 * i + 5 * j) % 11);
+  const Field phi = filled(shape, [](int i, int j, int k) { return 0.01 * k - 0.16 + 1e-4 * ((7 * i + 5 * j) % 11); });
   write_vdb(scratch.path / "whole.vdb", shape, phi, std::nullopt, 0.0);
   const auto size = static_cast<rlim_t>(std::filesystem::file_size(scratch.path / "whole.vdb"));
   rlimit before{};

@@ -15,6 +15,11 @@ struct CarriedLevel {
   double least_cells = 0.02;
   double most_cells = 0.5;   ///< no difference counts for more than this
   double full_weight = 2.0;  ///< less weight around a centre than this (8 in the bulk) moves it by less
+  /// Where the slope of phi is within so much of 1 and its curvature times the cell is below so much, the grid loses nothing; farther than
+  /// poor_reach_cells from where that is not so, particles take its phi. With a memory everywhere a wave of 70 cells and 3/4 of a cell
+  /// gained 1.5 % of energy per period.
+  double resolved_slope = 0.2, resolved_bend = 0.1;
+  int poor_reach_cells = 4;
 };
 
 /// phi += sum w d_p / max(sum w, full_weight), w trilinear, d_p = phi_p - phi(x_p) where it is larger than least_cells. Nothing happens
@@ -29,7 +34,7 @@ struct CarriedStep {
 
 /// phi_p grows as the flow stretches it along the normal n: d phi_p / dt = phi_p n . (n . grad) u. What the grid does to phi (redistancing,
 /// balls of particles that it had lost, shifts of the surface that keep the volume) it is not told: the grid would teach it its own loss.
-/// Particles that carry nothing yet (NaN), or are deep, take phi(x_p). No more than a cell from it.
+/// Particles that carry nothing yet (NaN), are deep, or lie where the grid resolves phi, take phi(x_p). No more than a cell from it.
 void update_carried(const GridShape& shape, const Field& phi_m, const CarriedStep& step, const CarriedLevel& options,
                     Particles& particles);
 

@@ -197,12 +197,37 @@ TEST(CarriedLevel, GrowsAsTheFlowStretchesItAlongTheNormal) {
   Particles particles;
   for (int p = 0; p < 50; ++p) particles.add(Vector3d(0.3 + 0.005 * p, 0.5, 0.45), Eigen::Vector3f::Zero());
   particles.sort(shape);
-  update_carried(shape, phi, {u}, {}, particles);
-  for (int turn = 0; turn < 10; ++turn) update_carried(shape, phi, {u, 0.01}, {}, particles);
+  CarriedLevel everywhere;
+  everywhere.resolved_bend = -1.0;
+  update_carried(shape, phi, {u}, everywhere, particles);
+  for (int turn = 0; turn < 10; ++turn) update_carried(shape, phi, {u, 0.01}, everywhere, particles);
   for (const double carried : particles.phi_m) EXPECT_NEAR(carried, -0.05 * std::pow(1.03, 10), 1e-12);
-  for (int turn = 0; turn < 200; ++turn) update_carried(shape, phi, {u, 0.01}, {}, particles);
+  for (int turn = 0; turn < 200; ++turn) update_carried(shape, phi, {u, 0.01}, everywhere, particles);
   for (const double carried : particles.phi_m)
     EXPECT_NEAR(carried, -0.05, 0.05 + 1e-12) << "a cell off the grid at most";
+}
+
+TEST(CarriedLevel, IsForgottenFiveCellsFromWhereTheGridIsPoor) {
+  const GridShape shape{20, 3, 20, 0.05};
+  Field phi(20, 3, 20);
+  for (int k = 0; k < 20; ++k)
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i < 20; ++i) {  // a step down at x = 0.5
+        const Vector3d x = shape.centre_m(i, j, k);
+        phi(i, j, k) = std::max(x.z() - 0.55, std::min(x.x() - 0.5, x.z() - 0.2));
+      }
+  Particles particles;
+  particles.add(Vector3d(0.025, 0.08, 0.54), Eigen::Vector3f::Zero());
+  particles.add(Vector3d(0.475, 0.08, 0.54), Eigen::Vector3f::Zero());
+  particles.sort(shape);
+  const MacGrid u(shape);
+  update_carried(shape, phi, {u}, {}, particles);
+  for (double& value : phi.data()) value += 0.01;
+  update_carried(shape, phi, {u}, {}, particles);
+  for (std::size_t p = 0; p < 2; ++p) {
+    const bool far_off = particles.x_m[p].x() < 0.1;
+    EXPECT_NEAR(particles.phi_m[p] - at_centres(phi, particles.x_m[p], 0.05), far_off ? 0.0 : -0.01, 1e-12);
+  }
 }
 
 }  // namespace

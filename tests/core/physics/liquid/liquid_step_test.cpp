@@ -121,6 +121,23 @@ TEST(StandingWave, Of32CellsIsWithin2PerMilWhereverTheSurfaceLiesInACell) {
   }
 }
 
+TEST(StandingWave, OfThreeMillimetresOnEighteenCellsGainsNothingInFivePeriods) {
+  const double cell = 0.008, length = 18 * cell, height_m = 0.003, depth_m = 0.106, k = kPi / length;
+  LiquidSetup setup;
+  setup.shape = {18, 2, 23, cell};
+  setup.pools.push_back({Vector3d::Zero(), Vector3d(length, 2 * cell, depth_m), PoolWave{height_m, 1, 0}});
+  Liquid liquid(setup);
+  const double period = 2.0 * kPi / std::sqrt(9.81 * k * std::tanh(k * depth_m));
+  std::vector<double> most(5, 0.0);  // of the speed, in each period
+  liquid.advance_to(5.0 * period, [&](const LiquidStep& step) {
+    const auto n = static_cast<std::size_t>(std::min(4.0, (step.time_s - 1e-9) / period));
+    most[n] = std::max(most[n], step.max_speed_m_s);
+  });
+  EXPECT_LE(std::abs(most[0] / (height_m * 2.0 * kPi / period / std::tanh(k * depth_m)) - 1.0), 0.1);
+  EXPECT_LE(most[4], 1.01 * most[0]);
+  EXPECT_LE(0.94 * most[0], most[4]);
+}
+
 /// A drop into a pool over a ball, with an inlet and an outlet.
 LiquidSetup splash() {
   LiquidSetup setup = tank();

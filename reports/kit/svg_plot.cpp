@@ -40,7 +40,8 @@ std::string power_label(std::string label) {
 
 std::string number_label(double value) {
   const double magnitude = std::abs(value);
-  if (magnitude >= 10000 && magnitude < 1e7) {  // 10 000: groups of three
+  const bool whole = std::abs(magnitude - std::round(magnitude)) <= 1e-9 * magnitude;
+  if (magnitude >= 10000 && magnitude < 1e7 && whole) {  // 10 000: groups of three
     std::string digits = detail::fixed(magnitude, 0);
     for (int i = static_cast<int>(digits.size()) - 3; i > 0; i -= 3)
       digits.insert(static_cast<std::size_t>(i), "\u202f");
@@ -48,6 +49,8 @@ std::string number_label(double value) {
   }
   return detail::rounded(std::abs(value) < 1e-300 ? 0.0 : value, 6);
 }
+constexpr double kLeastExtent =
+    1e-5;  // of a linear axis to each side, of its values: ticks closer than this have one label
 
 }  // namespace
 
@@ -297,6 +300,7 @@ AxisSpec axis_around(std::string label, Scale scale, const std::vector<double>& 
   if (!any) return {axis.label, scale, 0, 1, true};
   double pad = margin * (axis.high - axis.low);
   if (!(pad > 0)) pad = axis.high != 0 ? 0.1 * std::abs(axis.high) : 1.0;
+  pad = std::max(pad, kLeastExtent * std::max(std::abs(axis.low), std::abs(axis.high)));
   axis.low -= pad;
   axis.high += pad;
   return drawable(std::move(axis));

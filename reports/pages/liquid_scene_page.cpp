@@ -77,7 +77,7 @@ std::optional<Svg> curves_figure(const std::string& words, const std::string& y_
   return svg;
 }
 
-/// What is there against what should be, in parts per million of the start.
+/// What is there against what should be.
 std::optional<Svg> volume_figure(const RunDocument& data, ReportFolder& folder) {
   const Columns flow = columns_of("flow.csv", folder);
   const auto time = flow.find("time_s");
@@ -371,8 +371,9 @@ std::vector<std::string> sentences_of(const RunDocument& data) {
   if (data.transfer)
     sentences.push_back("Transfer by the method " + escaped(data.transfer->method) + error_words(*data.transfer));
   if (data.transfer && data.transfer->n_airs > 0)
-    sentences.push_back("The air was solved " + std::to_string(data.transfer->n_airs) +
-                        " times, around the liquid's body and the solids as they stood then; walls that rise above the "
+    sentences.push_back("The air was solved " +
+                        (data.transfer->n_airs == 1 ? "once" : std::to_string(data.transfer->n_airs) + " times") +
+                        ", around the liquid's body and the solids as they stood then; walls that rise above the "
                         "liquid are not in it.");
   return sentences;
 }

@@ -29,6 +29,14 @@ TEST(SvgPlot, LogTicksNameTheDecades) {
   EXPECT_EQ(labels, "500;1000;2000;5000;10\u202f000;20\u202f000;");
 }
 
+TEST(SvgPlot, TicksOfValuesThatHardlyDifferHaveDifferentLabels) {
+  for (const double value : {2.08290289, 217.3, 9876.5, 23456.7, 9.87e5, -3.1e-7}) {
+    const std::vector<Tick> ticks = axis_ticks(axis_around("", Scale::kLinear, {value, value * (1.0 + 1e-9)}), 6);
+    ASSERT_GE(ticks.size(), 2U) << value;
+    for (std::size_t i = 1; i < ticks.size(); ++i) EXPECT_NE(ticks[i].label, ticks[i - 1].label) << value;
+  }
+}
+
 TEST(SvgPlot, AxesOfAnyDataHaveAnExtent) {
   for (const auto& values : {std::vector<double>{}, {0.0}, {5.0}, {-1.0, -1.0}, {1e-300, 1e300}, {NAN, INFINITY}}) {
     for (const Scale scale : {Scale::kLinear, Scale::kLog}) {

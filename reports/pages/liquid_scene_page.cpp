@@ -207,6 +207,30 @@ std::optional<Svg> transfer_figure(const RunDocument& data, ReportFolder& folder
   return svg;
 }
 
+/// From the first frame to the last, half of them spread over time and half over the bubbles' lives.
+std::vector<std::size_t> shown_frames(const liquid_scene::LiquidScene& scene, const std::vector<BubblePath>& paths,
+                                      std::size_t n_frames) {
+  std::vector<double> alive(n_frames, 0.0);
+  double all = 0.0;
+  for (std::size_t f = 0; f < n_frames; ++f)
+    for (const BubblePath& path : paths)
+      if (path.birth_s() <= scene.frame_s(f) && path.end_s() >= scene.frame_s(f)) {
+        alive[f] += 1.0;
+        all += 1.0;
+      }
+  std::vector<std::size_t> shown{0};
+  double sum = 0.0;  // of shares of frames up to here
+  for (std::size_t f = 1; f < n_frames; ++f) {
+    const double even = 1.0 / static_cast<double>(n_frames - 1);
+    sum += all > 0.0 ? 0.5 * even + 0.5 * alive[f] / all : even;
+    const double wanted = static_cast<double>(shown.size()) / static_cast<double>(kPictures - 1);
+    if (shown.size() < kPictures && (sum >= wanted - 1e-9 || n_frames - f <= kPictures - shown.size()))
+      shown.push_back(f);
+  }
+  if (shown.back() + 1 < n_frames) shown.back() = n_frames - 1;
+  return shown;
+}
+
 /// Eight frames with the bubbles that are there, to scale.
 std::string filmstrip(const RunDocument& data, const std::vector<BubblePath>& paths, ReportFolder& folder) {
   if (!folder.options().pictures || data.n_frames < 1 || !folder.has("scene.toml")) return {};
@@ -219,11 +243,9 @@ std::string filmstrip(const RunDocument& data, const std::vector<BubblePath>& pa
       low = std::min(low, f);
       high = std::max(high, f);
     }
-  const auto n_frames = static_cast<std::size_t>(data.n_frames), n = std::min(kPictures, n_frames);
   std::vector<LiquidPictureRequest> requests;
   std::vector<double> times;
-  for (std::size_t p = 0; p < n; ++p) {
-    const std::size_t frame = n == 1 ? 0 : p * (n_frames - 1) / (n - 1);
+  for (const std::size_t frame : shown_frames(scene, paths, static_cast<std::size_t>(data.n_frames))) {
     LiquidPictureRequest request{run.frame_file(frame), {size.x(), size.y(), size.z()}, {}};
     const double time = scene.frame_s(frame);
     for (const BubblePath& path : paths) {
@@ -249,12 +271,14 @@ std::string filmstrip(const RunDocument& data, const std::vector<BubblePath>& pa
     html += "<figure><img alt=\"The liquid at " + rounded(times[p], 3) + " s\" width=\"" +
             std::to_string(picture.width / 2) + "\" height=\"" + std::to_string(picture.height / 2) + "\" src=\"" +
             data_uri("image/png", picture.png) + "\"><figcaption><b>" + rounded(times[p], 3) + " s</b> " +
-            std::to_string(requests[p].bubbles.size()) + " bubbles</figcaption></figure>\n";
+            std::to_string(requests[p].bubbles.size()) + (requests[p].bubbles.size() == 1 ? " bubble" : " bubbles") +
+            "</figcaption></figure>\n";
   }
   if (html.empty()) return {};
   return "<div class=\"shapes\">" + html +
          "</div><p class=\"how\"><small>Free surface clear, solids opaque, walls as lines; bubbles to scale (at least "
-         "a dot), the brighter the higher.</small></p>\n";
+         "a dot), the brighter the higher. Half of the frames are spread over time, half over the bubbles' "
+         "lives.</small></p>\n";
 }
 
 std::string sound_html(const RunDocument& data, const std::vector<BubblePath>& paths, ReportFolder& folder) {

@@ -10,6 +10,7 @@
 #include "core/foundation/base/json.hpp"
 #include "core/foundation/config/fields_json.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "core/sound/audio/sound_level.hpp"
 #include "core/sound/stage/bubble_scene.hpp"
 
 namespace klang::apps {
@@ -41,16 +42,21 @@ int run_bubble_synth(const SynthOptions& options, const CommonOptions& common) {
   if (result.status != stage::BubbleSoundStatus::kDone)
     throw NumericalError("bubble synth: no bubble is heard in this scene");
   const double peak = result.sound.samples.cwiseAbs().maxCoeff();
-  const double gain = std::pow(10.0, scene.peak_db_re_full_scale / 20.0) / peak;
+  const bool unit = scene.transfer == stage::SceneTransfer::kUnit;  // metres, not pascals
+  const double gain = unit ? std::pow(10.0, scene.peak_db_re_full_scale / 20.0) / peak
+                           : audio::file_gain(peak, scene.peak_db_re_full_scale);
+  std::vector<std::string> warnings;
+  if (!unit && audio::is_inaudible(peak)) warnings.push_back(audio::inaudible_note(peak));
+  for (const std::string& warning : warnings) warn(warning);
   result.sound.samples *= gain;
   audio::write_sound(options.output, result.sound);
 
-  const bool unit = scene.transfer == stage::SceneTransfer::kUnit;
   const nlohmann::json used = {{"unit_transfer", unit},
                                {"constant_pitch", scene.pitch.kind == bubble::PitchKind::kConstant}};
   BubbleSynthDocument document;
   document.header = make_header("bubble_synth", "done", common, used, {options.scene});
   document.header.wall_time_s = {{"synthesis", result.wall_time_s}};
+  document.header.warnings = warnings;
   document.n_bubbles = static_cast<std::int64_t>(scene.bubbles.size());
   document.n_bubbles_listed = static_cast<std::int64_t>(std::min(scene.bubbles.size(), kMostListed));
   document.n_too_high = static_cast<int>(result.n_too_high);

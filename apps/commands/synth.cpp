@@ -14,6 +14,7 @@
 #include "core/foundation/config/fields_json.hpp"
 #include "core/physics/modal/damping/assumed_damping.hpp"
 #include "core/sound/audio/sound_file.hpp"
+#include "core/sound/audio/sound_level.hpp"
 #include "core/sound/instrument/modal_bank.hpp"
 #include "core/sound/stage/listener_file.hpp"
 #include "core/sound/stage/modal_voice.hpp"
@@ -167,11 +168,14 @@ audio::Signal dry_sound(const SynthOptions& options, const modal::ModalModel& mo
   return sound;
 }
 
-/// Scales to --peak-db and writes. @return the gain
-double write_scaled(const SynthOptions& options, audio::Signal& sound) {
+/// Scales to --peak-db and writes; a pressure that nobody hears stays as quiet, with a warning. @return the gain
+double write_scaled(const SynthOptions& options, audio::Signal& sound, bool in_pascals,
+                    std::vector<std::string>& warnings) {
   const double peak = sound.samples.cwiseAbs().maxCoeff();
   if (!(peak > 0.0)) throw NumericalError("synth: the strikes excite no mode of this model");
-  const double gain = std::pow(10.0, options.peak_db_re_full_scale / 20.0) / peak;
+  const double gain = in_pascals ? audio::file_gain(peak, options.peak_db_re_full_scale)
+                                 : std::pow(10.0, options.peak_db_re_full_scale / 20.0) / peak;
+  if (in_pascals && audio::is_inaudible(peak)) warnings.push_back(audio::inaudible_note(peak));
   sound.samples *= gain;
   audio::write_sound(options.output, sound);
   return gain;
@@ -180,7 +184,7 @@ double write_scaled(const SynthOptions& options, audio::Signal& sound) {
 int write_analysed(const SynthOptions& options, const CommonOptions& common) {
   std::vector<std::string> warnings;
   audio::Signal sound = analysed_sound(options, warnings);
-  const double gain = write_scaled(options, sound);
+  const double gain = write_scaled(options, sound, false, warnings);
   const nlohmann::json used = {{"duration_s", options.duration_s}, {"sample_rate_hz", options.sample_rate_hz}};
   SynthDocument document;
   document.header = make_header("synth", "done", common, used, {options.model});
@@ -223,7 +227,8 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
     at_ears = sound_at_ears(options, model, transfer, decays, strikes);
   }
   audio::Signal sound = options.transfer.empty() ? dry_sound(options, model, decays, strikes) : at_ears.sound_pa;
-  const double gain = write_scaled(options, sound);
+  std::vector<std::string> warnings = struck.warnings;
+  const double gain = write_scaled(options, sound, at_ears.record.peak_pressure_pa.has_value(), warnings);
 
   nlohmann::json used = {{"duration_s", options.duration_s},
                          {"sample_rate_hz", options.sample_rate_hz},
@@ -232,8 +237,8 @@ int run_synth(const SynthOptions& options, const CommonOptions& common) {
   SynthDocument document;
   document.header = make_header("synth", "done", common, used, inputs);
   document.gain = gain;
-  document.header.warnings = struck.warnings;
-  for (const std::string& warning : struck.warnings) warn(warning);
+  document.header.warnings = warnings;
+  for (const std::string& warning : warnings) warn(warning);
   if (!options.transfer.empty()) document.transfer = at_ears.record;
   const Eigen::VectorXd frequency_hz = model.frequency_hz();
   for (Eigen::Index i = 0; i < frequency_hz.size(); ++i) {

@@ -3,8 +3,10 @@
 
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "tests/cli/expect_refused.hpp"
+#include "tests/cli/json_file.hpp"
 #include "tests/cli/klang_process.hpp"
 
 using klang::test::expect_refused;
@@ -381,6 +383,19 @@ TEST(BadDrops, RecipesWithMistakesAreRefusedWithTheirLine) {
   expect_refused(scratch, "dataset d.toml -o out", {"d.toml:4", "radius_m"});
   scratch.write("d.toml", "kind = \"drops\"\ncolour = 1\n");
   expect_refused(scratch, "dataset d.toml -o out", {"d.toml:2", "colour"});
+}
+
+TEST(GoodBubble, BelowZeroDecibelsItIsNotRaisedAndSaysSo) {
+  const Scratch scratch;
+  scratch.write("scene.toml",
+                "[listener]\nposition_m = [0, 0, 1000]\n[[bubble]]\nradius_m = 5e-4\nposition_m = [0, 0, -0.01]\n");
+  const auto synth = run_klang("bubble synth scene.toml -o s.wav --json s.json", scratch.path());
+  ASSERT_EQ(synth.exit_code, 0) << synth.err;
+  EXPECT_NE(synth.err.find("0 dB re 20 uPa"), std::string::npos) << synth.err;
+  const nlohmann::json result = klang::test::read_json(scratch.path() / "s.json");
+  EXPECT_EQ(result["warnings"].size(), 1U);
+  EXPECT_LE(result["peak_level_db_re_20upa"].get<double>(), -40.0);
+  EXPECT_LE(result["gain"].get<double>(), 1.0 / (20e-6 * std::sqrt(2.0)) + 1.0);
 }
 
 TEST(GoodBubble, SceneAndDropsAreWritten) {

@@ -116,6 +116,19 @@ RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& s
   return document;
 }
 
+/// What stages after those that are kept left in the folder is of other bubbles.
+void forget_from(std::size_t first, const RunFolder& folder, RunDocument& document) {
+  const auto forget = [&](const char* name) {
+    std::error_code none;  // there may be no such file
+    std::filesystem::remove(folder.file(name), none);
+  };
+  for (const char* const name : {"report.html", "sound.wav", "radii.csv"}) forget(name);
+  document.sound.reset();
+  if (kStages[first].run == liquid_scene::run_sound) return;
+  document.transfer.reset();
+  if (kStages[first].run != liquid_scene::run_transfer) forget("transfer.csv");
+}
+
 /// What another program let in and out is not known.
 std::string drift_words(const RunDocument& document) {
   if (document.imported) return {};
@@ -182,6 +195,7 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
                   {{"until_s", options.until_s ? nlohmann::json(*options.until_s) : nlohmann::json()}}, scene.inputs());
   for (std::size_t s = first; s < kStages.size(); ++s)
     if (s > 0 || !options.resume) (document.stages.*kStages[s].record).reset();
+  forget_from(first, folder, document);
   std::filesystem::create_directories(options.output);
   std::error_code same;
   if (!std::filesystem::equivalent(options.scene, folder.file("scene.toml"), same))

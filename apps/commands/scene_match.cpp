@@ -30,6 +30,26 @@ namespace drops = fit::bubble;
 constexpr int kMostRounds = 8;
 constexpr double kFirstRate = 1e5, kFewBubbles = 20, kWithin_db = 40.0, kSmear = 0.35;
 
+constexpr const char* kNextDrops = "drops.next.json";
+
+/// What was found in the recording, beside the drops.json of a match before until the new one is known to work.
+class NextDrops {
+ public:
+  NextDrops(const liquid_scene::RunFolder& folder, const std::string& text) : folder_(folder) {
+    write_file(folder.file(kNextDrops), text);
+  }
+  NextDrops(const NextDrops&) = delete;
+  NextDrops& operator=(const NextDrops&) = delete;
+  ~NextDrops() {
+    std::error_code gone;
+    std::filesystem::remove(folder_.file(kNextDrops), gone);
+  }
+  void take() const { std::filesystem::rename(folder_.file(kNextDrops), folder_.file("drops.json")); }
+
+ private:
+  const liquid_scene::RunFolder& folder_;
+};
+
 struct MatchOptions {
   std::string scene, recording, output, rise, band = "200:20000";
   bool no_sound = false;
@@ -116,8 +136,31 @@ Rate find_rate(const liquid_scene::LiquidScene& scene, const liquid_scene::RunFo
   best.is_matched = least <= std::max(1.0, 0.05 * wanted);
   if (!(least < wanted))
     throw NumericalError("the flow has no place where it entrains bubbles: no rate of attempts makes the recording's " +
-                         to_text(wanted) + " of them ([entrainment] threshold_m_s, or [[entrainment.patch]])");
+                         to_text(std::round(10.0 * wanted) / 10.0) +
+                         " of them ([entrainment] threshold_m_s, or [[entrainment.patch]])");
   return best;
+}
+
+/// Radii of the bubbles that the flow entrained: those of [[bubble]] are no match.
+std::vector<double> entrained_radii(const liquid_scene::LiquidScene& scene, const liquid_scene::RunFolder& folder,
+                                    MatchDocument& document) {
+  std::vector<double> radii;
+  std::int64_t n_scripted = 0;
+  if (folder.read_document().n_bubbles > 0)
+    for (const entrainment::BubblePath& path : entrainment::read_tracked_bubbles(folder.file("bubbles.trk")).paths) {
+      const bool scripted = std::any_of(scene.bubbles.begin(), scene.bubbles.end(), [&](const auto& b) {
+        return std::abs(b.radius_m - path.radius_m) <= 1e-12 && std::abs(b.birth_s - path.birth_s()) <= 1e-9;
+      });
+      if (scripted) {
+        ++n_scripted;
+      } else {
+        radii.push_back(path.radius_m);
+      }
+    }
+  if (n_scripted > 0)
+    document.header.warnings.push_back(std::to_string(n_scripted) +
+                                       " bubble(s) of [[bubble]] come on top of those that are matched");
+  return radii;
 }
 
 void say_what_is_what(const drops::BubblesDocument& found, const Rate& rate, bool with_pitch,
@@ -141,6 +184,9 @@ void say_what_is_what(const drops::BubblesDocument& found, const Rate& rate, boo
   if (found.bubbles.size() < kFewBubbles)
     document.header.warnings.push_back("few bubbles: " + std::to_string(found.bubbles.size()) +
                                        " of them say little of a rate and of radii");
+  if (static_cast<double>(document.made.n_bubbles) < kFewBubbles)
+    document.header.warnings.push_back("few bubbles: " + std::to_string(document.made.n_bubbles) +
+                                       " are made, whose number and radii are much by chance");
   double last = 0.0, first = recording.duration_s();
   for (const drops::BubbleRecord& b : found.bubbles) {
     first = std::min(first, b.onset_s);
@@ -216,11 +262,20 @@ int run_match(MatchOptions options, const CommonOptions& common) {
     throw InputError(options.output, "its stage flow is not done", "", "klang scene run SCENE -o DIR --resume first");
 
   liquid_scene::SceneMatch match;
-  match.recorded = "drops.json";
+  match.recorded = kNextDrops;
   match.smallest_m = std::max(1e-5, *std::min_element(radii.begin(), radii.end()) * (1.0 - kSmear));
   match.largest_m = std::min(0.05, *std::max_element(radii.begin(), radii.end()) * (1.0 + kSmear));
-  match.with_pitch = pitch.status == drops::PitchStatus::kFitted;
-  write_file(folder.file("drops.json"), json_text(json_of(found)));
+  const bool has_law = scene.sound.pitch.kind == bubble::PitchKind::kHarmonicFluids ||
+                       scene.sound.pitch.kind == bubble::PitchKind::kHarmonicFluidsFrozen;
+  match.with_pitch = has_law && pitch.status == drops::PitchStatus::kFitted;
+  const double wanted = static_cast<double>(radii.size()) / recording.duration_s() * flow.end_s;
+  if (wanted <= 0.5)
+    throw NumericalError("the scene's " + to_text(flow.end_s) + " s hold " +
+                         to_text(std::round(100.0 * wanted) / 100.0) + " bubbles at the recording's rate (" +
+                         std::to_string(radii.size()) + " in " +
+                         to_text(std::round(1000.0 * recording.duration_s()) / 1000.0) +
+                         " s): make the scene longer, or cut the recording to where its bubbles are");
+  const NextDrops next(folder, json_text(json_of(found)));
   // Radii decide which attempts are rejected: the rate is sought with the recording's.
   const auto scene_with = [&](double rate) {
     match.attempts_per_m2_s = rate;
@@ -229,8 +284,9 @@ int run_match(MatchOptions options, const CommonOptions& common) {
   const liquid_scene::LiquidScene probe = liquid_scene::parse_liquid_scene(
       scene_with(scene.entrainment.given ? scene.entrainment.attempts_per_m2_s : kFirstRate), "scene.toml",
       folder.path());
-  const double wanted = static_cast<double>(radii.size()) / recording.duration_s() * flow.end_s;
   const Rate rate = find_rate(probe, folder, static_cast<std::size_t>(flow.n_frames), wanted, common.seed, monitor);
+  next.take();
+  match.recorded = "drops.json";
   write_file(folder.file("scene.toml"), scene_with(rate.attempts_per_m2_s));
   run.scene = folder.file("scene.toml");
   run.last_stage = options.no_sound ? std::optional<std::string>("bubbles") : std::nullopt;
@@ -245,10 +301,7 @@ int run_match(MatchOptions options, const CommonOptions& common) {
   document.attempts_per_m2_s = rate.attempts_per_m2_s;
   document.n_rounds = rate.n_rounds;
   document.recorded = summary(radii, recording.duration_s());
-  std::vector<double> made;
-  if (folder.read_document().n_bubbles > 0)
-    for (const entrainment::BubblePath& path : entrainment::read_tracked_bubbles(folder.file("bubbles.trk")).paths)
-      made.push_back(path.radius_m);
+  const std::vector<double> made = entrained_radii(scene, folder, document);
   document.made = summary(made, flow.end_s);
   document.radii = quantiles(radii, made);
   say_what_is_what(found, rate, match.with_pitch, recording, document);

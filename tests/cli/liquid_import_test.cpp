@@ -270,11 +270,10 @@ TEST(SceneMatch, SetsRateAndRadiiAndSaysWhatIsPrediction) {
   std::string scene = kPool;
   scene.replace(scene.find("duration_s = 0.03"), 17, "duration_s = 1.0 ");
   scene.replace(scene.find("frame_rate_hz = 100"), 19, "frame_rate_hz = 20 ");
-  scratch.write(
-      "pool.toml",
-      scene +
-          "[entrainment]\nattempts_per_m2_s = 1e4\ncoverage = 0\n[[entrainment.patch]]\nlow_m = [0.02, 0.02, 0.05]\n"
-          "high_m = [0.1, 0.08, 0.1]\n");
+  scratch.write("pool.toml", scene +
+                                 "[transfer]\nmethod = \"half_space\"\n[entrainment]\nattempts_per_m2_s = "
+                                 "1e4\ncoverage = 0\n[[entrainment.patch]]\nlow_m = [0.02, 0.02, 0.05]\n"
+                                 "high_m = [0.1, 0.08, 0.1]\n");
   const auto run = run_klang("scene match pool.toml --recording drops.wav -o M --no-sound", scratch.path());
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json match = read_json(scratch.path() / "M/match.json");
@@ -287,7 +286,43 @@ TEST(SceneMatch, SetsRateAndRadiiAndSaysWhatIsPrediction) {
   EXPECT_EQ(json["n_bubbles"], match["made"]["n_bubbles"]);
   // The matched scene is one that runs by itself.
   EXPECT_EQ(run_klang("scene check M/scene.toml", scratch.path()).exit_code, 0);
-  scratch.write("still.toml", kPool);
+  // A second match into its folder: bubbles of the scene's own are no match, and nothing of the first one's sound stays.
+  ASSERT_EQ(run_klang("scene run M/scene.toml -o M --stage sound --no-page", scratch.path()).exit_code, 2);
+  ASSERT_EQ(run_klang("scene run M/scene.toml -o M --stage transfer", scratch.path()).exit_code, 0);
+  ASSERT_TRUE(std::filesystem::exists(scratch.path() / "M/report.html"));
+  std::string scripted = read_text(scratch.path() / "pool.toml");
+  for (int i = 0; i < 9; ++i)
+    scripted +=
+        "[[bubble]]\nradius_m = 0.004\nbirth_s = 0.1\nposition_m = [0.0" + std::to_string(i + 1) + ", 0.05, 0.03]\n";
+  scratch.write("scripted.toml", scripted);
+  const auto again = run_klang("scene match scripted.toml --recording drops.wav -o M --no-sound", scratch.path());
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_NE(again.err.find("9 bubble(s) of [[bubble]]"), std::string::npos) << again.err;
+  const nlohmann::json with_scripted = read_json(scratch.path() / "M/match.json"),
+                       rerun = read_json(scratch.path() / "M/run.json");
+  EXPECT_EQ(with_scripted["made"]["n_bubbles"], match["made"]["n_bubbles"]);
+  EXPECT_TRUE(rerun["sound"].is_null() && rerun["transfer"].is_null());
+  for (const char* const gone : {"report.html", "sound.wav", "transfer.csv", "drops.next.json"})
+    EXPECT_FALSE(std::filesystem::exists(scratch.path() / "M" / gone)) << gone;
+  // One that cannot be: why, and the match before stays whole.
+  std::string brief = kPool;
+  scratch.write("brief.toml", brief + "[entrainment]\nattempts_per_m2_s = 1e4\n");
+  const auto short_one = run_klang("scene match brief.toml --recording drops.wav -o B --no-sound", scratch.path());
+  EXPECT_EQ(short_one.exit_code, 3) << short_one.err;
+  EXPECT_NE(short_one.err.find("make the scene longer"), std::string::npos) << short_one.err;
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "B/drops.json"));
+  // Radii by hand.
+  const auto refused_radius = [&](const std::string& json, const std::string& word) {
+    scratch.write("hand.json", json);
+    scratch.write("hand.toml", std::string(kPool) +
+                                   "[entrainment]\nattempts_per_m2_s = 1e4\nradii = { kind = "
+                                   "\"recording\", file = \"hand.json\" }\n");
+    expect_refused(scratch, "scene check hand.toml", {"hand.", word});
+  };
+  refused_radius(R"({"status": "ok", "bubbles": [{"radius_m": 0.001}, {"radius_m": -0.001}]})", "bubbles[1].radius_m");
+  refused_radius(R"({"status": "ok", "bubbles": [{"radius_m": 0.02}]})", "smallest_m to largest_m");
+  refused_radius(R"({"status": "not_bubbles", "bubbles": [{"radius_m": 0.002}]})", "not_bubbles");
+  scratch.write("still.toml", scene);
   expect_refused(scratch, "scene match drops.toml --recording drops.wav -o N", {"[domain]"});
   const auto still = run_klang("scene match still.toml --recording drops.wav -o N --no-sound", scratch.path());
   EXPECT_EQ(still.exit_code, 3) << still.err;

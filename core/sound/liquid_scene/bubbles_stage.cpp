@@ -58,6 +58,14 @@ std::vector<Birth> entrained(StageRun& run, const liquid::LiquidFrames& frames, 
   if (!(options.attempts_per_m2_s > 0.0)) return {};
   entrainment::Births found = find_births(frames, options, run.seed, run.monitor);
   const auto count = [](std::size_t n) { return static_cast<std::int64_t>(n); };
+  const std::vector<double>& recorded = options.radii.recorded_m;
+  const auto n_outside = std::count_if(recorded.begin(), recorded.end(), [&](double r) {
+    return !(r >= options.radii.smallest_m && r <= options.radii.largest_m);
+  });
+  if (n_outside > 0)
+    run.warn(std::to_string(n_outside) + " of the recording's " + std::to_string(recorded.size()) +
+             " radii lie outside smallest_m to largest_m (" + to_text(options.radii.smallest_m) + " to " +
+             to_text(options.radii.largest_m) + " m) and are hardly made");
   run.document.entrainment = EntrainmentRecord{count(found.n_seeds), count(found.n_attempts), count(found.n_rejected)};
   const std::span<const double> times = frames.time_s();
   if (found.n_seeds == 0 && options.patches.empty() && times.size() > 1 &&
@@ -85,16 +93,12 @@ void give_pitch(BubblePath& path, const stage::BubbleScene& sound, bool floor) {
 
 void add_scripted(StageRun& run, const liquid::LiquidFrames& frames, std::vector<Birth>& births) {
   const double end_s = frames.time_s().back();
-  std::size_t number = 0, n_late = 0;
+  std::size_t n_late = 0;
   for (const ScriptedBubble& scripted : run.scene.bubbles) {
-    ++number;
     if (scripted.birth_s > end_s) {
       ++n_late;
       continue;
     }
-    for (const liquid::Solid& solid : run.scene.setup.solids)
-      if (!solid.moves() && solid.distance_m(scripted.position_m) < 0.0)
-        throw InputError("[[bubble]] " + std::to_string(number), "position_m is in the solid " + solid.name);
     births.push_back(
         {scripted.radius_m, scripted.birth_s, scripted.position_m,
          liquid::velocity_m_s(frames, scripted.birth_s, scripted.position_m).value_or(Eigen::Vector3d::Zero())});

@@ -7,6 +7,7 @@
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/base/parse_json.hpp"
+#include "core/physics/bubble/bubble_medium.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -31,12 +32,18 @@ std::optional<double> combination(const nlohmann::json& list, const std::string&
 
 std::vector<double> recorded_radii(const std::filesystem::path& file) {
   const nlohmann::json json = read_result(file);
+  if (const auto status = json.find("status"); status != json.end() && status->is_string() && *status != "ok")
+    throw InputError(file.string(), "found no bubbles that can be trusted", "status " + status->get<std::string>(),
+                     "a result with status ok");
   std::vector<double> radii;
   const auto list = json.find("bubbles");
   if (list != json.end() && list->is_array())
     for (const auto& bubble : *list)
       if (bubble.is_object() && bubble.contains("radius_m") && bubble["radius_m"].is_number())
         radii.push_back(bubble["radius_m"].get<double>());
+  for (std::size_t i = 0; i < radii.size(); ++i)
+    checked(file.string(), "bubbles[" + std::to_string(i) + "].radius_m", radii[i], bubble::kSmallestRadiusM,
+            bubble::kLargestRadiusM);
   if (radii.empty()) throw InputError(file.string(), "has no radius of a bubble", "", "a result of klang bubble fit");
   return radii;
 }
@@ -54,7 +61,12 @@ void take_recorded_pitch(const std::filesystem::path& file, bubble::PitchModel& 
                      "a result of klang bubble fit with --rise that has K e^eta and eta / |phi0|");
   pitch.eta = *slope * -pitch.phi0_m;
   pitch.k_delta_per_m = *rise * std::exp(-pitch.eta);
-  pitch.validate();
+  try {
+    pitch.validate();
+  } catch (const InputError& e) {
+    throw InputError("[pitch] from", file.string() + " with phi0_m = " + to_text(pitch.phi0_m) +
+                                         " makes a law of pitch that is none (" + e.what() + ")");
+  }
 }
 
 }  // namespace klang::liquid_scene

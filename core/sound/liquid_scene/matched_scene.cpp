@@ -40,7 +40,12 @@ std::string matched_scene_text(std::string_view toml, const std::filesystem::pat
                                                     {"file", match.recorded},
                                                     {"smallest_m", match.smallest_m},
                                                     {"largest_m", match.largest_m}});
-  if (match.with_pitch) table_under(root, "pitch").insert_or_assign("from", match.recorded);
+  if (match.with_pitch) {
+    toml::table& pitch = table_under(root, "pitch");
+    pitch.insert_or_assign("from", match.recorded);
+    pitch.erase("k_delta_per_m");
+    pitch.erase("eta");
+  }
   std::ostringstream text;
   text << "# Rate and radii of bubbles from a recording (klang scene match).\n" << root << "\n";
   return text.str();

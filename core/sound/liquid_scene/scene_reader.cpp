@@ -359,7 +359,12 @@ void read_radii(const TomlTable& table, const std::filesystem::path& base, Entra
     throw InputError(table.place("kind"), "mean_m and std_m belong to a gaussian", kind);
   if (kind == "recording") {
     e.recording = existing_file(table.text("file"), table.place("file"), base);
-    recorded_radii(e.recording);  // said before the flow, which takes long
+    const std::vector<double> radii = recorded_radii(e.recording);  // said before the flow, which takes long
+    if (std::none_of(radii.begin(), radii.end(), [&](double r) { return r >= e.smallest_m && r <= e.largest_m; }))
+      throw InputError(table.place("file"), "has no radius within smallest_m to largest_m",
+                       to_text(*std::min_element(radii.begin(), radii.end())) + " to " +
+                           to_text(*std::max_element(radii.begin(), radii.end())) + " m",
+                       to_text(e.smallest_m) + " to " + to_text(e.largest_m) + " m");
   } else if (table.has("file")) {
     throw InputError(table.place("file"), "belongs to radii of a recording", kind);
   }
@@ -437,6 +442,9 @@ LiquidScene parse_liquid_scene(std::string_view toml, const std::string& name, c
     const ScriptedBubble bubble{table.number("radius_m"), table.number("birth_s", 0.0), table.vector("position_m")};
     if ((bubble.position_m.array() < 0.0).any() || (bubble.position_m.array() > size.array()).any())
       throw InputError(table.place("position_m"), "lies outside the box", words(bubble.position_m), within(size));
+    for (const liquid::Solid& solid : scene.setup.solids)
+      if (!solid.moves() && solid.distance_m(bubble.position_m) < 0.0)
+        throw InputError(table.place("position_m"), "is in the solid " + solid.name, words(bubble.position_m));
     scene.bubbles.push_back(bubble);
   }
   const TomlTable transfer = root.table("transfer");
@@ -447,6 +455,8 @@ LiquidScene parse_liquid_scene(std::string_view toml, const std::string& name, c
   scene.transfer.wall_admittance = transfer.number("wall_admittance", scene.transfer.wall_admittance);
   const TomlTable pitch = root.table("pitch");
   if (pitch.has("from")) {
+    for (const char* const key : {"k_delta_per_m", "eta"})
+      if (pitch.has(key)) throw InputError(pitch.place(key), "comes from the recording where from is given");
     scene.pitch_from = existing_file(pitch.text("from"), pitch.place("from"), base);
     take_recorded_pitch(scene.pitch_from, scene.sound.pitch);
   }

@@ -126,6 +126,7 @@ void forget_from(std::size_t first, const RunFolder& folder, RunDocument& docume
   document.sound.reset();
   if (kStages[first].run == liquid_scene::run_sound) return;
   document.transfer.reset();
+  document.n_solves = 0;
   if (kStages[first].run != liquid_scene::run_transfer) forget("transfer.csv");
 }
 

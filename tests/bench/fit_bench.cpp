@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "fit/run/fit.hpp"
+#include "tests/process_file.hpp"
 
 namespace {
 
@@ -19,7 +20,7 @@ void BM_Fit_joint(benchmark::State& state) {
     specimen.name = "chime" + std::to_string(i);
     specimen.shape =
         klang::mesh::ShapeSpec{"tube", {{"length_m", lengths[i]}, {"outer_radius_m", 0.0125}, {"wall_m", 0.001}}, {}};
-    const auto path = std::filesystem::temp_directory_path() / ("klang-bench-" + specimen.name + ".csv");
+    const auto path = klang::test::process_file(specimen.name + ".csv");
     std::ofstream(path) << "frequency_hz\n" << frequencies[i] << '\n';
     specimen.partials = path;
     problem.specimens.push_back(specimen);

@@ -12,6 +12,7 @@
 #include "core/foundation/base/output_file.hpp"
 #include "core/foundation/config/result_header.hpp"
 #include "tests/places.hpp"
+#include "tests/process_file.hpp"
 #include "validate/papers/detail/paper_groups.hpp"
 
 namespace klang::validate {
@@ -73,7 +74,7 @@ namespace {
 
 /// A fresh folder for runs.
 std::filesystem::path fresh_runs(const char* name) {
-  const auto runs = std::filesystem::temp_directory_path() / ("klang-papers-" + std::string(name));
+  const auto runs = klang::test::process_file("papers-" + std::string(name));
   std::filesystem::remove_all(runs);
   std::filesystem::create_directories(runs / "sb_tile");
   std::filesystem::create_directories(runs / "liquid_droplet");

@@ -17,6 +17,7 @@
 #include "core/foundation/base/random.hpp"
 #include "core/foundation/base/sealed_file.hpp"
 #include "core/foundation/config/csv.hpp"
+#include "tests/process_file.hpp"
 
 extern "C" {  // as parallel.cpp declares them
 void openblas_set_num_threads(int n_threads);
@@ -80,7 +81,7 @@ TEST(WriteFile, FullDiskLeavesTheEarlierFileAndNoTemporaries) {
 }
 
 TEST(SealedFile, AnyChangedMissingOrAddedByteBreaksTheSeal) {
-  const auto file = std::filesystem::temp_directory_path() / "klang_sealed";
+  const auto file = klang::test::process_file("sealed");
   std::string content(3'000'000, 'x');
   content[1'500'000] = 'y';
   klang::write_file(file, content);

@@ -7,6 +7,7 @@
 
 #include "core/foundation/base/errors.hpp"
 #include "core/foundation/base/output_file.hpp"
+#include "tests/process_file.hpp"
 
 namespace klang::audio {
 namespace {
@@ -47,8 +48,7 @@ TEST(Temperaments, JustCountsFromCAndKeepsA4) {
 }
 
 TEST(Temperaments, ScalaFilesOfTwelveDegreesAreReadAndOthersNamed) {
-  const auto folder = std::filesystem::temp_directory_path();
-  const auto file = folder / "klang-note-test.scl";
+  const auto file = klang::test::process_file("note.scl");
   const std::string pythagorean =
       "! p.scl\n!\nPythagorean\n 12\n!\n 2187/2048\n 9/8 tone\n 32/27\n 81/64\n 4/3\n 729/512\n 3/2\n 6561/4096\n"
       " 27/16\n 16/9\n 243/128\n 1200.0\n";

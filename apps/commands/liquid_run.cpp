@@ -229,7 +229,10 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
   document.header.status = "done";
   folder.write_document(document);
   std::string page;
-  if (!options.no_sound && !options.last_stage) liquid_scene::write_run_tables(run);
+  if (!options.no_sound && !options.last_stage) {
+    liquid_scene::write_run_tables(run);
+    folder.write_document(document);  // with its warnings
+  }
   if (!options.no_page && !options.no_sound && !options.last_stage) {
     const auto report = reports::write_report(folder.file("run.json"), {}, monitor);
     for (const std::string& warning : report.warnings) warn(warning);

@@ -1,6 +1,7 @@
 #include "core/sound/liquid_scene/run_tables.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/foundation/base/errors.hpp"
@@ -110,7 +111,30 @@ std::vector<RadiusRow> radius_rows(const std::vector<double>& asked, const std::
   return rows;
 }
 
+bool is_left_to_itself(const StageRun& run) {
+  const liquid::LiquidSetup& setup = run.scene.setup;
+  return !run.document.imported && setup.inlets.empty() && setup.outlets.empty() &&
+         std::none_of(setup.solids.begin(), setup.solids.end(), [](const liquid::Solid& s) { return s.moves(); });
+}
+
 }  // namespace
+
+std::optional<double> energy_gain(const std::vector<EnergyRow>& rows) {
+  constexpr std::size_t kQuarters = 4, kLeastRows = 16;
+  if (rows.size() < kLeastRows) return std::nullopt;
+  std::array<double, kQuarters> kinetic{}, sum{};
+  for (std::size_t q = 0; q < kQuarters; ++q) {
+    const std::size_t begin = q * rows.size() / kQuarters, end = (q + 1) * rows.size() / kQuarters;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!rows[i].kinetic_j) return std::nullopt;
+      kinetic[q] += *rows[i].kinetic_j / static_cast<double>(end - begin);
+      sum[q] += (*rows[i].kinetic_j + rows[i].potential_j) / static_cast<double>(end - begin);
+    }
+  }
+  const auto least = static_cast<std::size_t>(std::min_element(sum.begin(), sum.end()) - sum.begin());
+  if (least + 1 == kQuarters || !(kinetic[least] > 0.0)) return 0.0;
+  return std::min(kinetic.back() - kinetic[least], sum.back() - sum[least]) / kinetic[least];
+}
 
 void write_run_tables(const StageRun& run) {
   const auto n_frames = static_cast<std::size_t>(std::max<std::int64_t>(run.document.n_frames, 0));
@@ -124,6 +148,10 @@ void write_run_tables(const StageRun& run) {
         energy_of(read_fields_file(run.folder.field_file(k)), room.at(time_s), time_s, run.scene.setup.options));
   }
   if (!rows.empty()) write_file(run.folder.file("energy.csv"), csv_table(rows));
+  constexpr double kGained = 0.1;
+  if (const double gain = energy_gain(rows).value_or(0.0); gain > kGained && is_left_to_itself(run))
+    run.warn("the liquid gains energy that nothing gives it, " + std::to_string(std::lround(100.0 * gain)) +
+             " % of its motion's (energy.csv): its late motion is the grid's; smaller cells gain less");
   if (run.document.n_bubbles == 0 || !run.folder.has("bubbles.trk")) return;
   std::vector<double> made;
   for (const entrainment::BubblePath& path : entrainment::read_tracked_bubbles(run.folder.file("bubbles.trk")).paths)

@@ -1,4 +1,7 @@
 #pragma once
+#include <optional>
+#include <vector>
+
 #include "core/sound/liquid_scene/flow_stage.hpp"
 
 /// Tables of a run that its page shows.
@@ -33,7 +36,13 @@ struct RadiusRow {
   }
 };
 
-/// energy.csv of 200 frames at most, and, where there are bubbles, radii.csv.
+/// By how much of its kinetic energy the liquid gained energy in the rows' last quarter, against the quarter before in which it had least:
+/// the smaller of the gains of kinetic energy and of the sum. Means over quarters, since single frames are off by what planes through cells
+/// are. None where that is not to be seen: fewer than 16 rows, no velocities.
+std::optional<double> energy_gain(const std::vector<EnergyRow>& rows);
+
+/// energy.csv of 200 frames at most, and, where there are bubbles, radii.csv. Warns of energy that came from nowhere: in a scene without
+/// inlets, outlets and solids that move.
 void write_run_tables(const StageRun& run);
 
 }  // namespace klang::liquid_scene

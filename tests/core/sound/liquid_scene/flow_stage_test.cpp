@@ -15,6 +15,7 @@
 #include "core/sound/liquid_scene/liquid_transfer.hpp"
 #include "core/sound/liquid_scene/run_tables.hpp"
 #include "core/sound/liquid_scene/transfer_stage.hpp"
+#include "tests/process_file.hpp"
 
 namespace klang::liquid_scene {
 namespace {
@@ -27,7 +28,7 @@ const std::string kScene =
 
 class Folder {
  public:
-  explicit Folder(const char* name) : path(std::filesystem::temp_directory_path() / name) {
+  explicit Folder(const char* name) : path(klang::test::process_file(name)) {
     std::filesystem::remove_all(path);
     std::filesystem::create_directories(path);
     write_file(path / "scene.toml", kScene);
@@ -94,6 +95,29 @@ TEST(FlowStage, EnergyTableHasTheVolumeOfTheStepsAndNotThatOfSolids) {
   }
   EXPECT_EQ(n, 11);
   EXPECT_GT(volume.rbegin()->second / volume.begin()->second, 1.05);
+}
+
+TEST(FlowStage, EnergyFromNowhereIsSeenAndSloshingAndBlowsAreNot) {
+  const auto rows = [](double growth_per_s, double noise, auto potential) {
+    std::vector<EnergyRow> list;
+    for (int i = 0; i < 200; ++i) {
+      const double t = 0.02 * i, amplitude = std::exp(growth_per_s * t), swing = std::pow(std::sin(15.0 * t), 2);
+      EnergyRow row;
+      row.time_s = t;
+      row.kinetic_j = amplitude * swing;
+      row.potential_j = 100.0 + amplitude * (1.0 - swing) + noise * (i % 2 == 0 ? 1 : -1) + potential(t);
+      list.push_back(row);
+    }
+    return list;
+  };
+  const auto none = [](double) { return 0.0; };
+  EXPECT_NEAR(*energy_gain(rows(0.1, 0.3, none)), std::exp(0.3) - 1.0, 0.06);
+  EXPECT_LE(*energy_gain(rows(0.0, 0.3, none)), 0.03);
+  EXPECT_LE(*energy_gain(rows(-0.1, 0.3, none)), 0.0);
+  EXPECT_LE(*energy_gain(rows(0.1, 0.3, [](double t) { return -3.0 * t; })), 0.0) << "what falls is given energy";
+  std::vector<EnergyRow> few = rows(0.1, 0.0, none);
+  few.resize(15);
+  EXPECT_FALSE(energy_gain(few).has_value());
 }
 
 TEST(FlowStage, SaysWhereMovingSolidsAreAlsoWhenItIsResumed) {

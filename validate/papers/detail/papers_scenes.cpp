@@ -224,6 +224,7 @@ constexpr const char* kKeptOptions = " --no-sound --no-frames";
 
 constexpr const char* kSolvesQuantity = "solves of the transfer";
 constexpr const char* kModalBodies = "0.1.0+gbd0d72bab8";
+constexpr const char* kDroplet = "0.1.0+g5f27ebe840";
 constexpr const char* kWholeLiquids = "0.1.0+gc600085ebb";
 const Kept kKept[] = {
     {"sb/plate", "f7396f30fd85", kPieces, 21, kBreakingAtNodes},
@@ -266,8 +267,9 @@ const Kept kKept[] = {
     {"h03/bat", "936433a9949e", kModes, 20, kModalBodies},
     {"h03/sheet", "8ebf67a09f4e", kModes, 20, kModalBodies},
     {"h03/sphere", "f7cbd054584d", kModes, 40, kModalBodies},
-    {"liquid/droplet", "aa3b6c9dfcf3", "particles", 2154035, "0.1.0+g86f3f30f7b"},
-    {"liquid/droplet", "aa3b6c9dfcf3", "bubbles", 0, "0.1.0+g86f3f30f7b"},
+    {"liquid/droplet", "c732c3e4c2b3", "particles", 2141484, kDroplet},
+    {"liquid/droplet", "c732c3e4c2b3", "bubbles", 10, kDroplet},
+    {"liquid/droplet", "c732c3e4c2b3", kSolvesQuantity, 56, kDroplet},
     {"liquid/splash", "a2461a10c4a2", "bubbles", 33, kWholeLiquids},
     {"liquid/splash", "a2461a10c4a2", "particles", 3900783, kWholeLiquids},
     {"liquid/splash", "a2461a10c4a2", kSolvesQuantity, 143, kWholeLiquids},

@@ -116,18 +116,21 @@ RunDocument begun_document(const LiquidRunOptions& options, const LiquidScene& s
   return document;
 }
 
-/// What stages after those that are kept left in the folder is of other bubbles.
-void forget_from(std::size_t first, const RunFolder& folder, RunDocument& document) {
-  const auto forget = [&](const char* name) {
-    std::error_code none;  // there may be no such file
-    std::filesystem::remove(folder.file(name), none);
-  };
-  for (const char* const name : {"report.html", "sound.wav", "radii.csv"}) forget(name);
+/// What run.json had of stages that are done again.
+void forget_results(std::size_t first, RunDocument& document) {
   document.sound.reset();
   if (kStages[first].run == liquid_scene::run_sound) return;
   document.transfer.reset();
   document.n_solves = 0;
-  if (kStages[first].run != liquid_scene::run_transfer) forget("transfer.csv");
+}
+
+/// Once a stage is done again, what later ones left in the folder is of other bubbles. Not before: it may be refused.
+void remove_after(const Stage& done, const RunFolder& folder) {
+  const bool sound = done.run == liquid_scene::run_sound, transfer = done.run == liquid_scene::run_transfer;
+  std::error_code none;  // there may be no such file
+  for (const char* const name : {"report.html", "radii.csv"}) std::filesystem::remove(folder.file(name), none);
+  if (!sound) std::filesystem::remove(folder.file("sound.wav"), none);
+  if (!sound && !transfer) std::filesystem::remove(folder.file("transfer.csv"), none);
 }
 
 /// What another program let in and out is not known.
@@ -196,7 +199,7 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
                   {{"until_s", options.until_s ? nlohmann::json(*options.until_s) : nlohmann::json()}}, scene.inputs());
   for (std::size_t s = first; s < kStages.size(); ++s)
     if (s > 0 || !options.resume) (document.stages.*kStages[s].record).reset();
-  forget_from(first, folder, document);
+  forget_results(first, document);
   std::filesystem::create_directories(options.output);
   std::error_code same;
   if (!std::filesystem::equivalent(options.scene, folder.file("scene.toml"), same))
@@ -223,6 +226,7 @@ int run_liquid(const LiquidRunOptions& options, const CommonOptions& common, Mon
       note_stopped(kStages[s], folder, document);
       throw;
     }
+    remove_after(kStages[s], folder);
     run.resume = false;
     if (options.last_stage == kStages[s].name) break;
   }

@@ -49,8 +49,7 @@ std::string number_label(double value) {
   }
   return detail::rounded(std::abs(value) < 1e-300 ? 0.0 : value, 6);
 }
-constexpr double kLeastExtent =
-    1e-5;  // of a linear axis to each side, of its values: ticks closer than this have one label
+constexpr double kLeastExtent = 1e-4;  // of its values, to each side of a linear axis: finer labels are one, or long
 
 }  // namespace
 

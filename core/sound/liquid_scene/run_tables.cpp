@@ -151,7 +151,7 @@ void write_run_tables(const StageRun& run) {
   constexpr double kGained = 0.1;
   if (const double gain = energy_gain(rows).value_or(0.0); gain > kGained && is_left_to_itself(run))
     run.warn("the liquid gains energy that nothing gives it, " + std::to_string(std::lround(100.0 * gain)) +
-             " % of its motion's (energy.csv): its late motion is the grid's; smaller cells gain less");
+             " % of its motion's (energy.csv): its late motion is not to be trusted");
   if (run.document.n_bubbles == 0 || !run.folder.has("bubbles.trk")) return;
   std::vector<double> made;
   for (const entrainment::BubblePath& path : entrainment::read_tracked_bubbles(run.folder.file("bubbles.trk")).paths)
